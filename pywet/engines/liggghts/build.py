@@ -1,0 +1,117 @@
+"""Builds the plugin (a shared library against libliggghts-dev) and caches it by a hash of sources and versions.
+
+Not here: loading it into an engine (worker.py) or what it computes (plugin/).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from pywet.errors import PywetError
+
+ENGINE_VERSION = "3.8.0"
+SOURCES = Path(__file__).parent / "plugin"
+FLAGS = ["-std=c++17", "-O2", "-fPIC", "-shared", "-w", "-DOMPI_SKIP_MPICXX"]
+VISIBILITY = ["-fvisibility=hidden", "-fvisibility-inlines-hidden"]
+INCLUDE = Path("/usr/include/liggghts")
+
+
+def package_version(package: str) -> str | None:
+    """Installed version of a Debian package, None where it is not installed."""
+    try:
+        done = subprocess.run(
+            ["dpkg-query", "-W", "-f=${Status}|${Version}", package], capture_output=True, text=True, check=False
+        )
+    except FileNotFoundError:
+        return None
+    status, _, version = done.stdout.partition("|")
+    return version if status.endswith("installed") and "not-installed" not in status else None
+
+
+def engine_version() -> str:
+    """Version of the installed engine library, checked against the one this plugin is written for."""
+    version = package_version("libliggghts-dev")
+    if version is None:
+        raise PywetError("the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`")
+    if not version.startswith(ENGINE_VERSION):
+        raise PywetError(
+            f"LIGGGHTS {version} is installed, the plugin is written for {ENGINE_VERSION}; "
+            f"install libliggghts-dev {ENGINE_VERSION} (Debian 12)"
+        )
+    return version
+
+
+def cache_folder() -> Path:
+    """Folder of built plugins: $PYWET_CACHE, else the user's cache folder, else the system's temporary folder."""
+    chosen = os.environ.get("PYWET_CACHE")
+    home = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pywet"
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=home):
+            return home
+    except OSError:
+        fallback = Path(tempfile.gettempdir()) / f"pywet-{os.getuid()}"
+        fallback.mkdir(parents=True, exist_ok=True)
+        return fallback
+
+
+def source_hash() -> str:
+    """Hash over the sources, the flags and the versions of engine and compiler: the name of the cached library."""
+    digest = hashlib.sha256()
+    for path in sorted(SOURCES.glob("*")):
+        digest.update(path.name.encode() + path.read_bytes())
+    for text in (*FLAGS, *VISIBILITY, engine_version(), package_version("libopenmpi-dev") or "", compiler_version()):
+        digest.update(text.encode())
+    return digest.hexdigest()[:16]
+
+
+def compiler_version() -> str:
+    """First line of `g++ --version`."""
+    if shutil.which("g++") is None or shutil.which("mpicxx") is None:
+        raise PywetError("no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`")
+    return subprocess.run(["g++", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+
+
+def plugin_path() -> Path:
+    """The plugin, built where it is not yet in the cache (about five seconds)."""
+    target = cache_folder() / f"libpywet-{source_hash()}.so"
+    if not target.exists():
+        _compile(target)
+    return target
+
+
+def _compile(target: Path) -> None:
+    mpi = [
+        subprocess.run(["mpicxx", f"--showme:{what}"], capture_output=True, text=True, check=True).stdout.split()
+        for what in ("compile", "link")
+    ]
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        built = Path(folder) / target.name
+        command = ["g++", *FLAGS, *VISIBILITY, f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}"]
+        command += [f"-I{INCLUDE}", *mpi[0], *map(str, sorted(SOURCES.glob("*.cpp"))), "-o", str(built)]
+        command += ["-l:libliggghts.so.3", *mpi[1]]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:300])
+            raise PywetError(f"the plugin does not compile: {first}; expected headers of LIGGGHTS {ENGINE_VERSION}")
+        built.rename(target)
+
+
+def main() -> int:
+    """Build and say where; used by `make setup`."""
+    try:
+        print(f"plugin: {plugin_path()}")
+    except PywetError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

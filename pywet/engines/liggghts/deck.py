@@ -1,0 +1,171 @@
+"""Writes the LIGGGHTS deck of a scene: data file, set-up script, run script, from the templates in liggghts_inputs/."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+import pandas as pd
+
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.motion import viblin_movers
+from pywet.scene import ContactPair, Scene, SphereClass
+
+TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
+FILM_GROWTH = 2.0
+"""The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
+
+
+def damping(pair: ContactPair, m_eff: float) -> float:
+    """Normal damping γ_n = −2 ln e √(m_eff k_n)/√(π² + ln² e) [kg/s] (E after 4)."""
+    log_e = math.log(pair.restitution)
+    return -2.0 * log_e * math.sqrt(m_eff * pair.normal_stiffness_N_per_m) / math.hypot(math.pi, log_e)
+
+
+def _partners(scene: Scene, pair: ContactPair) -> tuple[SphereClass, SphereClass | None]:
+    return scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
+
+
+def property_matrices(scene: Scene) -> dict[str, str]:
+    """Per-pair engine properties; the walls are the last atom type. Rolling friction [m] is divided by the engine's r_red."""
+    n = len(scene.classes) + 1
+    names = ("kn", "kt", "gamman_abs", "gammat_abs", "coefficientFriction", "coefficientRollingFriction")
+    values = {name: np.zeros((n, n)) for name in names}
+    values["kn"][:] = values["kt"][:] = 1.0  # wall against wall is never evaluated; the engine wants positive numbers
+    for pair in scene.pairs:
+        one, two = _partners(scene, pair)
+        at = (pair.a - 1, (pair.b or n) - 1)
+        m_eff = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
+        r_red = one.radius_m if two is None else one.radius_m * two.radius_m / (one.radius_m + two.radius_m)
+        row = (
+            pair.normal_stiffness_N_per_m,
+            pair.tangential_stiffness_N_per_m,
+            damping(pair, m_eff),
+            0.0,
+            pair.friction,
+            pair.rolling_friction_m / r_red,
+        )
+        for name, value in zip(names, row, strict=True):
+            values[name][at] = values[name][at[::-1]] = value
+    if not scene.effects.rolling:
+        del values["coefficientRollingFriction"]
+    return {name: " ".join(repr(float(x)) for x in matrix.ravel()) for name, matrix in values.items()}
+
+
+def contact_distance_factor(scene: Scene) -> float:
+    """How far beyond touch the neighbour list must see: where films can touch; 1 for a dry scene."""
+    if not scene.effects.bridges or scene.liquid is None:
+        return 1.0
+    smallest = min(c.radius_m for c in scene.classes)
+    return 1.0 + FILM_GROWTH * scene.liquid.initial_film_thickness_m / smallest
+
+
+def longest_bridge(scene: Scene) -> float:
+    """Upper bound of a bridge's length [m]: the rupture distance of V* = 0.5 between the two largest spheres, doubled."""
+    if not scene.effects.bridges:
+        return 0.0
+    r = max(c.radius_m for c in scene.classes)
+    angle = max(c.contact_angle_rad for c in scene.classes)
+    return 2.0 * r * (1.0 + 0.5 * angle) * 0.5 ** (1.0 / 3.0)
+
+
+def skin(scene: Scene) -> float:
+    """Skin of the neighbour list [m]: 0.4 of the smallest radius; tried 0.2 to 0.8, flat optimum."""
+    return 0.4 * min(c.radius_m for c in scene.classes)
+
+
+def output_every(scene: Scene) -> int:
+    """Steps between outputs."""
+    return max(1, round(scene.output.interval_s / scene.time_step_s))
+
+
+def movers(scene: Scene) -> list[dict[str, str]]:
+    """Three viblin movers per vibrating mesh."""
+    if scene.vibration is None:
+        return []
+    return [
+        {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
+        for wall in scene.walls
+        if wall.motion == "vibrates"
+        for k, mover in enumerate(viblin_movers(scene.vibration))
+    ]
+
+
+def stages(scene: Scene) -> list[dict[str, Any]]:
+    """The run's stages: until the slide opens, while it is drawn, and the rest."""
+    total = scene.steps
+    sliding = [w.name for w in scene.walls if w.motion == "slides"]
+    if scene.slide is None or not sliding:
+        return [{"before": [], "steps": total}]
+    opens = min(total, round(scene.slide.opens_at_s / scene.time_step_s))
+    drawn = min(total, opens + round(scene.slide.travel_s / scene.time_step_s))
+    velocity = " ".join(repr(c) for c in scene.slide.velocity_m_per_s)
+    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {velocity}" for name in sliding]
+    stop = [f"unfix draw_{name}" for name in sliding]
+    return [
+        {"before": [], "steps": opens},
+        {"before": draw if drawn > opens else [], "steps": drawn - opens},
+        {"before": stop if drawn > opens else [], "steps": total - drawn},
+    ]
+
+
+def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
+    """The engine's data file: box and spheres (id, type, diameter, density, position), velocities where given."""
+    inside = np.ones(len(spheres), dtype=bool)
+    for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
+        inside &= (spheres[axis] > low) & (spheres[axis] < high)
+    if not inside.all():
+        first = spheres.loc[~inside].iloc[0]
+        raise PywetError(f"sphere {int(first['id'])} starts outside the box of scene {scene.name}; enlarge the box")
+    lines = [f"{scene.name}", "", f"{len(spheres)} atoms", f"{len(scene.classes) + 1} atom types", ""]
+    for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
+        lines.append(f"{low!r} {high!r} {axis}lo {axis}hi")
+    lines += ["", "Atoms", ""]
+    by_type = {c.type: c for c in scene.classes}
+    for row in spheres.itertuples():
+        c = by_type[row.type]
+        lines.append(f"{row.id} {row.type} {2 * c.radius_m!r} {c.density_kg_per_m3!r} {row.x!r} {row.y!r} {row.z!r}")
+    if "vx" in spheres.columns:
+        lines += ["", "Velocities", ""]
+        for row in spheres.itertuples():
+            lines.append(f"{row.id} {row.vx!r} {row.vy!r} {row.vz!r} {row.wx!r} {row.wy!r} {row.wz!r}")
+    with atomic_write(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n")
+
+
+def write_deck(
+    scene: Scene, run_dir: Path, folder: Path, *, extra: tuple[str, ...] = (), integrate: str = "all", thermo: int = 0
+) -> None:
+    """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    g = np.asarray(scene.gravity_m_per_s2)
+    size = float(np.linalg.norm(g))
+    direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
+    context = {
+        "scene": scene,
+        "types": len(scene.classes) + 1,
+        "properties": property_matrices(scene),
+        "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
+        "skin": repr(skin(scene)),
+        "contact_distance_factor": repr(contact_distance_factor(scene)),
+        "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
+        "gravity": {"magnitude": repr(size), **direction} if size else None,
+        "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
+        "movers": movers(scene),
+        "stages": stages(scene),
+        "extra": extra,
+        "integrate": integrate,
+        "thermo": thermo or max(1, scene.steps // 200),
+        "output_every": output_every(scene),
+    }
+    write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
+    for name in ("setup", "run", "in"):
+        text = environment.get_template(f"{name}.liggghts.j2").render(context)
+        with atomic_write(folder / f"{name}.liggghts") as temporary:
+            temporary.write_text(text)

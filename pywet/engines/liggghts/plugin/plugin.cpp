@@ -1,0 +1,138 @@
+// The plugin's C interface: called through ctypes by pywet.engines.liggghts.worker before and after the deck is read.
+#include <cstring>
+#include <exception>
+#include <memory>
+
+#include "bridges.h"
+
+#include "mpi.h"
+#include "fix_insert_stream.h"
+#include "global_properties.h"
+#include "error.h"
+#include "fix_external.h"
+#include "lammps.h"
+#include "modify.h"
+#include "neighbor.h"
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+namespace {
+
+std::unique_ptr<pywet::Bridges> state;
+LAMMPS_NS::LAMMPS *engine = nullptr;
+std::string message;
+
+void callback(void *, LAMMPS_NS::bigint step, int, int *, double **, double **) {
+  try {
+    state->step(step);
+  } catch (const std::exception &e) {
+    engine->error->one(FLERR, (std::string("pywet: ") + e.what()).c_str());
+  }
+}
+
+template <class Work>
+const char *guarded(Work work) {
+  try {
+    work();
+    return nullptr;
+  } catch (const std::exception &e) {
+    message = e.what();
+    return message.c_str();
+  }
+}
+
+template <class Function>
+void assign(Function &slot, void *address) {
+  slot = reinterpret_cast<Function>(address);
+}
+
+}  // namespace
+
+EXPORT const char *pywet_version() { return PYWET_ENGINE_VERSION; }
+
+EXPORT void pywet_create(double surface_tension, double viscosity) {
+  state.reset(new pywet::Bridges());
+  state->laws.surface_tension = surface_tension;
+  state->laws.viscosity = viscosity;
+}
+
+EXPORT void pywet_add_type(double radius, double contact_angle) {
+  state->type_radius.push_back(radius);
+  state->type_angle.push_back(contact_angle);
+}
+
+EXPORT const char *pywet_set_law(const char *slot, void *address) {
+  return guarded([&] {
+    pywet::Laws &l = state->laws;
+    const std::string s = slot;
+    if (s == "capillary") assign(l.capillary, address);
+    else if (s == "viscous_normal") assign(l.viscous_normal, address);
+    else if (s == "translation") assign(l.translation, address);
+    else if (s == "rotation") assign(l.rotation, address);
+    else if (s == "rupture") assign(l.rupture, address);
+    else if (s == "dynamic_rupture") assign(l.dynamic_rupture, address);
+    else if (s == "from_sphere") assign(l.from_sphere, address);
+    else if (s == "from_sphere_at_wire") assign(l.from_sphere_at_wire, address);
+    else if (s == "from_wall") assign(l.from_wall, address);
+    else if (s == "from_wire") assign(l.from_wire, address);
+    else throw std::runtime_error("the plugin has no law slot named " + s);
+  });
+}
+
+EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *values, int n, double v_max) {
+  state->transfer.set(kind, type_i, other, values, n, v_max);
+}
+
+// nodes: 9 numbers a triangle, in file order; part: index within this mesh; half_width: infinity for a large wall.
+EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, const int *part, int parts,
+                                  const double *half_width, const int *group, double contact_angle) {
+  return guarded([&] {
+    pywet::Walls &w = state->walls;
+    const int first_part = int(w.parts.size());
+    pywet::Mesh mesh;
+    mesh.name = name;
+    mesh.first = int(w.triangles.size());
+    mesh.count = n;
+    for (int p = 0; p < parts; p++) {
+      pywet::Part q;
+      q.mesh = int(w.meshes.size());
+      q.half_width = half_width[p];
+      q.group = group[p];
+      q.contact_angle = contact_angle;
+      w.parts.push_back(q);
+    }
+    for (int k = 0; k < n; k++) {
+      const double *p = nodes + 9 * k;
+      w.parts.at(first_part + part[k]).triangles.push_back(int(w.triangles.size()));
+      w.triangles.push_back(pywet::Triangle{pywet::Vec(p), pywet::Vec(p + 3), pywet::Vec(p + 6)});
+    }
+    w.meshes.push_back(mesh);
+  });
+}
+
+EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const double *film) {
+  int largest = 0;
+  for (int k = 0; k < n; k++) largest = std::max(largest, id[k]);
+  state->type_of.assign(largest + 1, 0);
+  state->film.assign(largest + 1, 0.0);
+  for (int k = 0; k < n; k++) {
+    state->type_of[id[k]] = type[k];
+    state->film[id[k]] = film[k];
+  }
+}
+
+EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int64_t *first, const int64_t *last) {
+  state->output_steps.assign(steps, steps + n);
+  state->window_first.assign(first, first + windows);
+  state->window_last.assign(last, last + windows);
+}
+
+EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *directory) {
+  return guarded([&] {
+    engine = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
+    LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(engine->modify->find_fix_id(fix_id));
+    if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_id);
+    state->attach(engine, directory);
+    fix->set_callback(callback, nullptr);
+  });
+}

@@ -1,0 +1,74 @@
+// Records of the logs. Layout = pywet/history/schema.py, packed, little endian; a test compares the sizes.
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+namespace pywet {
+
+enum { FORMATION = 0, RUPTURE = 1 };
+enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2 };
+
+#pragma pack(push, 1)
+struct Event {
+  int64_t step;
+  double time;
+  int32_t kind, partner_kind, i, j, triangle, pad;
+  double volume, share_i, share_j;
+  double film_i_before, film_i_after, film_j_before, film_j_after;
+  double separation, rupture_distance, speed;
+};
+struct Contact {
+  int64_t step;
+  double time;
+  int32_t partner_kind, i, j, triangle;
+  double xi[3], vi[3], wi[3], xj[3], vj[3], wj[3];
+  double volume, separation, rupture_distance, capillary, viscous_normal;
+  double viscous_tangential[3], force_i[3], torque_i[3], torque_j[3];
+};
+struct Ledger {
+  int64_t step;
+  double time, films, bridges, walls, left, initial;
+  int64_t spheres, bridge_count, formations, ruptures;
+};
+struct BridgeSnapshot {
+  int64_t step;
+  int32_t partner_kind, i, j, triangle;
+  double volume, share_i, separation, xi[3], xj[3];
+};
+struct Film {
+  int64_t step;
+  int32_t id, pad;
+  double film;
+};
+#pragma pack(pop)
+
+// An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
+class RecordFile {
+ public:
+  void open(const std::string &path) {
+    path_ = path;
+    file_ = fopen(path.c_str(), "ab");
+    if (!file_) throw std::runtime_error("the log " + path + " cannot be opened for writing");
+    setvbuf(file_, nullptr, _IOFBF, 1 << 20);
+  }
+  template <class T>
+  void write(const T &record) {
+    if (fwrite(&record, sizeof(T), 1, file_) != 1)
+      throw std::runtime_error("the log " + path_ + " could not be written; is the disk full?");
+  }
+  void flush() {
+    if (file_ && fflush(file_) != 0)
+      throw std::runtime_error("the log " + path_ + " could not be written; is the disk full?");
+  }
+  ~RecordFile() {
+    if (file_) fclose(file_);
+  }
+
+ private:
+  std::string path_;
+  FILE *file_ = nullptr;
+};
+
+}  // namespace pywet

@@ -1,0 +1,49 @@
+// Three-vectors and the closest point of a triangle: the little geometry the bridges need.
+#pragma once
+#include <cmath>
+
+namespace pywet {
+
+struct Vec {
+  double x, y, z;
+  Vec() : x(0), y(0), z(0) {}
+  Vec(double a, double b, double c) : x(a), y(b), z(c) {}
+  explicit Vec(const double *p) : x(p[0]), y(p[1]), z(p[2]) {}
+};
+inline Vec operator+(const Vec &a, const Vec &b) { return Vec(a.x + b.x, a.y + b.y, a.z + b.z); }
+inline Vec operator-(const Vec &a, const Vec &b) { return Vec(a.x - b.x, a.y - b.y, a.z - b.z); }
+inline Vec operator*(double s, const Vec &a) { return Vec(s * a.x, s * a.y, s * a.z); }
+inline double dot(const Vec &a, const Vec &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec cross(const Vec &a, const Vec &b) {
+  return Vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+inline double norm(const Vec &a) { return std::sqrt(dot(a, a)); }
+inline void store(const Vec &a, double *p) { p[0] = a.x; p[1] = a.y; p[2] = a.z; }
+inline void accumulate(double *p, const Vec &a) { p[0] += a.x; p[1] += a.y; p[2] += a.z; }
+
+struct Triangle {
+  Vec a, b, c;
+};
+
+// Point of triangle t closest to p, by the Voronoi regions of its corners, edges and face.
+inline Vec closest_point(const Vec &p, const Triangle &t) {
+  const Vec ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return t.a;
+  const Vec bp = p - t.b;
+  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return t.b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + (d1 / (d1 - d3)) * ab;
+  const Vec cp = p - t.c;
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return t.c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t.a + (d2 / (d2 - d6)) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return t.b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (t.c - t.b);
+  const double s = 1.0 / (va + vb + vc);
+  return t.a + (vb * s) * ab + (vc * s) * ac;
+}
+
+}  // namespace pywet

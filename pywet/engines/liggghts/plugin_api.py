@@ -1,0 +1,146 @@
+"""ctypes face of the plugin: hands it the liquid, the laws, the transfer tables, the walls and the films of a scene."""
+
+from __future__ import annotations
+
+import ctypes as C
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.engines.liggghts.build import engine_version, plugin_path
+from pywet.errors import PywetError
+from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
+from pywet.laws import registry, transfer
+from pywet.scene import Scene
+
+SLOTS = {
+    "capillary": ("capillary",),
+    "viscous_normal": ("viscous_normal",),
+    "viscous_tangential": ("translation", "rotation"),
+    "rupture": ("rupture",),
+    "dynamic_rupture": ("dynamic_rupture",),
+    "formation": ("from_sphere", "from_sphere_at_wire", "from_wall", "from_wire"),
+}
+"""Kind of law -> the plugin's slots, in the order of `Law.functions`."""
+
+
+def _doubles(values: Any) -> Any:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _ints(values: Any) -> Any:
+    return np.ascontiguousarray(values, dtype=np.int32)
+
+
+def _pointer(array: np.ndarray) -> C.c_void_p:
+    return C.c_void_p(array.ctypes.data)
+
+
+class Plugin:
+    """The loaded plugin. Load the engine's library with RTLD_GLOBAL before."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._library = C.CDLL(str(path or plugin_path()), mode=C.RTLD_GLOBAL)
+        for name in ("pywet_version", "pywet_set_law", "pywet_add_mesh", "pywet_attach"):
+            getattr(self._library, name).restype = C.c_char_p
+        built_for = self._library.pywet_version().decode()
+        if built_for != engine_version():
+            raise PywetError(f"the plugin was built for LIGGGHTS {built_for}, {engine_version()} is installed: run `make setup`")
+        self._keep: list[Any] = []
+
+    def _check(self, answer: bytes | None) -> None:
+        if answer:
+            raise PywetError(answer.decode())
+
+    def configure(self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]) -> None:
+        """Everything but the logs: liquid, types, laws, transfer tables, walls, films."""
+        if scene.liquid is None:
+            raise PywetError(f"scene {scene.name} has no liquid; the plugin is for moist scenes only")
+        sigma, eta = scene.liquid.surface_tension_N_per_m, scene.liquid.viscosity_Pa_s
+        self._library.pywet_create(C.c_double(sigma), C.c_double(eta))
+        for c in scene.classes:
+            self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
+        self._set_laws(scene)
+        self._set_transfer(tables)
+        groups = wall_groups(scene)
+        for wall in scene.walls:
+            self._add_mesh(wall, nodes[wall.name], groups)
+        ids, types, films = _ints(spheres["id"]), _ints(spheres["type"]), _doubles(spheres["film"])
+        self._library.pywet_set_spheres(C.c_int(len(ids)), _pointer(ids), _pointer(types), _pointer(films))
+
+    def _set_laws(self, scene: Scene) -> None:
+        for kind, slots in SLOTS.items():
+            name = getattr(scene.effects, kind)
+            if name is None:
+                continue
+            law = registry.get(kind, name)
+            self._keep.append(law)
+            for slot, function in zip(slots, law.functions, strict=True):
+                self._check(self._library.pywet_set_law(slot.encode(), C.c_void_p(function.address)))
+
+    def _set_transfer(self, tables: pd.DataFrame) -> None:
+        for (kind, type_i, type_j, group), rows in tables.groupby(["partner_kind", "type_i", "type_j", "part_class"]):
+            other = type_j if kind == SPHERE else group
+            values = _doubles(rows.sort_values("v_star")["transfer_i"])
+            self._library.pywet_set_transfer(
+                C.c_int(int(kind)), C.c_int(int(type_i)), C.c_int(int(other)), _pointer(values), C.c_int(len(values)),
+                C.c_double(float(rows["v_star"].max())),
+            )
+
+    def _add_mesh(self, wall: Any, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:
+        corners, part = _doubles(nodes.reshape(-1, 9)), _ints(wall.triangle_part)
+        if len(corners) != len(part):
+            raise PywetError(f"{wall.stl} holds {len(corners)} triangles, the scene lists parts for {len(part)}: rebuild the scene")
+        widths = _doubles([math.inf if w is None else w for w in wall.part_half_width_m])
+        group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths])
+        self._check(
+            self._library.pywet_add_mesh(
+                wall.name.encode(), C.c_int(len(part)), _pointer(corners), _pointer(part), C.c_int(len(widths)),
+                _pointer(widths), _pointer(group), C.c_double(wall.contact_angle_rad),
+            )
+        )
+
+    def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
+        """Steps at which snapshots and the ledger are written; half-open windows of steps of the contact log."""
+        at = np.ascontiguousarray(sorted(steps), dtype=np.int64)
+        first = np.ascontiguousarray([w[0] for w in windows], dtype=np.int64)
+        last = np.ascontiguousarray([w[1] for w in windows], dtype=np.int64)
+        self._library.pywet_set_output(
+            C.c_int(len(at)), _pointer(at), C.c_int(len(first)), _pointer(first), _pointer(last)
+        )
+
+    def attach(self, engine: C.c_void_p, folder: Path) -> None:
+        """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
+        self._check(self._library.pywet_attach(engine, b"pywet", str(folder).encode()))
+
+
+def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
+    """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
+    groups: dict[tuple[float, float], int] = {}
+    for wall in scene.walls:
+        for width in wall.part_half_width_m:
+            groups.setdefault((math.inf if width is None else width, wall.contact_angle_rad), len(groups))
+    return groups
+
+
+def transfer_tables(scene: Scene) -> pd.DataFrame:
+    """Transfer ratios T_i(V*) of every pair of types, and of every type with every group of wall parts.
+
+    Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
+    """
+    rows = []
+    for a in scene.classes:
+        cases = [(SPHERE, b.type, b.radius_m, b.contact_angle_rad) for b in scene.classes]
+        for (width, angle), group in wall_groups(scene).items():
+            wire = width < a.radius_m
+            cases.append((SMALL_WALL if wire else LARGE_WALL, group, width, angle))
+        for kind, other, size, angle in cases:
+            values = transfer.transfer_table(a.radius_m, size, a.contact_angle_rad, angle, kind, transfer.V_STAR_GRID)
+            row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
+            row["part_class"] = -1 if kind == SPHERE else other
+            rows.append(pd.DataFrame({**row, "v_star": transfer.V_STAR_GRID, "transfer_i": values}))
+    return pd.concat(rows, ignore_index=True)

@@ -1,0 +1,63 @@
+"""Runs one moist deck inside this process: engine library, plugin, compiled laws. Started by driver.py as a child process.
+
+A child process because an engine error ends in MPI_Abort, which kills the process it happens in. Under `mpirun -np N` each
+rank runs this program.
+"""
+
+from __future__ import annotations
+
+import ctypes as C
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet.engines.liggghts.plugin_api import Plugin
+from pywet.errors import PywetError
+from pywet.scene import Scene
+
+LIBRARY = "libliggghts.so.3"
+
+
+def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Corner points per mesh, (n, 9), in file order."""
+    columns = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
+    return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
+
+
+def run(run_dir: Path, folder: Path) -> None:
+    """Read the scene, set the engine up, attach the plugin, run all stages."""
+    scene = Scene.read(run_dir / "scene.json")
+    schedule = pd.read_json(folder / "schedule.json", typ="series")
+    history = run_dir / "history"
+    library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
+    plugin = Plugin()
+    nodes = corner_points(pd.read_parquet(history / "triangles.parquet")) if scene.walls else {}
+    plugin.configure(
+        scene, pd.read_parquet(history / "spheres.parquet"), pd.read_parquet(history / "transfer.parquet"), nodes
+    )
+    plugin.set_output(schedule["output_steps"], [tuple(w) for w in schedule["windows"]])
+    os.chdir(folder)
+    words = [b"pywet", b"-log", b"log.liggghts", b"-screen", b"screen.log"]
+    engine = C.c_void_p()
+    library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
+    library.lammps_file(engine, b"setup.liggghts")
+    plugin.attach(engine, folder)
+    library.lammps_file(engine, b"run.liggghts")
+    library.lammps_close(engine)
+
+
+def main() -> int:
+    """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER`."""
+    try:
+        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve())
+    except PywetError as error:
+        print(f"ERROR: {error}", file=sys.stderr, flush=True)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""Schema of what a moist run writes: event log, contact log, snapshots of the liquid, ledger.
+
+The engine's plugin appends fixed-size little-endian records (`numpy` dtypes below, packed) to raw files; the driver turns
+them into Parquet tables with the same column names (vectors become three columns: `xi` -> `xi_x, xi_y, xi_z`). SI units.
+
+Partners: `i` is always a sphere's id. `partner_kind` 0: `j` is a sphere's id (i < j). 1: `j` is a large wall part, 2: `j` is
+a small wall part (a wire); parts are numbered through all meshes in scene order; `triangle` is the closest triangle, numbered
+through all meshes in scene order and file order (-1 for sphere-sphere).
+
+n points from j to i. Forces and torques act on i (torque_j on j). Velocities are those of the force evaluation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+FORMATION, RUPTURE = 0, 1
+SPHERE, LARGE_WALL, SMALL_WALL = 0, 1, 2
+
+EVENT = np.dtype(
+    [
+        ("step", "<i8"),
+        ("time", "<f8"),
+        ("kind", "<i4"),  # FORMATION or RUPTURE
+        ("partner_kind", "<i4"),
+        ("i", "<i4"),
+        ("j", "<i4"),
+        ("triangle", "<i4"),
+        ("pad", "<i4"),
+        ("volume", "<f8"),  # of the bridge, after formation / before rupture [m3]
+        ("share_i", "<f8"),  # drawn from i at formation / given to i at rupture [m3]
+        ("share_j", "<f8"),
+        ("film_i_before", "<f8"),  # liquid held as film on i at the start of the step [m3]
+        ("film_i_after", "<f8"),  # the same after everything of this step is booked [m3]
+        ("film_j_before", "<f8"),  # for a wall: on the triangle
+        ("film_j_after", "<f8"),
+        ("separation", "<f8"),  # S at the event [m]
+        ("rupture_distance", "<f8"),  # static S_rup(V) [m]
+        ("speed", "<f8"),  # |relative velocity of the centres| (sphere against wall velocity) [m/s]
+    ]
+)
+
+CONTACT = np.dtype(
+    [
+        ("step", "<i8"),
+        ("time", "<f8"),
+        ("partner_kind", "<i4"),
+        ("i", "<i4"),
+        ("j", "<i4"),
+        ("triangle", "<i4"),
+        ("xi", "<f8", 3),
+        ("vi", "<f8", 3),
+        ("wi", "<f8", 3),
+        ("xj", "<f8", 3),  # wall: the closest point
+        ("vj", "<f8", 3),  # wall: velocity of the wall
+        ("wj", "<f8", 3),  # wall: zero
+        ("volume", "<f8"),
+        ("separation", "<f8"),
+        ("rupture_distance", "<f8"),  # with the dynamic factor when that effect is on
+        ("capillary", "<f8"),  # magnitude, attraction positive [N]
+        ("viscous_normal", "<f8"),  # component along n on i [N]
+        ("viscous_tangential", "<f8", 3),  # on i [N]
+        ("force_i", "<f8", 3),  # sum of the above on i [N]
+        ("torque_i", "<f8", 3),
+        ("torque_j", "<f8", 3),
+    ]
+)
+
+LEDGER = np.dtype(
+    [
+        ("step", "<i8"),
+        ("time", "<f8"),
+        ("films", "<f8"),  # sum over spheres [m3]
+        ("bridges", "<f8"),
+        ("walls", "<f8"),
+        ("left", "<f8"),  # liquid on spheres that left the simulated box
+        ("initial", "<f8"),
+        ("spheres", "<i8"),  # number of spheres in the box
+        ("bridge_count", "<i8"),
+        ("formations", "<i8"),  # since the start
+        ("ruptures", "<i8"),
+    ]
+)
+
+BRIDGE = np.dtype(  # snapshot of standing bridges
+    [
+        ("step", "<i8"),
+        ("partner_kind", "<i4"),
+        ("i", "<i4"),
+        ("j", "<i4"),
+        ("triangle", "<i4"),
+        ("volume", "<f8"),
+        ("share_i", "<f8"),  # what i would get if it ruptured now [m3]
+        ("separation", "<f8"),
+        ("xi", "<f8", 3),
+        ("xj", "<f8", 3),
+    ]
+)
+FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
+WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
+
+RAW = {"events": EVENT, "contacts": CONTACT, "ledger": LEDGER, "bridges": BRIDGE, "films": FILM, "wall_films": WALL_FILM}
+"""Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""

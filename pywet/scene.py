@@ -1,0 +1,168 @@
+"""Typed description of what is simulated: spheres, walls, liquid, motion and timing.
+
+A `Scene` is complete (every number an engine needs, SI units, radians) and engine-neutral; it knows nothing of cases,
+files, decks or engines. It is written to `scene.json` in every run directory and read back from there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Vector = tuple[float, float, float]
+Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
+
+
+class Strict(BaseModel):
+    """Base: unknown keys are errors, values do not change after construction, NaN and inf are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class SphereClass(Strict):
+    """One size class of spheres of one material; its `type` (1, 2, …) is the index used by engines and logs."""
+
+    name: str
+    type: Annotated[int, Field(ge=1)]
+    radius_m: Positive
+    density_kg_per_m3: Positive
+    contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
+    count: Annotated[int, Field(ge=0)]
+    passes_aperture: bool = True
+
+    @property
+    def mass_kg(self) -> float:
+        """Mass of one sphere [kg]."""
+        return self.density_kg_per_m3 * 4.0 / 3.0 * 3.141592653589793 * self.radius_m**3
+
+
+class ContactPair(Strict):
+    """Dry contact of sphere type `a` with sphere type `b`, or with the walls when `b` is 0."""
+
+    a: Annotated[int, Field(ge=1)]
+    b: Annotated[int, Field(ge=0)]
+    normal_stiffness_N_per_m: Positive
+    tangential_stiffness_N_per_m: Positive
+    friction: NonNegative
+    rolling_friction_m: NonNegative
+    restitution: Annotated[float, Field(gt=0, le=1)]
+
+
+class Liquid(Strict):
+    """The liquid and where it is at the start (same film thickness on every sphere, walls dry)."""
+
+    surface_tension_N_per_m: NonNegative
+    viscosity_Pa_s: NonNegative
+    density_kg_per_m3: Positive
+    initial_film_thickness_m: NonNegative
+
+
+class Vibration(Strict):
+    """x_k(t) = amplitude_k · sin(2π f t + phase_k), with t from the start of the run and the rest position at zero."""
+
+    amplitude_m: Vector
+    phase_rad: Vector
+    frequency_Hz: Positive
+
+
+class WallMesh(Strict):
+    """One closed surface, an STL file; its triangles are grouped into parts (a wire, a flat face)."""
+
+    name: str
+    holder: Holder
+    stl: Path
+    contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
+    motion: Literal["fixed", "vibrates", "slides"] = "fixed"
+    triangle_part: tuple[int, ...]
+    """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
+    part_half_width_m: tuple[float | None, ...]
+    """For each part its half width r_w [m] (a wire's radius); None for a large wall."""
+
+
+class Slide(Strict):
+    """How the feed bin's floor is drawn away: constant velocity from `opens_at_s` for `travel_s`."""
+
+    velocity_m_per_s: Vector
+    opens_at_s: NonNegative
+    travel_s: Positive
+
+
+class Effects(Strict):
+    """Which effects are simulated (the outcome of the effect plan), and by which laws."""
+
+    bridges: bool
+    capillary: str | None = None
+    viscous_normal: str | None = None
+    viscous_tangential: str | None = None
+    rupture: str | None = None
+    dynamic_rupture: str | None = None
+    formation: str | None = None
+    transfer: str | None = None
+    rolling: bool = True
+
+    @model_validator(mode="after")
+    def _complete(self) -> Effects:
+        missing = [n for n in ("rupture", "formation", "transfer") if self.bridges and getattr(self, n) is None]
+        if missing:
+            raise ValueError(f"effects: bridges are on but no law is named for {', '.join(missing)}")
+        return self
+
+
+class Output(Strict):
+    """When results and logs are written."""
+
+    interval_s: Positive
+    contact_windows: int = Field(default=2, ge=0)
+    contact_window_steps: int = Field(default=20, ge=1)
+
+
+class Scene(Strict):
+    """Everything an engine needs to run one case."""
+
+    name: str
+    seed: int
+    classes: tuple[SphereClass, ...]
+    pairs: tuple[ContactPair, ...]
+    liquid: Liquid | None
+    walls: tuple[WallMesh, ...]
+    vibration: Vibration | None
+    slide: Slide | None
+    effects: Effects
+    gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
+    box_low_m: Vector
+    box_high_m: Vector
+    spheres_file: Path
+    """Parquet table of the spheres at the start: id, type, x, y, z [m] (and optional vx … wz)."""
+    time_step_s: Positive
+    duration_s: Positive
+    output: Output
+    screen_z_m: float = 0.0
+    bin_z_m: float
+    """A sphere whose centre is below this height has left through the outlet into the collecting bin."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        types = [c.type for c in self.classes]
+        if types != list(range(1, len(types) + 1)):
+            raise ValueError(f"scene {self.name}: sphere types must be 1, 2, … in order, got {types}")
+        have = {(p.a, p.b) for p in self.pairs}
+        want = {(a, b) for a in types for b in [0, *types] if b == 0 or a <= b}
+        if want - have:
+            raise ValueError(f"scene {self.name}: no contact data for the pairs {sorted(want - have)} (0 is a wall)")
+        if self.effects.bridges and self.liquid is None:
+            raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
+        return self
+
+    @property
+    def steps(self) -> int:
+        """Number of time steps of the whole run."""
+        return round(self.duration_s / self.time_step_s)
+
+    @classmethod
+    def read(cls, path: Path) -> Scene:
+        """Read `scene.json`."""
+        return cls.model_validate_json(Path(path).read_text())

@@ -1,0 +1,177 @@
+"""Small scenes beside screening: a few spheres, a plane wall, driven or free. Same `Scene`, same engine, same logs.
+
+Used by the checks inside the engine (two bodies at constant speed, dry collisions) and open to a user's own experiments.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet.engines.liggghts import driver
+from pywet.files import atomic_write, write_table
+from pywet.geometry.solids import plate
+from pywet.geometry.stl import write_stl
+from pywet.geometry.surface import Surface, make_surface
+from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
+
+PAPER = Effects(
+    bridges=True,
+    capillary="rabinovich",
+    viscous_normal="pitois",
+    viscous_tangential="goldman",
+    rupture="willett_unequal",
+    dynamic_rupture="pitois",
+    formation="shi_mccarthy",
+    transfer="parabola",
+)
+DRY = Effects(bridges=False)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """One sphere of a small scene; `kind` is its type, spins and velocities in SI units."""
+
+    kind: int
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    driven: bool = False
+    """Held at its velocity whatever acts on it."""
+
+
+def film_volume(thickness: float, radius: float) -> float:
+    """Liquid of a film of given thickness on a sphere [m3]."""
+    return 4.0 / 3.0 * math.pi * thickness * (3.0 * radius**2 + 3.0 * radius * thickness + thickness**2)
+
+
+def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
+    """A large flat plate whose upper face lies at `top`."""
+    outline = half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return make_surface("floor", "wall", plate(outline, top - thickness, top))
+
+
+def write_history_inputs(
+    scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path
+) -> None:
+    """history/spheres, triangles, parts: what the plugin and the replay start from."""
+    radius = {c.type: c.radius_m for c in scene.classes}
+    thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
+    start = spheres[["id", "type"]].copy()
+    start["radius"] = start["type"].map(radius)
+    start["film"] = [film_volume(thickness, r) for r in start["radius"]]
+    history = run_dir / "history"
+    write_table(start, history / "spheres.parquet")
+    triangles, parts, first = [], [], 0
+    for surface, wall in zip(surfaces, scene.walls, strict=True):
+        rows = pd.DataFrame({"part": surface.part + first, "mesh": surface.name, "holder": surface.holder, "area": surface.area})
+        for k in range(3):
+            for m, axis in enumerate("xyz"):
+                rows[f"v{k}_{axis}"] = surface.corners[:, k, m]
+        triangles.append(rows)
+        area = np.bincount(surface.part, weights=surface.area)
+        parts += [
+            (first + p, surface.name, surface.holder, np.nan if w is None else w, wall.contact_angle_rad, area[p])
+            for p, w in enumerate(surface.part_half_width)
+        ]
+        first += len(surface.part_half_width)
+    if triangles:
+        table = pd.concat(triangles, ignore_index=True)
+        table.insert(0, "triangle", np.arange(len(table)))
+        write_table(table, history / "triangles.parquet")
+        names = ["part", "mesh", "holder", "half_width", "contact_angle", "area"]
+        write_table(pd.DataFrame(parts, columns=names), history / "parts.parquet")
+
+
+def wall_mesh(surface: Surface, contact_angle_rad: float) -> WallMesh:
+    """The scene's description of a surface."""
+    return WallMesh(
+        name=surface.name,
+        holder=surface.holder,
+        stl=Path("stl") / f"{surface.name}.stl",
+        contact_angle_rad=contact_angle_rad,
+        motion=surface.motion,
+        triangle_part=tuple(int(p) for p in surface.part),
+        part_half_width_m=surface.part_half_width,
+    )
+
+
+def prepare(
+    run_dir: Path,
+    classes: Sequence[SphereClass],
+    spheres: Sequence[Sphere],
+    pairs: Sequence[ContactPair],
+    *,
+    liquid: Liquid | None = None,
+    effects: Effects = DRY,
+    walls: Sequence[Surface] = (),
+    wall_angle_rad: float = 0.0,
+    time_step_s: float = 1e-5,
+    steps: int = 1000,
+    log_every_step: bool = True,
+    output_interval_s: float | None = None,
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    box: float = 0.1,
+) -> Scene:
+    """Write everything a small scene needs into `run_dir` and return it."""
+    scene = Scene(
+        name="small",
+        seed=0,
+        classes=tuple(classes),
+        pairs=tuple(pairs),
+        liquid=liquid,
+        walls=tuple(wall_mesh(w, wall_angle_rad) for w in walls),
+        vibration=None,
+        slide=None,
+        effects=effects,
+        gravity_m_per_s2=gravity,
+        box_low_m=(-box, -box, -box),
+        box_high_m=(box, box, box),
+        spheres_file=Path("spheres.parquet"),
+        time_step_s=time_step_s,
+        duration_s=steps * time_step_s,
+        output=Output(
+            interval_s=output_interval_s or time_step_s,
+            contact_windows=1 if log_every_step else 0,
+            contact_window_steps=2 * steps,
+        ),
+        bin_z_m=-box,
+    )
+    table = pd.DataFrame({"id": np.arange(1, len(spheres) + 1), "type": [s.kind for s in spheres]})
+    for k, axis in enumerate("xyz"):
+        table[axis] = [s.position[k] for s in spheres]
+    for k, axis in enumerate("xyz"):
+        table[f"v{axis}"] = [s.velocity[k] for s in spheres]
+    for k, axis in enumerate("xyz"):
+        table[f"w{axis}"] = [s.spin[k] for s in spheres]
+    write_table(table, run_dir / "spheres.parquet")
+    for surface in walls:
+        write_stl(surface, run_dir / "stl" / f"{surface.name}.stl")
+    write_history_inputs(scene, walls, table, run_dir)
+    with atomic_write(run_dir / "scene.json") as temporary:
+        temporary.write_text(scene.model_dump_json(indent=1))
+    return scene
+
+
+def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
+    """Deck lines that hold driven spheres at their velocity, and the group of those that are free."""
+    driven = [k for k, s in enumerate(spheres, start=1) if s.driven]
+    if not driven:
+        return (), "all"
+    lines = []
+    for k in driven:
+        v = " ".join(repr(c) for c in spheres[k - 1].velocity)
+        lines += [f"group driven_{k} id {k}", f"fix drive_{k} driven_{k} move linear {v}"]
+    lines += [f"group driven id {' '.join(map(str, driven))}", "group free subtract all driven"]
+    return tuple(lines), "free"
+
+
+def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1) -> driver.RunInfo:
+    """Run a prepared small scene."""
+    extra, free = drive(spheres)
+    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free)
