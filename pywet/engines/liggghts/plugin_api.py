@@ -117,6 +117,10 @@ class Plugin:
         """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
         self._check(self._library.pywet_attach(engine, b"pywet", str(folder).encode()))
 
+    def finish(self) -> None:
+        """Close the logs and end MPI; the last call of a worker."""
+        self._library.pywet_finish()
+
 
 def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
     """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""

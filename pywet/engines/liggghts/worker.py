@@ -47,6 +47,7 @@ def run(run_dir: Path, folder: Path) -> None:
     plugin.attach(engine, folder)
     library.lammps_file(engine, b"run.liggghts")
     library.lammps_close(engine)
+    plugin.finish()
 
 
 def main() -> int:

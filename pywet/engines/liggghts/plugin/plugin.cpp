@@ -136,3 +136,11 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
     fix->set_callback(callback, nullptr);
   });
 }
+
+// Closes the logs and ends MPI; the engine library leaves that to its caller.
+EXPORT void pywet_finish() {
+  state.reset();
+  int done = 0;
+  MPI_Finalized(&done);
+  if (!done) MPI_Finalize();
+}
