@@ -43,6 +43,11 @@ struct Film {
   double film;
 };
 #pragma pack(pop)
+static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
+static_assert(sizeof(Contact) == 320, "records must match pywet/history/schema.py");
+static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py");
+static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
+static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
 
 // An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
 class RecordFile {
