@@ -44,7 +44,7 @@ struct Film {
 };
 #pragma pack(pop)
 static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
-static_assert(sizeof(Contact) == 320, "records must match pywet/history/schema.py");
+static_assert(sizeof(Contact) == 312, "records must match pywet/history/schema.py");
 static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py");
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");

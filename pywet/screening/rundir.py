@@ -1,0 +1,188 @@
+"""A run directory, read back: scene, tables, and the liquid and place of every sphere at every output step.
+
+Reads only; what is computed from it is in results.py. Which liquid belongs to whom: a sphere owns its film and its side of
+every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pywet.errors import PywetError
+from pywet.history.schema import SPHERE
+from pywet.scene import Scene
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+
+
+def film_thickness(film: Floats, radius: Floats) -> Floats:
+    """Film thickness on a sphere [m] from film volume [m3] and radius [m], E (34): h = (3L/(4π) + r³)^(1/3) − r.
+
+    Written as r·((1+u)^(1/3) − 1), u = 3L/(4πr³), through expm1 and log1p, so thin films keep all their digits.
+    """
+    u = 3.0 * np.asarray(film, dtype=float) / (4.0 * np.pi * np.asarray(radius, dtype=float) ** 3)
+    return np.asarray(radius * np.expm1(np.log1p(u) / 3.0))
+
+
+@dataclass(frozen=True)
+class RunDir:
+    """One run directory `results/<scale>/<case>/`; tables are read on first use and kept."""
+
+    path: Path
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that was run."""
+        path = self.path / "scene.json"
+        if not path.exists():
+            raise PywetError(f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it")
+        return Scene.read(path)
+
+    @property
+    def moist(self) -> bool:
+        """Whether bridges were simulated, so that the liquid tables exist."""
+        return self.scene.effects.bridges
+
+    def table(self, name: str) -> pd.DataFrame:
+        """A Parquet table by its path without suffix, such as `history/films`."""
+        path = self.path / f"{name}.parquet"
+        if not path.exists():
+            raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
+        return pd.read_parquet(path)
+
+    def json(self, name: str) -> Any:
+        """A JSON file by its path with suffix; None where it does not exist."""
+        path = self.path / name
+        return json.loads(path.read_text()) if path.exists() else None
+
+    @cached_property
+    def trajectory(self) -> pd.DataFrame:
+        """trajectory.parquet in the order step, id."""
+        return self.table("trajectory").sort_values(["step", "id"], ignore_index=True)
+
+    @cached_property
+    def spheres(self) -> pd.DataFrame:
+        """history/spheres.parquet: id, type, radius, film at the start, in the order of ids."""
+        return self.table("history/spheres").sort_values("id", ignore_index=True)
+
+    @cached_property
+    def triangles(self) -> pd.DataFrame:
+        """history/triangles.parquet in the order of triangle numbers."""
+        return self.table("history/triangles").sort_values("triangle", ignore_index=True)
+
+    @cached_property
+    def bridges(self) -> pd.DataFrame:
+        """Standing bridges at the output steps (history/bridges.parquet)."""
+        return self.table("history/bridges")
+
+    @cached_property
+    def wall_films(self) -> pd.DataFrame:
+        """Wet triangles at the output steps, with their holder."""
+        films = self.table("history/wall_films")
+        return films.assign(holder=self.holders(films["triangle"].to_numpy()))
+
+    def holders(self, triangle: Ints) -> NDArray[np.object_]:
+        """Holder of each triangle number."""
+        return np.asarray(self.triangles["holder"], dtype=object)[np.asarray(triangle, dtype=np.int64)]
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        """Place and liquid of every sphere at every output step."""
+        return Timeline.read(self)
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Arrays over S output steps and N spheres (spheres in the order of ids)."""
+
+    steps: Ints
+    times: Floats
+    """Time of each output [s], shape (S,)."""
+    ids: Ints
+    types: Ints
+    mass: Floats
+    """Dry mass of each sphere [kg], shape (N,)."""
+    present: Bools
+    """In the simulated box, shape (S, N)."""
+    passed: Bools
+    """In the collecting bin: at this output or an earlier one the centre was below the scene's `bin_z_m`, shape (S, N)."""
+    came_back: int
+    """Spheres that bounced above `bin_z_m` again after they had passed (they stay counted as passed)."""
+    film: Floats
+    """Liquid held as film [m3], shape (S, N)."""
+    in_bridges: Floats
+    """The sphere's side of its standing bridges [m3], shape (S, N)."""
+    initial_film: Floats
+    """Film at the start [m3], shape (N,)."""
+
+    @property
+    def liquid(self) -> Floats:
+        """Liquid assigned to each sphere: film and its side of standing bridges [m3], shape (S, N)."""
+        return self.film + self.in_bridges
+
+    @classmethod
+    def read(cls, run: RunDir) -> Timeline:
+        """Assemble the arrays from the tables of a run."""
+        spheres, trajectory, scene = run.spheres, run.trajectory, run.scene
+        ids = spheres["id"].to_numpy(dtype=np.int64)
+        steps = np.unique(trajectory["step"].to_numpy(dtype=np.int64))
+        row = np.searchsorted(steps, trajectory["step"].to_numpy())
+        column = _index(ids, trajectory["id"].to_numpy(), "trajectory.parquet")
+        z = np.full((len(steps), len(ids)), np.nan)
+        z[row, column] = trajectory["z"].to_numpy()
+        below = z < scene.bin_z_m
+        passed = np.logical_or.accumulate(below, axis=0)
+        present = np.isfinite(z)
+        types = spheres["type"].to_numpy(dtype=np.int64)
+        initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
+        film, shares = _liquid(run, steps, ids, initial)
+        return cls(
+            steps=steps,
+            times=steps * scene.time_step_s,
+            ids=ids,
+            types=types,
+            mass=np.array([c.mass_kg for c in scene.classes])[types - 1],
+            present=present,
+            passed=passed,
+            came_back=int((passed & ~below & present).any(axis=0).sum()),
+            film=film,
+            in_bridges=shares,
+            initial_film=initial,
+        )
+
+
+def _index(ids: Ints, wanted: Ints, where: str) -> Ints:
+    """Position of each wanted id in the sorted ids."""
+    position = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
+    if not np.array_equal(ids[position], wanted):
+        raise PywetError(f"{where} names spheres that history/spheres.parquet does not have; run the case again")
+    return position
+
+
+def _liquid(run: RunDir, steps: Ints, ids: Ints, initial: Floats) -> tuple[Floats, Floats]:
+    """Film and bridge share of each sphere at each output; without bridges the films stay as they were."""
+    shares = np.zeros((len(steps), len(ids)))
+    if not run.moist:
+        return np.tile(initial, (len(steps), 1)), shares
+    film = np.zeros((len(steps), len(ids)))
+    films = run.table("history/films")
+    films = films[films["step"].isin(steps)]
+    film[np.searchsorted(steps, films["step"].to_numpy()), _index(ids, films["id"].to_numpy(), "history/films.parquet")] = films["film"]
+    bridges = run.bridges[run.bridges["step"].isin(steps)]
+    row, volume, share = (bridges[c].to_numpy() for c in ("step", "volume", "share_i"))
+    row = np.searchsorted(steps, row)
+    np.add.at(shares, (row, _index(ids, bridges["i"].to_numpy(), "history/bridges.parquet")), share)
+    pair = bridges["partner_kind"].to_numpy() == SPHERE
+    other = _index(ids, bridges["j"].to_numpy()[pair], "history/bridges.parquet")
+    np.add.at(shares, (row[pair], other), (volume - share)[pair])
+    return film, shares

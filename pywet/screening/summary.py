@@ -1,0 +1,90 @@
+"""summary.json of a run: what was run, with which versions, how fast, and what holds."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from pywet.files import write_json
+from pywet.screening import results
+from pywet.screening.rundir import RunDir
+
+PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that the numbers depend on."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed as a package"
+    return found
+
+
+def summarise(run: RunDir) -> dict[str, Any]:
+    """The content of summary.json; times in seconds, volumes in m3, masses in kg."""
+    scene, line = run.scene, run.timeline
+    engine: dict[str, Any] = run.json("engine/run.json") or {}
+    wall = float(engine.get("wall_s") or 0.0)
+    retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
+    initial = float(line.initial_film.sum())
+    return {
+        "name": scene.name,
+        "seed": scene.seed,
+        "versions": {**versions(), "liggghts": engine.get("engine_version"), "plugin": engine.get("plugin_hash")},
+        "ranks": engine.get("ranks"),
+        "wall_s": wall,
+        "steps": scene.steps,
+        "time_step_s": scene.time_step_s,
+        "simulated_s": scene.duration_s,
+        "particle_steps_per_s": scene.steps * len(line.ids) / wall if wall > 0 else None,
+        "spheres": {c.name: int((line.types == c.type).sum()) for c in scene.classes},
+        "mass_kg": float(line.mass.sum()),
+        "initial_liquid_m3": initial,
+        "effects": scene.effects.model_dump(),
+        "fraction_retained_end": float(retained["fraction_retained"].iloc[-1]),
+        "coarse_share": results.coarse_share(scene),
+        "spheres_that_came_back_from_the_bin": line.came_back,
+        "liquid_end_m3": {
+            c.removesuffix("_m3"): float(liquid[c].iloc[-1]) for c in liquid.columns if c.endswith("_m3") and c != "initial_m3"
+        },
+        "events": _events(run),
+        "ledger_error": _ledger_error(run),
+        "checks": [asdict(c) for c in results.checks(run, retained, liquid)],
+        "replay": _replay(run),
+    }
+
+
+def write(run_dir: Path) -> dict[str, Any]:
+    """Write summary.json into the run directory and return its content."""
+    run = RunDir(Path(run_dir))
+    content = summarise(run)
+    write_json(run.path / "summary.json", content)
+    return content
+
+
+def _ledger_error(run: RunDir) -> float | None:
+    """Largest |Σ films + Σ bridges + Σ walls + left − initial| / initial over all outputs; None in a dry run."""
+    if not run.moist:
+        return None
+    ledger = run.table("history/ledger")
+    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
+    return float(((held - ledger["initial"]).abs() / ledger["initial"]).max())
+
+
+def _events(run: RunDir) -> dict[str, int] | None:
+    if not run.moist:
+        return None
+    last = run.table("history/ledger").sort_values("step").iloc[-1]
+    return {"formations": int(last["formations"]), "ruptures": int(last["ruptures"]), "standing_bridges": int(last["bridge_count"])}
+
+
+def _replay(run: RunDir) -> dict[str, Any] | None:
+    """What the replay said, without its worst contacts; None before a replay (and for a dry run, which has none)."""
+    found = run.json("replay.json")
+    return None if found is None else {k: v for k, v in found.items() if not isinstance(v, dict | list)}

@@ -1,0 +1,141 @@
+"""A run directory made by hand: three spheres, three walls, numbers small enough to add up on paper.
+
+Sphere 1 (coarse, 4 mm) stays on the screen; sphere 2 (fine, 2 mm) is in the bin from the second output; sphere 3 (fine) from
+the third. Liquid in units of 1e-9 m³: 10, 5 and 5 at the start. At output 2 a bridge of 2 (share of sphere 1: 1.5) joins 1
+and 3, a bridge of 1 (share of sphere 1: 0.25) joins 1 and the wire, and 0.5 lies on the collecting bin.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pywet.files import write_json, write_table
+from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
+
+UNIT = 1e-9
+STEPS = (0, 100, 200)
+TIME_STEP = 1e-4
+RADII = {1: 4e-3, 2: 2e-3}
+Z = {0: (0.01, 0.01, 0.02), 100: (0.006, -0.05, 0.02), 200: (0.006, -0.05, -0.05)}
+MESHES = (("wires", 0.0), ("side_wall", 0.0), ("collecting_bin", -0.06))
+"""Mesh (also its holder) and height of its two triangles."""
+
+
+def scene(moist: bool = True, name: str = "case02") -> Scene:
+    """The scene of the synthetic run."""
+    classes = (
+        SphereClass(name="POM 8 mm", type=1, radius_m=4e-3, density_kg_per_m3=1400, contact_angle_rad=1.2, count=1, passes_aperture=False),
+        SphereClass(name="POM 4 mm", type=2, radius_m=2e-3, density_kg_per_m3=1400, contact_angle_rad=1.2, count=2),
+    )
+    pairs = tuple(
+        ContactPair(
+            a=a,
+            b=b,
+            normal_stiffness_N_per_m=1e4,
+            tangential_stiffness_N_per_m=1e4,
+            friction=0.3,
+            rolling_friction_m=5e-5,
+            restitution=0.8,
+        )
+        for a, b in ((1, 0), (2, 0), (1, 1), (1, 2), (2, 2))
+    )
+    walls = tuple(
+        WallMesh(
+            name=mesh,
+            holder=mesh,
+            stl=Path(f"stl/{mesh}.stl"),
+            contact_angle_rad=1.3,
+            motion="fixed" if mesh == "collecting_bin" else "vibrates",
+            triangle_part=(0, 0),
+            part_half_width_m=(1e-3 if mesh == "wires" else None,),
+        )
+        for mesh, _ in MESHES
+    )
+    liquid = Liquid(surface_tension_N_per_m=0.072, viscosity_Pa_s=1e-3, density_kg_per_m3=1000, initial_film_thickness_m=5e-5)
+    effects = Effects(bridges=True, capillary="rabinovich", rupture="willett_unequal", formation="shi_mccarthy", transfer="parabola")
+    return Scene(
+        name=name,
+        seed=10007,
+        classes=classes,
+        pairs=pairs,
+        liquid=liquid if moist else None,
+        walls=walls,
+        vibration=None,
+        slide=Slide(velocity_m_per_s=(0.5, 0, 0), opens_at_s=0.005, travel_s=0.1),
+        effects=effects if moist else Effects(bridges=False),
+        box_low_m=(-0.02, -0.02, -0.07),
+        box_high_m=(0.02, 0.02, 0.05),
+        spheres_file=Path("spheres.parquet"),
+        time_step_s=TIME_STEP,
+        duration_s=0.02,
+        output=Output(interval_s=0.01),
+        bin_z_m=-0.04,
+    )
+
+
+def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
+    """Write the synthetic run directory and return it."""
+    run_dir.mkdir(parents=True, exist_ok=True)
+    (run_dir / "scene.json").write_text(scene(moist, name).model_dump_json())
+    films = (10.0, 5.0, 5.0) if moist else (0.0, 0.0, 0.0)
+    spheres = pd.DataFrame({"id": [1, 2, 3], "type": [1, 2, 2], "radius": [RADII[t] for t in (1, 2, 2)], "film": [f * UNIT for f in films]})
+    write_table(spheres, run_dir / "history" / "spheres.parquet")
+    write_table(_trajectory(), run_dir / "trajectory.parquet")
+    write_table(_triangles(), run_dir / "history" / "triangles.parquet")
+    motion = [(step, mesh, 0.0, 0.0, 1e-3 * (k if mesh != "collecting_bin" else 0)) for k, step in enumerate(STEPS) for mesh, _ in MESHES]
+    write_table(pd.DataFrame(motion, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")
+    if moist:
+        _liquid(run_dir / "history")
+    run = {
+        "wall_s": 2.0,
+        "steps": 200,
+        "spheres": 3,
+        "ranks": 1,
+        "engine_version": "3.8.0",
+        "plugin_hash": "abc" if moist else None,
+        "ledger_error": 1e-16 if moist else None,
+    }
+    write_json(run_dir / "engine" / "run.json", run)
+    return run_dir
+
+
+def _trajectory() -> pd.DataFrame:
+    rows = [
+        (step, step * TIME_STEP, i + 1, (1, 2, 2)[i], 0.006 * (i - 1), 0.0, Z[step][i], 0.1, 0, 0, 0, 0, 0) for step in STEPS for i in range(3)
+    ]
+    return pd.DataFrame(rows, columns=["step", "time", "id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"])
+
+
+def _triangles() -> pd.DataFrame:
+    rows = []
+    for m, (mesh, z) in enumerate(MESHES):
+        a, b, c, d = (-0.02, -0.02, z), (0.02, -0.02, z), (0.02, 0.02, z), (-0.02, 0.02, z)
+        for k, (u, v, w) in enumerate(((a, b, c), (a, c, d))):
+            rows.append((2 * m + k, m, mesh, mesh, 8e-4, *u, *v, *w))
+    corners = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
+    return pd.DataFrame(rows, columns=["triangle", "part", "mesh", "holder", "area", *corners])
+
+
+def _liquid(history: Path) -> None:
+    films = {0: (10, 5, 5), 100: (10, 5, 5), 200: (7.5, 5, 4)}
+    rows = [(step, i + 1, films[step][i] * UNIT) for step in STEPS for i in range(3)]
+    write_table(pd.DataFrame(rows, columns=["step", "id", "film"]), history / "films.parquet")
+    bridges = [
+        (200, 0, 1, 3, -1, 2 * UNIT, 1.5 * UNIT, 1e-4, -0.006, 0.0, 0.006, 0.006, 0.0, -0.05),
+        (200, 2, 1, 0, 1, 1 * UNIT, 0.25 * UNIT, 1e-4, -0.006, 0.0, 0.006, -0.006, 0.0, 0.002),
+    ]
+    names = ["step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", *(f"{p}_{a}" for p in ("xi", "xj") for a in "xyz")]
+    write_table(pd.DataFrame(bridges, columns=names), history / "bridges.parquet")
+    write_table(pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet")
+    ledger = pd.DataFrame(
+        [
+            (0, 0.0, 20, 0, 0, 0, 20, 3, 0, 0, 0),
+            (100, 0.01, 20, 0, 0, 0, 20, 3, 0, 0, 0),
+            (200, 0.02, 16.5, 3, 0.5, 0, 20, 3, 2, 4, 2),
+        ],
+        columns=["step", "time", "films", "bridges", "walls", "left", "initial", "spheres", "bridge_count", "formations", "ruptures"],
+    )
+    ledger[["films", "bridges", "walls", "left", "initial"]] *= UNIT
+    write_table(ledger, history / "ledger.parquet")
