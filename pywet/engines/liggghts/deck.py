@@ -16,7 +16,7 @@ from pywet.motion import viblin_movers
 from pywet.scene import ContactPair, Scene, SphereClass
 
 TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
-FILM_GROWTH = 2.0
+FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 
 

@@ -35,6 +35,11 @@ static double film_thickness(double volume, double r) {
 void Bridges::set_film(int id, double volume) {
   film[id] = volume;
   thickness_[id] = film_thickness(std::max(volume, 0.0), radius(id));
+  const double allowed = (lmp_->neighbor->contactDistanceFactor - 1.0) * radius(id);
+  if (thickness_[id] > allowed && volume > 0)
+    throw std::runtime_error("the film on sphere " + std::to_string(id) + " has grown to " + std::to_string(1e3 * thickness_[id]) +
+                             " mm, the neighbour list sees films up to " + std::to_string(1e3 * allowed) +
+                             " mm; raise FILM_GROWTH in pywet/engines/liggghts/deck.py");
 }
 
 int Bridges::local(int id) const { return lmp_->atom->map(id); }
