@@ -1,0 +1,109 @@
+"""`@force_law`: a plain Python function of floats becomes a law, callable on scalars and arrays and, by its address, from C.
+
+Nothing is compiled before it is used. What the functions compute is the business of the modules that define them.
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numba
+import numpy as np
+
+from pywet.errors import PywetError
+
+
+class ForceLaw:
+    """A compiled law: scalars or arrays in, float or array out; `address` is a C function double(double, …)."""
+
+    def __init__(self, function: Callable[..., float]) -> None:
+        self.python = function
+        self.name = function.__name__
+        self.__doc__ = function.__doc__
+        self.__name__ = function.__name__
+        self.__module__ = function.__module__
+        self.arguments = tuple(inspect.signature(function).parameters)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Evaluate; arrays are broadcast against each other."""
+        with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` looks at the result
+            result = self._ufunc(*arguments)
+        return float(result) if np.ndim(result) == 0 else result
+
+    @property
+    def address(self) -> int:
+        """Address of the compiled C function, double(double, …)."""
+        return int(self._cfunc.address)
+
+    @cached_property
+    def _signature(self) -> Any:
+        return numba.float64(*[numba.float64] * len(self.arguments))
+
+    @cached_property
+    def _cfunc(self) -> Any:
+        return self._compile(lambda: numba.cfunc(self._signature, cache=True)(self.python))
+
+    @cached_property
+    def _ufunc(self) -> Any:
+        return self._compile(lambda: numba.vectorize([self._signature], cache=True)(self.python))
+
+    def _compile(self, build: Callable[[], Any]) -> Any:
+        try:
+            return build()
+        except (numba.core.errors.NumbaError, TypeError) as error:
+            first = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            raise PywetError(
+                f"law {self.name} does not compile ({first}); expected a function of floats that numba understands: "
+                f"mend {self.python.__code__.co_filename}"
+            ) from error
+
+
+def force_law(function: Callable[..., float]) -> ForceLaw:
+    """Make a law of a plain function of floats."""
+    return ForceLaw(function)
+
+
+helper = numba.njit(cache=True, inline="always")
+"""Decorator of small functions shared by laws."""
+
+PROBE: dict[str, tuple[float, ...]] = {
+    "separation": (-1e-5, 0.0, 1e-7, 1e-4, 1e-3),
+    "volume": (1e-14, 1e-11, 1e-9),
+    "film_volume_i": (0.0, 1e-11, 1e-8),
+    "radius_i": (5e-4, 5e-3),
+    "radius_j": (5e-4, 5e-3, np.inf),
+    "half_width": (5e-4,),
+    "film_thickness": (0.0, 1e-4),
+    "contact_angle_i": (0.0, 0.8),
+    "contact_angle_j": (0.0, 0.8),
+    "surface_tension": (0.0728,),
+    "viscosity": (1e-3,),
+    "normal_velocity": (-0.1, 0.0, 0.1),
+    "speed": (0.0, 1.0),
+}
+"""Values a law is tried on before a run."""
+
+
+def check(law: ForceLaw, arguments: tuple[str, ...]) -> None:
+    """Refuse a law with other arguments than its kind has, or that gives NaN or inf anywhere on the probe grid."""
+    if law.arguments != arguments:
+        raise PywetError(
+            f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
+            f"mend {law.python.__code__.co_filename}"
+        )
+    grid = np.array(list(itertools.product(*(PROBE[name] for name in arguments)))).T
+    try:
+        values = np.asarray(law(*grid))
+    except ArithmeticError as error:
+        raise PywetError(f"law {law.name} raises {error} on the probe grid; mend {law.python.__code__.co_filename}") from error
+    if not np.isfinite(values).all():
+        at = grid[:, np.argmin(np.isfinite(values))]
+        given = ", ".join(f"{name}={value:g}" for name, value in zip(arguments, at, strict=True))
+        raise PywetError(
+            f"law {law.name} gives a value that is not finite at {given}; expected finite numbers: "
+            f"mend {law.python.__code__.co_filename}"
+        )

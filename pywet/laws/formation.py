@@ -1,0 +1,60 @@
+"""Liquid drawn into a bridge when two films touch (Shi & McCarthy 2008, and the wall forms of Elskamp & Kruggel-Emden)."""
+
+from __future__ import annotations
+
+import math
+
+from pywet.laws.force_law import force_law
+
+
+@force_law
+def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> float:
+    """Volume drawn from sphere i by sphere j, or by a large wall (radius_j infinite).
+
+    V_i = (L_i/2)(1 − √(1 − r_j²/(r_i + r_j)²)); large wall: as for an equal sphere, (L_i/2)(1 − √0.75).
+
+    Arguments: film_volume_i L_i [m3], radii [m]. Returns V_i [m3]. Source: Elskamp & Kruggel-Emden 2018 (8), (9).
+
+    >>> f"{formation_sphere(1.0, 1e-3, 1e-3):.7f}"
+    '0.0669873'
+    """
+    cap = 0.25 if math.isinf(radius_j) else (radius_j / (radius_i + radius_j)) ** 2
+    return 0.5 * film_volume_i * cap / (1.0 + math.sqrt(1.0 - cap))
+
+
+@force_law
+def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: float) -> float:
+    """Volume drawn from sphere i by a small wall (a wire of radius r_w < r_i): V_i = L_i r_w/(6 r_i).
+
+    Arguments: film_volume_i [m3], radius_i [m], half_width r_w [m]. Returns V_i [m3].
+    Source: Elskamp & Kruggel-Emden 2018 (12).
+
+    >>> f"{formation_sphere_wire(6.0, 2e-3, 1e-3):.6f}"
+    '0.500000'
+    """
+    return film_volume_i * half_width / (6.0 * radius_i)
+
+
+@force_law
+def formation_wall(film_thickness: float, radius_i: float) -> float:
+    """Volume drawn from a large wall's film: V_w = W_lf (π/4) r_i².
+
+    Arguments: film_thickness W_lf [m], radius_i [m]. Returns V_w [m3]. Source: Elskamp & Kruggel-Emden 2018 (10).
+
+    >>> f"{formation_wall(1.0, 2.0):.6f}"
+    '3.141593'
+    """
+    return film_thickness * 0.25 * math.pi * radius_i * radius_i
+
+
+@force_law
+def formation_wire(film_thickness: float, radius_i: float, half_width: float) -> float:
+    """Volume drawn from a wire's film: V_w = W_lf 2 r_i r_w.
+
+    Arguments: film_thickness W_lf [m], radius_i [m], half_width r_w [m]. Returns V_w [m3].
+    Source: Elskamp & Kruggel-Emden 2018 (13).
+
+    >>> f"{formation_wire(1.0, 2.0, 0.5):.6f}"
+    '2.000000'
+    """
+    return film_thickness * 2.0 * radius_i * half_width

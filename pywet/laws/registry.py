@@ -1,0 +1,114 @@
+"""Finds laws by kind and name: built in, published through the entry-point group `pywet.laws`, or `path/to/file.py:function`."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from pywet.errors import PywetError
+from pywet.laws import capillary, formation, rupture, viscous
+from pywet.laws.force_law import ForceLaw, check
+
+SIGNATURES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "capillary": (
+        ("separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j", "surface_tension"),
+    ),
+    "viscous_normal": (("separation", "volume", "radius_i", "radius_j", "normal_velocity", "viscosity"),),
+    "viscous_tangential": (("separation", "radius_i", "radius_j", "viscosity"),) * 2,
+    "rupture": (("volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j"),),
+    "dynamic_rupture": (("speed", "viscosity", "surface_tension"),),
+    "formation": (
+        ("film_volume_i", "radius_i", "radius_j"),
+        ("film_volume_i", "radius_i", "half_width"),
+        ("film_thickness", "radius_i"),
+        ("film_thickness", "radius_i", "half_width"),
+    ),
+    "transfer": (),
+}
+"""Arguments of each function of a law, by kind."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A named law: one function, or the few that make it up."""
+
+    name: str
+    kind: str
+    functions: tuple[ForceLaw, ...]
+
+
+BUILT_IN = {
+    "capillary": {"rabinovich": (capillary.rabinovich,)},
+    "viscous_normal": {"pitois": (viscous.pitois,)},
+    "viscous_tangential": {"goldman": (viscous.goldman_translation, viscous.goldman_rotation)},
+    "rupture": {"willett_unequal": (rupture.willett_unequal,)},
+    "dynamic_rupture": {"pitois": (rupture.pitois_dynamic,)},
+    "formation": {
+        "shi_mccarthy": (
+            formation.formation_sphere,
+            formation.formation_sphere_wire,
+            formation.formation_wall,
+            formation.formation_wire,
+        )
+    },
+    "transfer": {"parabola": ()},
+}
+
+
+def names(kind: str) -> list[str]:
+    """Names of the laws of a kind."""
+    _check_kind(kind)
+    return sorted({*BUILT_IN[kind], *(p.name for p in entry_points(group="pywet.laws") if p.value.startswith(kind))})
+
+
+@cache
+def get(kind: str, name: str) -> Law:
+    """The law of that kind and name; a user's own law is checked on a probe grid first."""
+    _check_kind(kind)
+    if name in BUILT_IN[kind]:
+        return Law(name, kind, BUILT_IN[kind][name])
+    published = {p.name: p for p in entry_points(group="pywet.laws")}
+    if name in published:
+        functions = published[name].load()
+    elif ".py:" in name:
+        functions = _from_file(name)
+    else:
+        raise PywetError(
+            f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function"
+        )
+    law = Law(name, kind, functions if isinstance(functions, tuple) else (functions,))
+    _check_own(law)
+    return law
+
+
+def _check_kind(kind: str) -> None:
+    if kind not in SIGNATURES:
+        raise PywetError(f"there is no kind of law named {kind}; expected one of {', '.join(SIGNATURES)}")
+
+
+def _check_own(law: Law) -> None:
+    wanted = SIGNATURES[law.kind]
+    if len(law.functions) != len(wanted) or not all(isinstance(f, ForceLaw) for f in law.functions):
+        raise PywetError(f"law {law.name} has {len(law.functions)} functions; a {law.kind} law has {len(wanted)}, each a @force_law")
+    for function, arguments in zip(law.functions, wanted, strict=True):
+        check(function, arguments)
+
+
+def _from_file(name: str) -> ForceLaw | tuple[ForceLaw, ...]:
+    path, _, attribute = name.rpartition(":")
+    if not Path(path).is_file():
+        raise PywetError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function")
+    spec = importlib.util.spec_from_file_location(Path(path).stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise PywetError(f"law {name}: its file raises {type(error).__name__}: {error}; mend {path}") from error
+    if not hasattr(module, attribute):
+        raise PywetError(f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law")
+    found: ForceLaw | tuple[ForceLaw, ...] = getattr(module, attribute)
+    return found
