@@ -5,7 +5,6 @@ Used by the checks inside the engine (two bodies at constant speed, dry collisio
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from pywet.files import atomic_write, write_table
 from pywet.geometry.solids import plate
 from pywet.geometry.stl import write_stl
 from pywet.geometry.surface import Surface, make_surface
+from pywet.history.initial import write_initial
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
 PAPER = Effects(
@@ -45,47 +45,10 @@ class Sphere:
     """Held at its velocity whatever acts on it."""
 
 
-def film_volume(thickness: float, radius: float) -> float:
-    """Liquid of a film of given thickness on a sphere [m3]."""
-    return 4.0 / 3.0 * math.pi * thickness * (3.0 * radius**2 + 3.0 * radius * thickness + thickness**2)
-
-
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
     """A large flat plate whose upper face lies at `top`."""
     outline = half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return make_surface("floor", "wall", plate(outline, top - thickness, top))
-
-
-def write_history_inputs(
-    scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path
-) -> None:
-    """history/spheres, triangles, parts: what the plugin and the replay start from."""
-    radius = {c.type: c.radius_m for c in scene.classes}
-    thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
-    start = spheres[["id", "type"]].copy()
-    start["radius"] = start["type"].map(radius)
-    start["film"] = [film_volume(thickness, r) for r in start["radius"]]
-    history = run_dir / "history"
-    write_table(start, history / "spheres.parquet")
-    triangles, parts, first = [], [], 0
-    for surface, wall in zip(surfaces, scene.walls, strict=True):
-        rows = pd.DataFrame({"part": surface.part + first, "mesh": surface.name, "holder": surface.holder, "area": surface.area})
-        for k in range(3):
-            for m, axis in enumerate("xyz"):
-                rows[f"v{k}_{axis}"] = surface.corners[:, k, m]
-        triangles.append(rows)
-        area = np.bincount(surface.part, weights=surface.area)
-        parts += [
-            (first + p, surface.name, surface.holder, np.nan if w is None else w, wall.contact_angle_rad, area[p])
-            for p, w in enumerate(surface.part_half_width)
-        ]
-        first += len(surface.part_half_width)
-    if triangles:
-        table = pd.concat(triangles, ignore_index=True)
-        table.insert(0, "triangle", np.arange(len(table)))
-        write_table(table, history / "triangles.parquet")
-        names = ["part", "mesh", "holder", "half_width", "contact_angle", "area"]
-        write_table(pd.DataFrame(parts, columns=names), history / "parts.parquet")
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float) -> WallMesh:
@@ -152,7 +115,7 @@ def prepare(
     write_table(table, run_dir / "spheres.parquet")
     for surface in walls:
         write_stl(surface, run_dir / "stl" / f"{surface.name}.stl")
-    write_history_inputs(scene, walls, table, run_dir)
+    write_initial(scene, walls, table, run_dir)
     with atomic_write(run_dir / "scene.json") as temporary:
         temporary.write_text(scene.model_dump_json(indent=1))
     return scene

@@ -81,6 +81,11 @@ class RunDir:
         return self.table("history/triangles").sort_values("triangle", ignore_index=True)
 
     @cached_property
+    def mesh_motion(self) -> pd.DataFrame:
+        """Translation of each mesh at the output steps: step, mesh, dx, dy, dz [m]."""
+        return self.table("mesh_motion")
+
+    @cached_property
     def bridges(self) -> pd.DataFrame:
         """Standing bridges at the output steps (history/bridges.parquet)."""
         return self.table("history/bridges")

@@ -65,8 +65,8 @@ def wall_corners(run: RunDir, step: int) -> Floats:
     """Corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
     table = run.triangles
     corners = table[[f"v{n}_{axis}" for n in range(3) for axis in "xyz"]].to_numpy(dtype=float).reshape(-1, 3, 3)
-    motion = run.table("mesh_motion")
-    shift = motion[motion["step"] == step].set_index("mesh")[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
+    motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
+    shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
 
 

@@ -1,0 +1,24 @@
+"""Configuration: four files in one folder, read into typed objects; every number knows where it comes from.
+
+Reading and checking only. What is built from it is in `pywet.screening.cases`; how to write it, in docs/configuration.md.
+"""
+
+from pywet.config.cases import Case
+from pywet.config.loading import FILES, Config, load
+from pywet.config.materials import Materials
+from pywet.config.scales import Apparatus, Scale, Scales
+from pywet.config.settings import EffectSettings, LawSettings, Settings
+
+__all__ = [
+    "FILES",
+    "Apparatus",
+    "Case",
+    "Config",
+    "EffectSettings",
+    "LawSettings",
+    "Materials",
+    "Scale",
+    "Scales",
+    "Settings",
+    "load",
+]

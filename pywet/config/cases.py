@@ -1,0 +1,42 @@
+"""The screening cases: cases.csv, one row each (the 18 of table 4, and whatever a user adds)."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from pywet.scene import Positive, Strict
+
+FILE = "cases.csv"
+CLASS_NAMES = ("small", "near_mesh", "large")
+
+
+class Case(Strict):
+    """One screening case: what is screened on what, how moist, how strongly shaken."""
+
+    case: Annotated[int, Field(ge=1)]
+    material: str
+    small_mm: Positive
+    near_mesh_mm: Positive
+    large_mm: Positive
+    aperture_mm: Positive
+    set_amplitude_mm: Positive
+    liquid_percent: Annotated[float, Field(ge=0, le=100)]
+    source: Annotated[str, Field(min_length=5)]
+
+    @property
+    def name(self) -> str:
+        """Name of the run directory, such as `case02`."""
+        return f"case{self.case:02d}"
+
+    @property
+    def diameters_mm(self) -> tuple[float, float, float]:
+        """Diameters of the classes small, near_mesh, large [mm]."""
+        return self.small_mm, self.near_mesh_mm, self.large_mm
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Case:
+        if not self.small_mm < self.near_mesh_mm < self.large_mm:
+            raise ValueError(f"small_mm < near_mesh_mm < large_mm, not {', '.join(f'{d:g}' for d in self.diameters_mm)}")
+        return self

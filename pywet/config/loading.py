@@ -1,0 +1,147 @@
+"""Reads the configuration folder; every mistake in it becomes one sentence."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from pywet.config import cases as cases_module
+from pywet.config import materials, scales, settings
+from pywet.config.cases import Case
+from pywet.config.materials import Materials
+from pywet.config.messages import explain
+from pywet.config.scales import Apparatus, Scale, Scales
+from pywet.config.settings import Settings
+from pywet.errors import PywetError
+
+Model = TypeVar("Model", bound=BaseModel)
+FILES: dict[str, type[BaseModel]] = {
+    settings.FILE: Settings,
+    materials.FILE: Materials,
+    scales.FILE: Scales,
+    cases_module.FILE: Case,
+}
+"""File of the configuration -> the type of its content (of each row for cases.csv)."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything configured; `cases` by number."""
+
+    folder: Path
+    settings: Settings
+    materials: Materials
+    scales: Scales
+    cases: Mapping[int, Case]
+
+    @property
+    def apparatus(self) -> Apparatus:
+        """Dimensions of the tower."""
+        return self.scales.apparatus
+
+    def scale(self, name: str) -> Scale:
+        """A scale by name."""
+        if name not in self.scales.scales:
+            raise PywetError(f"there is no scale {name} in {self.folder / scales.FILE}, expected one of {_join(self.scales.scales)}")
+        return self.scales.scales[name]
+
+    def case(self, number: int) -> Case:
+        """A case by number."""
+        if number not in self.cases:
+            raise PywetError(f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {_join(self.cases)}")
+        return self.cases[number]
+
+    def resolved(self, number: int, scale: str) -> dict[str, Any]:
+        """What concerns one run, with the source of every number, as plain data."""
+        return {
+            "case": self.case(number).model_dump(mode="json"),
+            "scale": {"name": scale, **self.scale(scale).model_dump(mode="json", exclude_none=True)},
+            "apparatus": self.apparatus.model_dump(mode="json", exclude_none=True),
+            "materials": self.materials.model_dump(mode="json", exclude_none=True),
+            "settings": self.settings.model_dump(mode="json", exclude_none=True, exclude={"cases", "scale"}),
+        }
+
+
+def load(config_dir: Path) -> Config:
+    """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake."""
+    folder = Path(config_dir)
+    config = Config(
+        folder=folder,
+        settings=_read_yaml(folder / settings.FILE, Settings),
+        materials=_read_yaml(folder / materials.FILE, Materials),
+        scales=_read_yaml(folder / scales.FILE, Scales),
+        cases=_read_cases(folder / cases_module.FILE),
+    )
+    config.scale(config.settings.scale)
+    for number in config.settings.cases:
+        config.case(number)
+    for case in config.cases.values():
+        _check_references(case, config.materials, folder)
+    return config
+
+
+def parse(model: type[Model], data: Any, where: str) -> Model:
+    """Validate plain data; `where` names the file (and row) in the message."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise PywetError(explain(error, model, where)) from error
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise PywetError(f"{path} could not be read ({why}), expected a file of the configuration folder") from error
+
+
+def _read_yaml(path: Path, model: type[Model]) -> Model:
+    try:
+        data = yaml.safe_load(_read_text(path))
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f" in line {mark.line + 1}" if mark is not None else ""
+        raise PywetError(f"{path} is not YAML{line}: {getattr(error, 'problem', None) or 'it cannot be parsed'}") from error
+    if not isinstance(data, dict):
+        raise PywetError(f"{path} holds {type(data).__name__}, expected keys with values such as `{next(iter(model.model_fields))}:`")
+    return parse(model, data, str(path))
+
+
+def _read_cases(path: Path) -> dict[int, Case]:
+    found: dict[int, Case] = {}
+    for line, row in enumerate(csv.DictReader(_read_text(path).splitlines()), start=2):
+        where = f"{path} line {line}"
+        if None in row or None in row.values():
+            raise PywetError(f"{where} has too many or too few columns, expected {', '.join(Case.model_fields)}")
+        case = parse(Case, row, where)
+        if case.case in found:
+            raise PywetError(f"{where}: case {case.case} is given twice, expected a number of its own for each row")
+        found[case.case] = case
+    if not found:
+        raise PywetError(f"{path} has no case, expected one row for each")
+    return found
+
+
+def _check_references(case: Case, data: Materials, folder: Path) -> None:
+    """Material, sizes, screen and stroke of a case must exist in materials.yaml, also in the reference material's sizes."""
+    try:
+        for diameter in case.diameters_mm:
+            data.size(case.material, diameter)
+            data.size(data.feed.reference_material, diameter)
+        data.screen(case.aperture_mm)
+        data.stroke(case.set_amplitude_mm)
+        data.contact(case.material, case.material)
+        data.wall_contact(case.material)
+    except PywetError as error:
+        raise PywetError(f"{folder / cases_module.FILE}: case {case.case} cannot be built: {error}") from error
+
+
+def _join(names: Mapping[Any, Any]) -> str:
+    return ", ".join(str(n) for n in names)

@@ -1,0 +1,219 @@
+"""Tables 1 to 3 of Elskamp & Kruggel-Emden (2018) as typed objects: spheres, walls, dry contacts, liquid, screens, motion."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from pywet.config.entries import AngleEntry, Entry, MaterialEntry, NonNegativeEntry, PositiveEntry, RatioEntry
+from pywet.errors import PywetError
+from pywet.scene import Strict
+
+FILE = "materials.yaml"
+MASS_MISFIT = 0.1
+"""Relative misfit allowed between mass and density times volume where the mass has no tolerance."""
+
+
+class Size(Strict):
+    """One size of spheres. The simulation takes diameter and density; the mass must agree with them."""
+
+    diameter_mm: PositiveEntry
+    mass_g: PositiveEntry
+    density_kg_per_m3: PositiveEntry
+
+    @property
+    def radius_m(self) -> float:
+        """Radius [m]."""
+        return 0.5e-3 * self.diameter_mm.value
+
+    @property
+    def sphere_mass_kg(self) -> float:
+        """Density times volume [kg]."""
+        return self.density_kg_per_m3.value * 4.0 / 3.0 * math.pi * self.radius_m**3
+
+    @model_validator(mode="after")
+    def _mass_agrees(self) -> Size:
+        given, computed = self.mass_g.value, 1e3 * self.sphere_mass_kg
+        allowed = self.mass_g.tolerance or MASS_MISFIT * given
+        if abs(given - computed) > allowed:
+            raise ValueError(
+                f"mass_g {given:g} and density_kg_per_m3 times volume ({computed:.4g} g) within {allowed:.2g} g of each other"
+            )
+        return self
+
+
+class SphereMaterial(Strict):
+    """A material of spheres. Young's modulus and Poisson's ratio are recorded; the linear contact law does not use them."""
+
+    sizes: Annotated[tuple[Size, ...], Field(min_length=1)]
+    youngs_modulus_Pa: PositiveEntry
+    poissons_ratio: PositiveEntry
+    stiffness_sphere_sphere_N_per_m: PositiveEntry
+    stiffness_sphere_wall_N_per_m: PositiveEntry
+    contact_angle_deg: AngleEntry
+
+
+class WallMaterial(Strict):
+    """A material of walls."""
+
+    density_kg_per_m3: PositiveEntry
+    youngs_modulus_Pa: PositiveEntry
+    poissons_ratio: PositiveEntry
+    contact_angle_deg: AngleEntry
+
+
+class Contact(Strict):
+    """Dry contact of a sphere material with a partner (its own kind or a wall material)."""
+
+    sphere: str
+    partner: str
+    friction: NonNegativeEntry
+    rolling_friction_m: NonNegativeEntry
+    restitution: RatioEntry
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        """Friction, rolling friction [m], restitution."""
+        return self.friction.value, self.rolling_friction_m.value, self.restitution.value
+
+
+class LiquidData(Strict):
+    """The liquid."""
+
+    surface_tension_N_per_m: PositiveEntry
+    viscosity_Pa_s: NonNegativeEntry
+    density_kg_per_m3: PositiveEntry
+
+
+class Screen(Strict):
+    """One screen: aperture and wire."""
+
+    aperture_mm: PositiveEntry
+    wire_diameter_mm: PositiveEntry
+
+    @model_validator(mode="after")
+    def _open(self) -> Screen:
+        if self.aperture_mm.value < self.wire_diameter_mm.value:
+            raise ValueError(
+                f"aperture_mm at least wire_diameter_mm ({self.aperture_mm.value:g} is smaller than the wire's "
+                f"{self.wire_diameter_mm.value:g})"
+            )
+        return self
+
+
+class Stroke(Strict):
+    """Measured amplitudes of the screen for an amplitude set at the machine."""
+
+    set_amplitude_mm: PositiveEntry
+    x_amplitude_mm: NonNegativeEntry
+    y_amplitude_mm: NonNegativeEntry
+    z_amplitude_mm: NonNegativeEntry
+
+
+class Motion(Strict):
+    """Motion of the vibrating parts: x_k(t) = amplitude_k sin(2 pi f t + phase_k)."""
+
+    frequency_Hz: PositiveEntry
+    strokes: tuple[Stroke, ...]
+    x_phase_deg: Entry
+    y_phase_deg: Entry
+    z_phase_deg: Entry
+
+
+class Feed(Strict):
+    """How much is screened: each class has `class_mass_g` of `reference_material`; others the same volume of each class."""
+
+    class_mass_g: PositiveEntry
+    reference_material: str
+    sieve_diameter_mm: PositiveEntry
+
+
+class WallMaterials(Strict):
+    """What each part of the apparatus is made of."""
+
+    wires: MaterialEntry
+    side_wall: MaterialEntry
+    feed_bin: MaterialEntry
+    slide: MaterialEntry
+    outlet: MaterialEntry
+    impact_plate: MaterialEntry
+    collecting_bin: MaterialEntry
+
+
+class Materials(Strict):
+    """The whole of materials.yaml."""
+
+    spheres: dict[str, SphereMaterial]
+    walls: dict[str, WallMaterial]
+    contacts: tuple[Contact, ...]
+    tangential_stiffness_ratio: PositiveEntry
+    liquid: LiquidData
+    screens: tuple[Screen, ...]
+    motion: Motion
+    feed: Feed
+    wall_materials: WallMaterials
+
+    @model_validator(mode="after")
+    def _names(self) -> Materials:
+        for part, choice in self.wall_materials:
+            if choice.material not in self.walls:
+                raise ValueError(f"wall_materials.{part} to name one of {_listed(self.walls)}, not {choice.material}")
+        if self.feed.reference_material not in self.spheres:
+            raise ValueError(f"feed.reference_material to name one of {_listed(self.spheres)}")
+        return self
+
+    def sphere(self, material: str) -> SphereMaterial:
+        """A sphere material by name."""
+        if material not in self.spheres:
+            raise PywetError(f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}")
+        return self.spheres[material]
+
+    def size(self, material: str, diameter_mm: float) -> Size:
+        """The size of a material by diameter [mm]."""
+        sizes = self.sphere(material).sizes
+        for size in sizes:
+            if math.isclose(size.diameter_mm.value, diameter_mm, rel_tol=1e-9):
+                return size
+        have = ", ".join(f"{s.diameter_mm.value:g}" for s in sizes)
+        raise PywetError(f"{FILE}: spheres.{material}.sizes has no {diameter_mm:g} mm, expected one of {have} mm")
+
+    def screen(self, aperture_mm: float) -> Screen:
+        """The screen by its aperture [mm]."""
+        for screen in self.screens:
+            if math.isclose(screen.aperture_mm.value, aperture_mm, rel_tol=1e-9):
+                return screen
+        have = ", ".join(f"{s.aperture_mm.value:g}" for s in self.screens)
+        raise PywetError(f"{FILE}: screens has no aperture of {aperture_mm:g} mm, expected one of {have} mm")
+
+    def stroke(self, set_amplitude_mm: float) -> Stroke:
+        """The measured stroke by the amplitude set at the machine [mm]."""
+        for stroke in self.motion.strokes:
+            if math.isclose(stroke.set_amplitude_mm.value, set_amplitude_mm, rel_tol=1e-9):
+                return stroke
+        have = ", ".join(f"{s.set_amplitude_mm.value:g}" for s in self.motion.strokes)
+        raise PywetError(f"{FILE}: motion.strokes has no set amplitude {set_amplitude_mm:g} mm, expected one of {have} mm")
+
+    def contact(self, sphere: str, partner: str) -> Contact:
+        """Dry contact data of a sphere material with a partner material."""
+        for contact in self.contacts:
+            if (contact.sphere, contact.partner) == (sphere, partner):
+                return contact
+        raise PywetError(f"{FILE}: contacts has no entry for {sphere} spheres with {partner}; add one")
+
+    def wall_contact(self, sphere: str) -> Contact:
+        """The one dry contact of a sphere material with all walls: engines take the walls as one material."""
+        partners = sorted({choice.material for _, choice in self.wall_materials})
+        found = [self.contact(sphere, partner) for partner in partners]
+        for other in found[1:]:
+            if other.numbers != found[0].numbers:
+                raise PywetError(
+                    f"{FILE}: contacts of {sphere} with {found[0].partner} and with {other.partner} differ, expected equal "
+                    "friction, rolling_friction_m and restitution because all walls are one material in the engine"
+                )
+        return found[0]
+
+
+def _listed(names: dict[str, SphereMaterial] | dict[str, WallMaterial]) -> str:
+    return ", ".join(sorted(names))

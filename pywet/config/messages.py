@@ -1,0 +1,85 @@
+"""Turns a pydantic validation error into one sentence: file, key, what was given, what was expected."""
+
+from __future__ import annotations
+
+import difflib
+import types
+import typing
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+Loc = tuple[int | str, ...]
+
+
+def explain(error: ValidationError, model: type[BaseModel], where: str) -> str:
+    """One sentence about the first error (a misspelt key or wrong unit first), and how many more there are."""
+    problems: list[Any] = list(error.errors())
+    unknown = [p for p in problems if p["type"] == "extra_forbidden"]
+    first = unknown[0] if unknown else problems[0]
+    sentence = f"{where}: {_sentence(first, problems, model)}"
+    others = len(problems) - 1 - _explained_too(first, problems)
+    return f"{sentence} ({others} more after this)" if others > 0 else sentence
+
+
+def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
+    loc: Loc = problem["loc"]
+    key = ".".join(str(k) for k in loc) or "the content"
+    if problem["type"] == "extra_forbidden":
+        missing = _missing_beside(loc, problems)
+        known = missing or list(getattr(_model_at(model, loc[:-1]), "model_fields", {}))
+        close = difflib.get_close_matches(str(loc[-1]), known, n=1, cutoff=0.4)
+        return f"key {key} is not known, expected {close[0] if close else 'one of ' + ', '.join(known)}"
+    if problem["type"] == "missing":
+        return f"key {key} is missing, expected {_kind(model, loc)}"
+    if problem["type"] == "model_type":
+        return f"{key} is {problem['input']!r}, expected {_kind(model, loc)}"
+    if problem["type"] == "value_error":
+        return f"{key} is not consistent, expected {problem['msg'].removeprefix('Value error, ')}"
+    expected = problem["msg"].removeprefix("Input should be ").replace("Input should have", "to have")
+    return f"{key} is {problem['input']!r}, expected {expected[0].lower()}{expected[1:]}"
+
+
+def _missing_beside(loc: Loc, problems: list[Any]) -> list[str]:
+    return [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == loc[:-1]]
+
+
+def _explained_too(first: Any, problems: list[Any]) -> int:
+    """A missing key named as the expected one instead of an unknown key is not another problem."""
+    return int(first["type"] == "extra_forbidden" and bool(_missing_beside(first["loc"], problems)))
+
+
+def _kind(model: type[BaseModel], loc: Loc) -> str:
+    """What belongs at a place: an entry, a group of keys, a value."""
+    found = _model_at(model, loc)
+    if found is None:
+        return "a value"
+    fields = found.model_fields
+    if "source" in fields and "value" in fields:
+        return "an entry such as {value: 1.0, source: assumption, reason: why}"
+    if "source" in fields and "material" in fields:
+        return "an entry such as {material: steel, source: assumption, reason: why}"
+    return f"the keys {', '.join(fields)}"
+
+
+def _model_at(model: type[BaseModel], loc: Loc) -> type[BaseModel] | None:
+    """The model that describes the place `loc` within `model`; None where there is none."""
+    here: Any = model
+    for step in loc:
+        if isinstance(here, type) and issubclass(here, BaseModel):
+            field = here.model_fields.get(str(step))
+            here = _bare(field.annotation) if field is not None else None
+        else:
+            inner = [a for a in typing.get_args(here) if a is not Ellipsis]
+            here = _bare(inner[-1]) if inner else None
+    return here if isinstance(here, type) and issubclass(here, BaseModel) else None
+
+
+def _bare(annotation: Any) -> Any:
+    """Annotation without Annotated and None."""
+    if typing.get_origin(annotation) is typing.Annotated:
+        return _bare(typing.get_args(annotation)[0])
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        kept = [a for a in typing.get_args(annotation) if a is not type(None)]
+        return _bare(kept[0]) if len(kept) == 1 else None
+    return annotation

@@ -1,0 +1,56 @@
+"""How large, how stiff and how long a case is run: scales.yaml. The dimensions of the apparatus are common to all scales."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pywet.config.entries import AngleEntry, CountEntry, PositiveEntry, RatioEntry
+from pywet.scene import Strict
+
+FILE = "scales.yaml"
+
+
+class Apparatus(Strict):
+    """Dimensions of the tower around the screen."""
+
+    side_wall_height_mm: PositiveEntry
+    feed_bin_height_mm: PositiveEntry
+    slide_height_mm: PositiveEntry
+    slide_speed_m_per_s: PositiveEntry
+    outlet_height_mm: PositiveEntry
+    impact_plate_angle_deg: AngleEntry
+    collecting_bin_height_mm: PositiveEntry
+    wall_thickness_mm: PositiveEntry
+    clearance_mm: PositiveEntry
+
+
+class Scale(Strict):
+    """One scale. A square sieve's width is rounded to whole pitches of its screen; mass goes with the sieve's area."""
+
+    shape: Literal["square", "cylinder"]
+    width_mm: PositiveEntry
+    wire_sides: CountEntry
+    cylinder_sides: CountEntry | None = None
+    stiffness_factor: RatioEntry
+    duration_s: PositiveEntry
+    slide_opens_at_s: PositiveEntry
+    output_interval_s: PositiveEntry
+
+    def sieve_width_m(self, pitch_m: float) -> float:
+        """Side length or diameter of the sieve [m] for a screen of this pitch [m]."""
+        wished = 1e-3 * self.width_mm.value
+        return wished if self.shape == "cylinder" else max(1, round(wished / pitch_m)) * pitch_m
+
+    def sieve_area_m2(self, pitch_m: float) -> float:
+        """Area of the sieve [m2]."""
+        return self.sieve_width_m(pitch_m) ** 2 * (0.25 * math.pi if self.shape == "cylinder" else 1.0)
+
+
+class Scales(Strict):
+    """The whole of scales.yaml."""
+
+    apparatus: Apparatus
+    scales: Annotated[dict[str, Scale], Field(min_length=1)]

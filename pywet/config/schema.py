@@ -1,0 +1,47 @@
+"""JSON schemas of the configuration files, generated from the types; the workflow validates with them.
+
+`python -m pywet.config.schema workflow/schemas` writes them anew; a test says when they are out of date.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from pywet.config.loading import FILES
+from pywet.files import write_json
+
+
+def schemas() -> dict[str, dict[str, Any]]:
+    """File name of the schema -> schema."""
+    found = {}
+    for file, model in FILES.items():
+        schema = model.model_json_schema()
+        found[f"{Path(file).stem}.schema.json"] = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return found
+
+
+def write_schemas(folder: Path) -> list[Path]:
+    """Write all schemas into a folder; returns their paths."""
+    paths = []
+    for name, schema in schemas().items():
+        write_json(Path(folder) / name, schema)
+        paths.append(Path(folder) / name)
+    return paths
+
+
+def stale(folder: Path) -> list[str]:
+    """Names of schemas in a folder that are missing or differ from the types."""
+    old = []
+    for name, schema in schemas().items():
+        path = Path(folder) / name
+        if not path.is_file() or json.loads(path.read_text()) != schema:
+            old.append(name)
+    return old
+
+
+if __name__ == "__main__":
+    for path in write_schemas(Path(sys.argv[1] if len(sys.argv) > 1 else "workflow/schemas")):
+        print(path)

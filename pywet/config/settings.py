@@ -1,0 +1,70 @@
+"""What to run and how: config.yaml."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pywet.config.entries import RatioEntry
+from pywet.scene import Strict
+
+FILE = "config.yaml"
+Switch = Literal["auto", True, False]
+"""YAML reads on and off as true and false."""
+
+
+class LawSettings(Strict):
+    """Force laws: a preset, and laws named for single effects instead of the preset's."""
+
+    preset: Literal["paper"] = "paper"
+    capillary: str | None = None
+    viscous_normal: str | None = None
+    viscous_tangential: str | None = None
+    rupture: str | None = None
+    dynamic_rupture: str | None = None
+    formation: str | None = None
+    transfer: str | None = None
+
+
+class EffectSettings(Strict):
+    """Which effects are simulated. `auto`: decided by `decide`; on or off: as said.
+
+    decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose number
+    is below the tolerance is off.
+    """
+
+    decide: Literal["preset", "tolerance"] = "preset"
+    tolerance: RatioEntry
+    bridges: Switch = "auto"
+    capillary: Switch = "auto"
+    viscous_normal: Switch = "auto"
+    viscous_tangential: Switch = "auto"
+    dynamic_rupture: Switch = "auto"
+    rolling: Switch = "auto"
+
+
+class TimeStepSettings(Strict):
+    """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time)."""
+
+    fraction: RatioEntry
+
+
+class OutputSettings(Strict):
+    """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale."""
+
+    contact_windows: Annotated[int, Field(ge=0)] = 2
+    contact_window_steps: Annotated[int, Field(ge=1)] = 20
+
+
+class Settings(Strict):
+    """The whole of config.yaml."""
+
+    scale: str
+    cases: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=1)]
+    ranks: Annotated[int, Field(ge=1)] = 1
+    seed: Annotated[int, Field(ge=0)]
+    laws: LawSettings = LawSettings()
+    effects: EffectSettings
+    time_step: TimeStepSettings
+    output: OutputSettings = OutputSettings()

@@ -1,0 +1,88 @@
+"""How many spheres, how much liquid, how short a time step: plain functions of a scene's parts, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from scipy.optimize import brentq
+
+from pywet.config import Case, Materials, Scale
+from pywet.history.initial import film_volume
+from pywet.scene import ContactPair, SphereClass
+
+S_MIN = 0.001
+"""Smallest gap of the viscous laws over r_eff."""
+
+
+def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
+    """Spheres of each class: the reference material's class mass by area of the sieve; the same number in any material.
+
+    The same number of the same sizes is the same volume, as the paper chose glass (section 5.1). At least one of a class.
+    """
+    screen = materials.screen(case.aperture_mm)
+    pitch = 1e-3 * (screen.aperture_mm.value + screen.wire_diameter_mm.value)
+    feed = materials.feed
+    reference_area = 0.25 * math.pi * (1e-3 * feed.sieve_diameter_mm.value) ** 2
+    class_mass = 1e-3 * feed.class_mass_g.value * scale.sieve_area_m2(pitch) / reference_area
+    masses = [materials.size(feed.reference_material, d).sphere_mass_kg for d in case.diameters_mm]
+    return tuple(max(1, round(class_mass / mass)) for mass in masses)
+
+
+def liquid_volume(classes: Sequence[SphereClass], liquid_percent: float, density_kg_per_m3: float) -> float:
+    """Liquid [m3] that weighs `liquid_percent` of the spheres."""
+    return 0.01 * liquid_percent * sum(c.count * c.mass_kg for c in classes) / density_kg_per_m3
+
+
+def common_film_thickness(classes: Sequence[SphereClass], volume_m3: float) -> float:
+    """Thickness h [m] with sum of 4/3 pi ((r+h)^3 - r^3) = volume: the same film on every sphere."""
+    if volume_m3 <= 0:
+        return 0.0
+    area = sum(c.count * 4.0 * math.pi * c.radius_m**2 for c in classes)
+    upper = volume_m3 / area  # as if flat: a sphere's film of this thickness holds more
+
+    def excess(share: float) -> float:
+        return sum(c.count * film_volume(share * upper, c.radius_m) for c in classes) / volume_m3 - 1.0
+
+    return upper * float(brentq(excess, 0.0, 1.0, xtol=1e-16, rtol=1e-15))
+
+
+def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
+    """Half period [s] of the damped contact spring, the shorter of normal and tangential; E after (5).
+
+    t_c = pi sqrt(m_eff/k)/sqrt(1 - zeta^2) with zeta = -ln e/sqrt(pi^2 + ln^2 e). The tangential spring moves 2/7 of the mass.
+    """
+    m_eff, log_e = _effective_mass(pair, classes), math.log(pair.restitution)
+    normal = math.sqrt(m_eff / pair.normal_stiffness_N_per_m) * math.hypot(math.pi, log_e)
+    tangential = math.pi * math.sqrt(2.0 / 7.0 * m_eff / pair.tangential_stiffness_N_per_m)
+    return min(normal, tangential)
+
+
+def damping_time(pair: ContactPair, classes: Sequence[SphereClass], viscosity_Pa_s: float) -> float:
+    """Shortest time m_eff/c [s] in which lubrication at the smallest gap stops a pair; c = 6 pi eta r_red^2/S_min."""
+    r = classes[pair.a - 1].radius_m
+    r_other = classes[pair.b - 1].radius_m if pair.b else math.inf
+    r_red = r if math.isinf(r_other) else r * r_other / (r + r_other)
+    gap = S_MIN * (r if math.isinf(r_other) else 2.0 * r_red)
+    return _effective_mass(pair, classes) * gap / (6.0 * math.pi * viscosity_Pa_s * r_red**2)
+
+
+def time_step(
+    pairs: Sequence[ContactPair], classes: Sequence[SphereClass], fraction: float, viscosity_Pa_s: float = 0.0
+) -> float:
+    """Fraction of the shortest collision or damping time [s], cut (not rounded) to three digits.
+
+    A viscosity of zero leaves the damping time out (dry scenes, or the normal viscous force switched off).
+    """
+    used = [p for p in pairs if classes[p.a - 1].count and (p.b == 0 or classes[p.b - 1].count)]
+    shortest = min(collision_time(p, classes) for p in used)
+    if viscosity_Pa_s > 0:
+        shortest = min(shortest, *(damping_time(p, classes, viscosity_Pa_s) for p in used))
+    step = fraction * shortest
+    digit = 10.0 ** (math.floor(math.log10(step)) - 2)
+    return float(f"{math.floor(step / digit) * digit:.3g}")
+
+
+def _effective_mass(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
+    m = classes[pair.a - 1].mass_kg
+    return m if pair.b == 0 else m * classes[pair.b - 1].mass_kg / (m + classes[pair.b - 1].mass_kg)

@@ -1,0 +1,215 @@
+"""From configuration to scene: builds one screening case at one scale, with everything its run directory starts from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from pywet.config import Case, Config, Scale
+from pywet.config.cases import CLASS_NAMES
+from pywet.effects import EffectPlan
+from pywet.effects import plan as plan_effects
+from pywet.files import write_json, write_table
+from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill, write_stl
+from pywet.history.initial import write_initial
+from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
+from pywet.screening import amounts
+
+
+@dataclass(frozen=True)
+class Ingredients:
+    """A case at a scale without its walls: enough for the effect plan and the time step."""
+
+    classes: tuple[SphereClass, ...]
+    pairs: tuple[ContactPair, ...]
+    liquid: Liquid | None
+    vibration: Vibration
+    plan: EffectPlan
+    time_step_s: float
+
+
+def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredients:
+    """Spheres, dry contacts, liquid, motion, effect plan and time step of a case; quick, writes nothing."""
+    case, scale = config.case(case_number), config.scale(scale_name)
+    classes = sphere_classes(config, case, scale)
+    pairs = contact_pairs(config, case, scale)
+    liquid = liquid_of(config, case, classes)
+    vibration = vibration_of(config, case)
+    settings = config.settings
+    chosen = plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws)
+    viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal else 0.0
+    step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
+    return Ingredients(classes, pairs, liquid, vibration, chosen, step)
+
+
+def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan:
+    """The effect plan of a case (`pywet plan CASE`)."""
+    return ingredients(config, case_number, scale_name).plan
+
+
+def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> Scene:
+    """Write a case's run directory and return its scene.
+
+    Writes stl/, spheres.parquet, scene.json, plan.json, config.json and history/spheres, triangles, parts. The same
+    configuration gives the same files. Raises `PywetError` for what does not go together.
+    """
+    run_dir = Path(run_dir)
+    case, scale = config.case(case_number), config.scale(scale_name)
+    made = ingredients(config, case_number, scale_name)
+    apparatus = build_apparatus(apparatus_spec(config, case, scale))
+    scene = assemble(config, case, scale, made, apparatus)
+    spheres = fill(scene.classes, apparatus.feed_region, scene.seed)
+    for surface, wall in zip(apparatus.surfaces, scene.walls, strict=True):
+        write_stl(surface, run_dir / wall.stl)
+    write_table(spheres, run_dir / scene.spheres_file)
+    write_initial(scene, apparatus.surfaces, spheres, run_dir)
+    write_json(run_dir / "plan.json", made.plan.as_dict())
+    write_json(run_dir / "config.json", config.resolved(case_number, scale_name))
+    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    return scene
+
+
+def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, apparatus: Apparatus) -> Scene:
+    """The scene of a case in its apparatus."""
+    speed, output = config.apparatus.slide_speed_m_per_s.value, config.settings.output
+    return Scene(
+        name=case.name,
+        seed=config.settings.seed,
+        classes=made.classes,
+        pairs=made.pairs,
+        liquid=made.liquid,
+        walls=tuple(wall_mesh(config, surface) for surface in apparatus.surfaces),
+        vibration=made.vibration,
+        slide=Slide(
+            velocity_m_per_s=(speed, 0.0, 0.0),
+            opens_at_s=scale.slide_opens_at_s.value,
+            travel_s=apparatus.slide_travel / speed,
+        ),
+        effects=made.plan.effects,
+        box_low_m=apparatus.box_low,
+        box_high_m=apparatus.box_high,
+        spheres_file=Path("spheres.parquet"),
+        time_step_s=made.time_step_s,
+        duration_s=scale.duration_s.value,
+        output=Output(
+            interval_s=scale.output_interval_s.value,
+            contact_windows=output.contact_windows,
+            contact_window_steps=output.contact_window_steps,
+        ),
+        screen_z_m=apparatus.screen_z,
+        bin_z_m=apparatus.bin_z,
+    )
+
+
+def sphere_classes(config: Config, case: Case, scale: Scale) -> tuple[SphereClass, ...]:
+    """The classes small, near_mesh, large (types 1, 2, 3) with their counts."""
+    counts = amounts.sphere_counts(case, config.materials, scale)
+    angle = config.materials.sphere(case.material).contact_angle_deg.value
+    classes = []
+    for kind, (name, diameter, count) in enumerate(zip(CLASS_NAMES, case.diameters_mm, counts, strict=True), start=1):
+        size = config.materials.size(case.material, diameter)
+        classes.append(
+            SphereClass(
+                name=name,
+                type=kind,
+                radius_m=size.radius_m,
+                density_kg_per_m3=size.density_kg_per_m3.value,
+                contact_angle_rad=math.radians(angle),
+                count=count,
+                passes_aperture=diameter < case.aperture_mm,
+            )
+        )
+    return tuple(classes)
+
+
+def contact_pairs(config: Config, case: Case, scale: Scale) -> tuple[ContactPair, ...]:
+    """Dry contacts of all types with each other and with the walls (b = 0), springs softened by the scale's factor."""
+    data, factor = config.materials, scale.stiffness_factor.value
+    material = data.sphere(case.material)
+    kinds = range(1, len(CLASS_NAMES) + 1)
+    pairs = []
+    for a, b in [(a, b) for a in kinds for b in (0, *kinds) if b == 0 or a <= b]:
+        contact = data.contact(case.material, case.material) if b else data.wall_contact(case.material)
+        entry = material.stiffness_sphere_sphere_N_per_m if b else material.stiffness_sphere_wall_N_per_m
+        friction, rolling, restitution = contact.numbers
+        pairs.append(
+            ContactPair(
+                a=a,
+                b=b,
+                normal_stiffness_N_per_m=factor * entry.value,
+                tangential_stiffness_N_per_m=data.tangential_stiffness_ratio.value * factor * entry.value,
+                friction=friction,
+                rolling_friction_m=rolling,
+                restitution=restitution,
+            )
+        )
+    return tuple(pairs)
+
+
+def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> Liquid | None:
+    """The liquid as the same film on every sphere; None for a dry case."""
+    if case.liquid_percent == 0:
+        return None
+    data = config.materials.liquid
+    volume = amounts.liquid_volume(classes, case.liquid_percent, data.density_kg_per_m3.value)
+    return Liquid(
+        surface_tension_N_per_m=data.surface_tension_N_per_m.value,
+        viscosity_Pa_s=data.viscosity_Pa_s.value,
+        density_kg_per_m3=data.density_kg_per_m3.value,
+        initial_film_thickness_m=amounts.common_film_thickness(classes, volume),
+    )
+
+
+def vibration_of(config: Config, case: Case) -> Vibration:
+    """Motion of the vibrating walls."""
+    motion, stroke = config.materials.motion, config.materials.stroke(case.set_amplitude_mm)
+    x, y, z = stroke.x_amplitude_mm.value, stroke.y_amplitude_mm.value, stroke.z_amplitude_mm.value
+    phases = (motion.x_phase_deg.value, motion.y_phase_deg.value, motion.z_phase_deg.value)
+    return Vibration(
+        amplitude_m=(1e-3 * x, 1e-3 * y, 1e-3 * z),
+        phase_rad=(math.radians(phases[0]), math.radians(phases[1]), math.radians(phases[2])),
+        frequency_Hz=motion.frequency_Hz.value,
+    )
+
+
+def peak_speed(vibration: Vibration) -> float:
+    """Bound of the screen's speed [m/s]: 2 pi f times the amplitudes' root of squares."""
+    return 2.0 * math.pi * vibration.frequency_Hz * math.hypot(*vibration.amplitude_m)
+
+
+def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
+    """Dimensions of the apparatus for a case's screen at a scale."""
+    screen, tower = config.materials.screen(case.aperture_mm), config.apparatus
+    aperture, wire = 1e-3 * screen.aperture_mm.value, 1e-3 * screen.wire_diameter_mm.value
+    sides = {"cylinder_sides": scale.cylinder_sides.value} if scale.cylinder_sides else {}
+    return ApparatusSpec(
+        aperture_m=aperture,
+        wire_diameter_m=wire,
+        shape=scale.shape,
+        width_m=scale.sieve_width_m(aperture + wire),
+        wire_sides=scale.wire_sides.value,
+        side_wall_height_m=1e-3 * tower.side_wall_height_mm.value,
+        feed_bin_height_m=1e-3 * tower.feed_bin_height_mm.value,
+        slide_height_m=1e-3 * tower.slide_height_mm.value,
+        outlet_height_m=1e-3 * tower.outlet_height_mm.value,
+        impact_plate_angle_rad=math.radians(tower.impact_plate_angle_deg.value),
+        collecting_bin_height_m=1e-3 * tower.collecting_bin_height_mm.value,
+        wall_thickness_m=1e-3 * tower.wall_thickness_mm.value,
+        clearance_m=1e-3 * tower.clearance_mm.value,
+        **sides,
+    )
+
+
+def wall_mesh(config: Config, surface: Surface) -> WallMesh:
+    """The scene's description of a surface, with the contact angle of what its holder is made of."""
+    material = getattr(config.materials.wall_materials, surface.holder).material
+    return WallMesh(
+        name=surface.name,
+        holder=surface.holder,
+        stl=Path("stl") / f"{surface.name}.stl",
+        contact_angle_rad=math.radians(config.materials.walls[material].contact_angle_deg.value),
+        motion=surface.motion,
+        triangle_part=tuple(int(p) for p in surface.part),
+        part_half_width_m=surface.part_half_width,
+    )

@@ -1,0 +1,169 @@
+"""One picture of a run: spheres and walls coloured by film thickness, wires and bridges visible, side walls cut away.
+
+VTK draws without a screen through EGL or OSMesa (Debian: libosmesa6). Where neither exists VTK ends the whole process, so it
+draws in a child process; when that fails, `sketch.py` draws a plainer picture with matplotlib instead.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.screening.rundir import Floats, RunDir, film_thickness
+from pywet.view import vtk
+
+SIZE = (1500, 1250)
+BACKGROUND = "#f4f6f8"
+METAL = "#9aa3ab"
+BRIDGE_COLOUR = "#e4572e"
+BAR = {
+    "title": "film thickness in µm\n",
+    "color": "#333333",
+    "n_labels": 4,
+    "fmt": "%.0f",
+    "vertical": True,
+    "height": 0.4,
+    "width": 0.05,
+    "position_x": 0.86,
+    "position_y": 0.3,
+}
+WINDOWS = ({}, {"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"})
+"""Environments to try in turn: what VTK finds by itself (EGL), then OSMesa."""
+
+
+def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
+    """Draw the run at an output step (default: `telling_step`) into a PNG; returns "vtk" or "matplotlib", whichever drew it."""
+    run = RunDir(Path(run_dir))
+    chosen = telling_step(run) if step is None else step
+    if chosen not in run.timeline.steps:
+        raise PywetError(f"step {chosen} is not an output step of {run.path}; expected one of those in trajectory.parquet")
+    with atomic_write(Path(picture)) as temporary:
+        for extra in WINDOWS:
+            command = [sys.executable, "-m", "pywet.view.render", str(run.path), str(temporary), str(chosen)]
+            environment = {**os.environ, **extra}
+            drawn = subprocess.run(command, env=environment, capture_output=True, check=False)
+            if drawn.returncode == 0 and temporary.exists():
+                return "vtk"
+        from pywet.view import sketch
+
+        sketch.draw(run, chosen, temporary)
+    return "matplotlib"
+
+
+def telling_step(run: RunDir) -> int:
+    """The output step at which about a third of what passes in the whole run has passed; without passage, the last."""
+    line = run.timeline
+    passed = line.passed.sum(axis=1)
+    if not passed[-1]:
+        return int(line.steps[-1])
+    return int(line.steps[int(np.argmax(passed >= passed[-1] / 3.0))])
+
+
+def draw(run: RunDir, step: int, picture: Path) -> None:
+    """Draw with VTK in this process."""
+    import pyvista as pv
+
+    pv.OFF_SCREEN = True
+    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="three lights")
+    plotter.set_background(BACKGROUND)  # type: ignore[arg-type]
+    centre, width = _screen_centre(run, step)
+    limit = colour_limit(run, step)
+    _add_spheres(plotter, run, step, limit)
+    _add_bridges(plotter, run, step, 0.018 * width)
+    _add_walls(plotter, run, step, centre, limit)
+    plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
+    plotter.enable_anti_aliasing("ssaa")
+    away = np.array([0.8, -2.5, 1.0]) * width
+    plotter.camera_position = [tuple(centre + away), tuple(centre + [0.06 * width, 0.0, -0.2 * width]), (0.0, 0.0, 1.0)]
+    plotter.camera.view_angle = 35.0
+    plotter.screenshot(str(picture))
+    plotter.close()
+
+
+def colour_limit(run: RunDir, step: int) -> float:
+    """Upper end of the colours [m]: 1.05 times the thickest film on a sphere, or at the start, whichever is more."""
+    line = run.timeline
+    radius = run.spheres["radius"].to_numpy(dtype=float)
+    films = (line.initial_film, line.film[int(np.searchsorted(line.steps, step))])
+    thickest = max(float(film_thickness(film, radius).max()) for film in films)
+    return 1.05 * thickest if thickest > 0 else 1.0
+
+
+def _screen_centre(run: RunDir, step: int) -> tuple[Floats, float]:
+    """Middle of the screen and its width [m], from the wires; without wires from the spheres."""
+    corners = vtk.wall_corners(run, step)[(run.triangles["holder"] == "wires").to_numpy()]
+    points = corners.reshape(-1, 3) if len(corners) else run.trajectory[["x", "y", "z"]].to_numpy(dtype=float)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return np.asarray((low + high) / 2.0), float((high - low)[:2].max())
+
+
+def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float) -> None:
+    import pyvista as pv
+
+    mesh = vtk.particles(run, step)
+    cloud = pv.PolyData(mesh.points)
+    cloud["diameter"] = 2.0 * mesh.point_data["radius"]
+    cloud["film thickness in µm"] = 1e6 * mesh.point_data["film_thickness"]
+    ball = pv.Sphere(radius=0.5, theta_resolution=40, phi_resolution=40)
+    glyphs = cloud.glyph(scale="diameter", geom=ball, orient=False)
+    look: dict[str, Any] = {"smooth_shading": True, "specular": 0.35, "specular_power": 20}
+    if run.moist:
+        name = "film thickness in µm"
+        plotter.add_mesh(glyphs, scalars=name, cmap=blues(), clim=(0.0, 1e6 * limit), scalar_bar_args=BAR, **look)
+    else:
+        plotter.add_mesh(glyphs, color="#d9d3c7", **look)
+
+
+def _add_bridges(plotter: Any, run: RunDir, step: int, widest: float) -> None:
+    """Bridges as straight tubes whose cross-section grows with the bridge's volume."""
+    import pyvista as pv
+
+    mesh = vtk.bridges(run, step)
+    if not len(mesh.points):
+        return
+    volume = np.asarray(mesh.cell_data["volume"][0])
+    ends = mesh.points.reshape(-1, 2, 3)
+    radius = widest * np.clip(np.cbrt(volume / volume.max()), 0.5, 1.0)
+    tubes = [
+        pv.Cylinder(center=(a + b) / 2.0, direction=b - a, radius=r, height=float(np.linalg.norm(b - a)), resolution=12)
+        for (a, b), r in zip(ends, radius, strict=True)
+        if np.linalg.norm(b - a) > 0
+    ]
+    plotter.add_mesh(pv.merge(tubes), color=BRIDGE_COLOUR, smooth_shading=True)
+
+
+def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: float) -> None:
+    """Wires and impact plate solid, every other wall translucent and only its far half."""
+    import pyvista as pv
+
+    mesh = vtk.walls(run, step)
+    table = run.triangles
+    faces = np.insert(np.arange(len(mesh.points)).reshape(-1, 3), 0, 3, axis=1)
+    whole = pv.PolyData(mesh.points, faces.ravel())
+    for holder in table["holder"].unique():
+        part = whole.extract_cells(np.flatnonzero(table["holder"] == holder)).extract_surface(algorithm="dataset_surface")
+        if holder in ("wires", "impact_plate"):
+            plotter.add_mesh(part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True)
+        elif holder not in ("feed_bin", "slide"):
+            far = part.clip(normal=(0.0, -1.0, 0.0), origin=tuple(centre - [0.0, 1e-4, 0.0]))
+            if far.n_cells:
+                plotter.add_mesh(far, color="#b9c4cf", opacity=0.35)
+                plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)
+
+
+def blues() -> Any:
+    """Colours from nearly white (dry) to deep blue (thick film)."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("film", ["#f3f7fb", "#b5d3ea", "#5b9fd0", "#1d66ac", "#08306b"])
+
+
+if __name__ == "__main__":
+    draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))
