@@ -1,7 +1,7 @@
 """Effect plan: which effects a scene calls for, decided from dimensionless numbers against a stated tolerance.
 
 Each row holds one effect: on or off, the number behind it and why. What is on is written into `Scene.effects`; a scene
-without bridges runs on the stock engine. The numbers are estimates for equal spheres, meant to rank effects, not to predict.
+without bridges runs on the stock engine. The numbers are estimates for equal spheres: they rank effects, no more.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import PywetError
+from pywet.laws import registry
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 GRAVITY = 9.81
@@ -53,7 +54,8 @@ class EffectRow:
         """The row as one line of text."""
         state = "on " if self.on else "off"
         law = f" [{self.law}]" if self.on and self.law else ""
-        return f"{self.effect:<19}{state}  {self.quantity} = {self.number:.2g} (tolerance {self.threshold:g}): {self.why}{law}"
+        number = f"{self.quantity} = {self.number:.2g} (tolerance {self.threshold:g})"
+        return f"{self.effect:<19}{state}  {number}: {self.why}{law}"
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def plan(
 def effect_numbers(
     classes: Sequence[SphereClass], pairs: Sequence[ContactPair], liquid: Liquid | None, speed_m_per_s: float
 ) -> dict[str, tuple[str, float]]:
-    """Effect -> what is compared, and its largest value over the classes present (equal spheres); zero without liquid."""
+    """Effect -> what is compared, and its largest value over the classes present; zero without liquid."""
     present = [c for c in classes if c.count > 0]
     if not present:
         raise PywetError("the scene has no spheres, expected at least one; mend the case's amounts")
@@ -151,14 +153,16 @@ def _capillary_number(liquid: Liquid, speed: float) -> float:
 
 
 def _laws(laws: LawSettings) -> dict[str, str]:
-    """Law of each kind: the preset's unless another is named."""
+    """Law of each kind: the preset's unless another is named; a name that no law has raises `PywetError`."""
     named = laws.model_dump(exclude={"preset"}, exclude_none=True)
+    for kind, name in named.items():
+        registry.get(kind, name)
     return {**PRESETS[laws.preset], **named}
 
 
 def _bridges_row(moist: bool, number: tuple[str, float], settings: EffectSettings) -> EffectRow:
     if settings.bridges is True and not moist:
-        raise PywetError("effects.bridges is on in config.yaml but the case has no liquid; set it to auto or take a moist case")
+        raise PywetError("config.yaml: effects.bridges is on but the case has no liquid, expected auto or a moist case")
     on = moist if settings.bridges == "auto" else settings.bridges
     if settings.bridges != "auto":
         why = _by_hand("bridges", on)
@@ -173,7 +177,7 @@ def _row(
     """A row whose effect can be switched by hand, by the preset or by its number."""
     switch, large = getattr(settings, effect), number[1] >= settings.tolerance.value
     if switch is True and not possible:
-        raise PywetError(f"effects.{effect} is on in config.yaml but there are no bridges; set it to auto or bridges to on")
+        raise PywetError(f"config.yaml: effects.{effect} is on but there are no bridges, expected auto or off")
     if switch != "auto":
         on, why = switch, _by_hand(effect, switch)
     elif not possible:

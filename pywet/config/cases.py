@@ -38,5 +38,6 @@ class Case(Strict):
     @model_validator(mode="after")
     def _ascending(self) -> Case:
         if not self.small_mm < self.near_mesh_mm < self.large_mm:
-            raise ValueError(f"small_mm < near_mesh_mm < large_mm, not {', '.join(f'{d:g}' for d in self.diameters_mm)}")
+            given = ", ".join(f"{d:g}" for d in self.diameters_mm)
+            raise ValueError(f"small_mm < near_mesh_mm < large_mm, not {given}")
         return self

@@ -1,4 +1,4 @@
-"""A number of the configuration with its origin: `{value: 40, source: paper, table: 1}` or an assumption with its reason."""
+"""A number with its origin: `{value: 40, source: paper, table: 1}`, or an assumption with its reason."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pywet.scene import NonNegative, Positive, Strict
 
 
 class Sourced(Strict):
-    """Something with an origin: the paper (table or section of Elskamp & Kruggel-Emden 2018) or an assumption (reason)."""
+    """With an origin: the paper (table or section of Elskamp & Kruggel-Emden 2018) or an assumption (reason)."""
 
     source: Literal["paper", "assumption"]
     table: Annotated[int, Field(ge=1)] | None = None

@@ -48,13 +48,15 @@ class Config:
     def scale(self, name: str) -> Scale:
         """A scale by name."""
         if name not in self.scales.scales:
-            raise PywetError(f"there is no scale {name} in {self.folder / scales.FILE}, expected one of {_join(self.scales.scales)}")
+            have = _join(self.scales.scales)
+            raise PywetError(f"there is no scale {name} in {self.folder / scales.FILE}, expected one of {have}")
         return self.scales.scales[name]
 
     def case(self, number: int) -> Case:
         """A case by number."""
         if number not in self.cases:
-            raise PywetError(f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {_join(self.cases)}")
+            have = _join(self.cases)
+            raise PywetError(f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {have}")
         return self.cases[number]
 
     def resolved(self, number: int, scale: str) -> dict[str, Any]:
@@ -108,9 +110,10 @@ def _read_yaml(path: Path, model: type[Model]) -> Model:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""
-        raise PywetError(f"{path} is not YAML{line}: {getattr(error, 'problem', None) or 'it cannot be parsed'}") from error
+        problem = getattr(error, "problem", None) or "it cannot be parsed"
+        raise PywetError(f"{path} is not YAML{line}: {problem}; mend it there") from error
     if not isinstance(data, dict):
-        raise PywetError(f"{path} holds {type(data).__name__}, expected keys with values such as `{next(iter(model.model_fields))}:`")
+        raise PywetError(f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}")
     return parse(model, data, str(path))
 
 
@@ -122,7 +125,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
             raise PywetError(f"{where} has too many or too few columns, expected {', '.join(Case.model_fields)}")
         case = parse(Case, row, where)
         if case.case in found:
-            raise PywetError(f"{where}: case {case.case} is given twice, expected a number of its own for each row")
+            raise PywetError(f"{where}: case {case.case} is given twice, expected another number for each row")
         found[case.case] = case
     if not found:
         raise PywetError(f"{path} has no case, expected one row for each")
@@ -130,7 +133,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
 
 
 def _check_references(case: Case, data: Materials, folder: Path) -> None:
-    """Material, sizes, screen and stroke of a case must exist in materials.yaml, also in the reference material's sizes."""
+    """What a case names must be in materials.yaml: material, sizes (the reference material's too), screen, stroke."""
     try:
         for diameter in case.diameters_mm:
             data.size(case.material, diameter)

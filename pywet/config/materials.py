@@ -1,4 +1,4 @@
-"""Tables 1 to 3 of Elskamp & Kruggel-Emden (2018) as typed objects: spheres, walls, dry contacts, liquid, screens, motion."""
+"""Tables 1 to 3 of Elskamp & Kruggel-Emden (2018), typed: spheres, walls, dry contacts, liquid, screens, motion."""
 
 from __future__ import annotations
 
@@ -39,13 +39,14 @@ class Size(Strict):
         allowed = self.mass_g.tolerance or MASS_MISFIT * given
         if abs(given - computed) > allowed:
             raise ValueError(
-                f"mass_g {given:g} and density_kg_per_m3 times volume ({computed:.4g} g) within {allowed:.2g} g of each other"
+                f"mass_g {given:g} and density_kg_per_m3 times volume ({computed:.4g} g) "
+                f"within {allowed:.2g} g of each other"
             )
         return self
 
 
 class SphereMaterial(Strict):
-    """A material of spheres. Young's modulus and Poisson's ratio are recorded; the linear contact law does not use them."""
+    """A material of spheres; the linear contact law does not use Young's modulus and Poisson's ratio."""
 
     sizes: Annotated[tuple[Size, ...], Field(min_length=1)]
     youngs_modulus_Pa: PositiveEntry
@@ -123,7 +124,7 @@ class Motion(Strict):
 
 
 class Feed(Strict):
-    """How much is screened: each class has `class_mass_g` of `reference_material`; others the same volume of each class."""
+    """How much is screened: `class_mass_g` of `reference_material` in each class; of others the same volume."""
 
     class_mass_g: PositiveEntry
     reference_material: str
@@ -193,7 +194,7 @@ class Materials(Strict):
             if math.isclose(stroke.set_amplitude_mm.value, set_amplitude_mm, rel_tol=1e-9):
                 return stroke
         have = ", ".join(f"{s.set_amplitude_mm.value:g}" for s in self.motion.strokes)
-        raise PywetError(f"{FILE}: motion.strokes has no set amplitude {set_amplitude_mm:g} mm, expected one of {have} mm")
+        raise PywetError(f"{FILE}: motion.strokes has no set amplitude {set_amplitude_mm:g} mm, expected one of {have}")
 
     def contact(self, sphere: str, partner: str) -> Contact:
         """Dry contact data of a sphere material with a partner material."""
@@ -209,8 +210,8 @@ class Materials(Strict):
         for other in found[1:]:
             if other.numbers != found[0].numbers:
                 raise PywetError(
-                    f"{FILE}: contacts of {sphere} with {found[0].partner} and with {other.partner} differ, expected equal "
-                    "friction, rolling_friction_m and restitution because all walls are one material in the engine"
+                    f"{FILE}: contacts of {sphere} with {found[0].partner} and with {other.partner} differ, expected "
+                    "equal friction, rolling_friction_m and restitution: all walls are one material in the engine"
                 )
         return found[0]
 

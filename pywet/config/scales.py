@@ -1,11 +1,11 @@
-"""How large, how stiff and how long a case is run: scales.yaml. The dimensions of the apparatus are common to all scales."""
+"""How large, how stiff and how long a case is run: scales.yaml. The apparatus' dimensions are common to all."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pywet.config.entries import AngleEntry, CountEntry, PositiveEntry, RatioEntry
 from pywet.scene import Strict
@@ -38,6 +38,13 @@ class Scale(Strict):
     duration_s: PositiveEntry
     slide_opens_at_s: PositiveEntry
     output_interval_s: PositiveEntry
+
+    @model_validator(mode="after")
+    def _opens(self) -> Scale:
+        opens, duration = self.slide_opens_at_s.value, self.duration_s.value
+        if opens >= duration:
+            raise ValueError(f"slide_opens_at_s ({opens:g}) below duration_s ({duration:g})")
+        return self
 
     def sieve_width_m(self, pitch_m: float) -> float:
         """Side length or diameter of the sieve [m] for a screen of this pitch [m]."""

@@ -30,8 +30,8 @@ class LawSettings(Strict):
 class EffectSettings(Strict):
     """Which effects are simulated. `auto`: decided by `decide`; on or off: as said.
 
-    decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose number
-    is below the tolerance is off.
+    decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose
+    number is below the tolerance is off.
     """
 
     decide: Literal["preset", "tolerance"] = "preset"

@@ -1,4 +1,4 @@
-"""The tables a run starts from: history/spheres, triangles and parts. Numbering as in schema.py, walls in scene order."""
+"""The tables a run starts from: history/spheres, triangles and parts; numbered as schema.py says."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
 
 def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
     """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2]."""
-    rows = []
+    rows: list[tuple[int, str, str, float, float, float]] = []
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         area = np.bincount(surface.part, weights=surface.area)
         for half_width, a in zip(surface.part_half_width, area, strict=True):

@@ -16,7 +16,7 @@ S_MIN = 0.001
 
 
 def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
-    """Spheres of each class: the reference material's class mass by area of the sieve; the same number in any material.
+    """Number in each class: the reference material's class mass by sieve area; the same in any material.
 
     The same number of the same sizes is the same volume, as the paper chose glass (section 5.1). At least one of a class.
     """
@@ -50,7 +50,7 @@ def common_film_thickness(classes: Sequence[SphereClass], volume_m3: float) -> f
 def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
     """Half period [s] of the damped contact spring, the shorter of normal and tangential; E after (5).
 
-    t_c = pi sqrt(m_eff/k)/sqrt(1 - zeta^2) with zeta = -ln e/sqrt(pi^2 + ln^2 e). The tangential spring moves 2/7 of the mass.
+    t_c = pi sqrt(m_eff/k)/sqrt(1 - zeta^2), zeta = -ln e/sqrt(pi^2 + ln^2 e). The tangential spring moves 2/7 of m_eff.
     """
     m_eff, log_e = _effective_mass(pair, classes), math.log(pair.restitution)
     normal = math.sqrt(m_eff / pair.normal_stiffness_N_per_m) * math.hypot(math.pi, log_e)

@@ -1,4 +1,4 @@
-"""From configuration to scene: builds one screening case at one scale, with everything its run directory starts from."""
+"""From configuration to scene: builds one screening case at one scale, and all its run directory starts from."""
 
 from __future__ import annotations
 

@@ -22,7 +22,9 @@ std::unique_ptr<pywet::Bridges> state;
 LAMMPS_NS::LAMMPS *engine = nullptr;
 std::string message;
 
-void callback(void *, LAMMPS_NS::bigint step, int, int *, double **, double **) {
+// The fix adds `extra` to the forces after the call and never sets it: it is zeroed here, the bridges act on f and torque.
+void callback(void *, LAMMPS_NS::bigint step, int n, int *, double **, double **extra) {
+  if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
   try {
     state->step(step);
   } catch (const std::exception &e) {

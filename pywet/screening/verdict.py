@@ -1,0 +1,65 @@
+"""Whether a finished run may be believed: its own checks, its liquid ledger, and the independent replay.
+
+The only module that knows the layout of replay.json, which `reference_impl` writes.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+LEDGER_TOLERANCE = 1e-12
+"""Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
+REPLAY_TOLERANCE = 1e-9
+"""Relative deviation between engine and replay: the same formulas in double precision, 10⁶ roundings apart."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well the replay reproduces one quantity over all its records (relative deviations)."""
+
+    quantity: str
+    count: int
+    largest: float
+    median: float
+    ok: bool
+
+
+def agreement(replay: dict[str, Any]) -> list[Agreement]:
+    """Rows of the agreement table from the content of replay.json."""
+    return [
+        Agreement(
+            quantity=name,
+            count=int(row["count"]),
+            largest=float(row["largest"]),
+            median=float(row["median"]),
+            ok=float(row["largest"]) <= float(row.get("tolerance", REPLAY_TOLERANCE)),
+        )
+        for name, row in replay["quantities"].items()
+    ]
+
+
+def objections(run_dir: Path) -> list[str]:
+    """One sentence for everything that does not hold; empty for a run that may be believed."""
+    summary = _read(run_dir / "summary.json")
+    if summary is None:
+        return ["there is no summary.json"]
+    found = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
+    error = summary["ledger_error"]
+    if error is not None and not error <= LEDGER_TOLERANCE:
+        found.append(f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}")
+    if summary["effects"]["bridges"]:
+        replay = _read(run_dir / "replay.json")
+        rows = agreement(replay) if replay else []
+        if not rows:
+            found.append("the run was not replayed")
+        found += [
+            f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {REPLAY_TOLERANCE:g}" for r in rows if not r.ok
+        ]
+    return found
+
+
+def _read(path: Path) -> Any:
+    return json.loads(path.read_text()) if path.exists() else None

@@ -1,0 +1,128 @@
+"""The stages of one case, from configuration to results, and the status file that each leaves in the run directory.
+
+A stage that fails writes why into its status file and does not raise; the stages after it pass the reason on. So one failed
+case never stops the others, and the report can name it. Used by the command line and by the workflow's scripts.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from pywet.errors import PywetError
+from pywet.files import write_json
+
+STAGES = ("scene", "simulate", "replay", "results", "vtk")
+"""In the order they run; each needs the one before."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """Outcome of a stage; `failed_at` is the stage that failed first, `reason` its one sentence."""
+
+    stage: str
+    ok: bool
+    wall_s: float
+    failed_at: str | None = None
+    reason: str | None = None
+
+    @classmethod
+    def read(cls, path: Path) -> Status:
+        """Read a status file."""
+        return cls(**json.loads(Path(path).read_text()))
+
+
+def status_path(run_dir: Path, stage: str) -> Path:
+    """Where a stage leaves its status."""
+    return Path(run_dir) / "status" / f"{stage}.json"
+
+
+def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
+    """Run a stage when the one before went well; write and return its status. Tracebacks go to standard error."""
+    before = STAGES.index(stage) - 1
+    earlier = Status.read(status_path(run_dir, STAGES[before])) if before >= 0 else None
+    started = time.monotonic()
+    if earlier is not None and not earlier.ok:
+        status = Status(stage, False, 0.0, earlier.failed_at, earlier.reason)
+    else:
+        reason = _run(work)
+        status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
+    write_json(status_path(run_dir, stage), asdict(status))
+    return status
+
+
+def _run(work: Callable[[], Any]) -> str | None:
+    """None when the work succeeded, else the reason in one sentence."""
+    try:
+        work()
+    except PywetError as error:
+        return str(error)
+    except Exception as error:  # noqa: BLE001 - a fault of this program in one case must not end the other cases
+        traceback.print_exc()
+        return f"fault in the program, {type(error).__name__}: {error} (traceback in the log)"
+    return None
+
+
+def build(config_dir: Path, case: int, scale: str, run_dir: Path) -> None:
+    """Stage scene: configuration -> run directory."""
+    from pywet import config
+    from pywet.screening import cases
+
+    cases.build(config.load(config_dir), case, scale, run_dir)
+
+
+def simulate(run_dir: Path, ranks: int, progress: bool) -> None:
+    """Stage simulate: run the engine."""
+    from pywet.engines.liggghts import driver
+
+    driver.run(run_dir, ranks=ranks, progress=progress)
+
+
+def replay(run_dir: Path) -> dict[str, Any] | None:
+    """Stage replay: recompute a moist run by the reference and write replay.json; a dry run has nothing to replay (None)."""
+    from pywet.scene import Scene
+
+    if not Scene.read(Path(run_dir) / "scene.json").effects.bridges:
+        (Path(run_dir) / "replay.json").unlink(missing_ok=True)
+        return None
+    from reference_impl.replay import replay as recompute
+
+    found: dict[str, Any] = recompute(Path(run_dir))
+    return found
+
+
+def results(run_dir: Path) -> None:
+    """Stage results: fraction retained, liquid by holder, checks, summary."""
+    from pywet.screening import results as tables
+    from pywet.screening import summary
+
+    tables.write(run_dir)
+    summary.write(run_dir)
+
+
+def vtk(run_dir: Path) -> None:
+    """Stage vtk: time series for ParaView."""
+    from pywet.view import vtk as series
+
+    series.write(run_dir)
+
+
+def outcome(run_dir: Path) -> Status:
+    """Status of the last stage; a case that was not run to the end counts as failed."""
+    path = status_path(run_dir, STAGES[-1])
+    return Status.read(path) if path.exists() else Status(STAGES[-1], False, 0.0, None, "it was not run to the end")
+
+
+def problems(run_dir: Path) -> list[str]:
+    """Why a case does not count as done: the stage that failed, or what its checks, ledger and replay found; empty when good."""
+    status = outcome(run_dir)
+    if not status.ok:
+        return [f"stage {status.failed_at} failed: {status.reason}" if status.failed_at else str(status.reason)]
+    from pywet.screening import verdict
+
+    return verdict.objections(Path(run_dir))

@@ -1,0 +1,78 @@
+"""Everything the report needs of all cases at one scale, read once; a case that failed is kept with its reason."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet.config.cases import Case
+from pywet.screening import verdict
+from pywet.stages import outcome, problems
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """One case; what a failed case does not have is None."""
+
+    case: Case
+    problems: tuple[str, ...]
+    summary: dict[str, Any] | None = None
+    plan: dict[str, Any] | None = None
+    agreement: tuple[verdict.Agreement, ...] = field(default=())
+    retained: pd.DataFrame | None = None
+    liquid: pd.DataFrame | None = None
+
+    @property
+    def done(self) -> bool:
+        """Run to the end and nothing to object."""
+        return not self.problems
+
+    @property
+    def moist(self) -> bool:
+        """Liquid was put in."""
+        return self.case.liquid_percent > 0
+
+    @property
+    def cross_checked(self) -> bool:
+        """The replay reproduces every quantity."""
+        return bool(self.agreement) and all(row.ok for row in self.agreement)
+
+    @property
+    def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
+        """What cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
+        return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
+
+
+def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
+    """Read the run directories `folder`/<case name> of the cases given."""
+    return [_read(Path(folder) / case.name, case) for case in cases]
+
+
+def _read(run_dir: Path, case: Case) -> CaseResult:
+    found = tuple(problems(run_dir))
+    summary = _json(run_dir / "summary.json")
+    if not outcome(run_dir).ok or summary is None:
+        return CaseResult(case, found, plan=_json(run_dir / "plan.json"))
+    replay = _json(run_dir / "replay.json")
+    return CaseResult(
+        case,
+        found,
+        summary=summary,
+        plan=_json(run_dir / "plan.json"),
+        agreement=tuple(verdict.agreement(replay)) if replay else (),
+        retained=_table(run_dir / "results" / "fraction_retained.parquet"),
+        liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
+    )
+
+
+def _json(path: Path) -> Any:
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def _table(path: Path) -> pd.DataFrame | None:
+    return pd.read_parquet(path) if path.exists() else None

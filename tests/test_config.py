@@ -1,0 +1,265 @@
+"""The shipped configuration against the paper's tables, its schemas, and what a user can get wrong."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+
+from pywet.config import load
+from pywet.config.schema import stale
+from pywet.errors import PywetError
+
+ROOT = Path(__file__).parents[1]
+CONFIG = ROOT / "config"
+SWITCHES = {"cases", "ranks", "seed", "contact_windows", "contact_window_steps"}
+"""Numbers of config.yaml that say what to run, not what is so; they need no source."""
+
+
+def entries(node: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
+    """Every number of a YAML file with its path; an entry with a source counts as one."""
+    if isinstance(node, dict) and "source" in node:
+        yield ".".join(path), node
+    elif isinstance(node, dict):
+        for key, value in node.items():
+            if key not in SWITCHES:
+                yield from entries(value, (*path, str(key)))
+    elif isinstance(node, list):
+        for k, value in enumerate(node):
+            yield from entries(value, (*path, str(k)))
+    elif isinstance(node, (int, float)) and not isinstance(node, bool):
+        yield ".".join(path), node
+
+
+def test_every_number_has_a_source() -> None:
+    count = 0
+    for name in ("config.yaml", "materials.yaml", "scales.yaml"):
+        for path, node in entries(yaml.safe_load((CONFIG / name).read_text())):
+            assert isinstance(node, dict), f"{name}: {path} is a bare number"
+            origin = node.get("table") or node.get("section") if node["source"] == "paper" else node.get("reason")
+            assert origin, f"{name}: {path} does not say where it comes from"
+            count += 1
+    assert count > 100  # the walk found the files' content
+
+
+def test_cases_are_table_4() -> None:
+    cases = load(CONFIG).cases
+    assert list(cases) == list(range(1, 19))
+    assert [c.liquid_percent for c in cases.values()] == [0, 5, 10] * 3 + [0, 2.5, 5] * 3
+    assert [c.set_amplitude_mm for c in cases.values()] == ([1] * 3 + [0.8] * 3 + [1] * 3) * 2
+    assert [c.aperture_mm for c in cases.values()] == ([8] * 6 + [5.6] * 3) * 2
+    assert {c.diameters_mm for c in cases.values() if c.aperture_mm == 8} == {(5, 7, 10)}
+    assert {c.diameters_mm for c in cases.values() if c.aperture_mm == 5.6} == {(3, 5, 7)}
+    assert [c.material for c in cases.values()] == ["POM"] * 9 + ["glass"] * 9
+    assert all(c.source == "paper table 4" for c in cases.values())
+
+
+@pytest.mark.parametrize(
+    ("material", "masses", "densities", "young", "poisson", "angle"),
+    [
+        ("POM", [0.0192, 0.0935, 0.2459, 0.7210], [1357.0, 1358.0, 1335.6, 1342.5], 2.84e9, 0.35, 40),
+        ("glass", [0.0353, 0.1636, 0.4490, 1.3090], [2524.0, 2535.1, 2537.3, 2530.0], 5.0e10, 0.2, 15),
+    ],
+)
+def test_spheres_are_table_1(
+    material: str, masses: list[float], densities: list[float], young: float, poisson: float, angle: float
+) -> None:
+    data = load(CONFIG).materials.spheres[material]
+    assert [s.diameter_mm.value for s in data.sizes] == [3, 5, 7, 10]
+    assert [s.mass_g.value for s in data.sizes] == masses
+    assert [s.density_kg_per_m3.value for s in data.sizes] == densities
+    assert {(s.diameter_mm.tolerance, s.mass_g.tolerance, s.density_kg_per_m3.tolerance) for s in data.sizes} == {
+        (0.1, 0.02, 1.5)
+    }
+    assert (data.youngs_modulus_Pa.value, data.poissons_ratio.value) == (young, poisson)
+    assert data.stiffness_sphere_sphere_N_per_m.value == data.stiffness_sphere_wall_N_per_m.value == 1e5
+    assert data.contact_angle_deg.value == angle
+
+
+def test_contacts_are_table_3_and_pvc_is_taken_as_steel() -> None:
+    data = load(CONFIG).materials
+    assert data.contact("POM", "steel").numbers == (0.3484, 5.97e-5, 0.8473)
+    assert data.contact("POM", "POM").numbers == (0.3725, 4.63e-5, 0.8038)
+    assert data.contact("glass", "steel").numbers == (0.2866, 1.09e-4, 0.4351)
+    assert data.contact("glass", "glass").numbers == (0.1966, 8.95e-5, 0.7808)
+    for material in ("POM", "glass"):
+        pvc = data.contact(material, "PVC")
+        assert pvc.numbers == data.contact(material, "steel").numbers
+        assert pvc.friction.source == pvc.restitution.source == "assumption"
+
+
+def test_schemas_are_in_step_with_the_types() -> None:
+    assert stale(ROOT / "workflow" / "schemas") == [], "run: python -m pywet.config.schema workflow/schemas"
+
+
+@pytest.mark.parametrize("name", ["config", "materials", "scales"])
+def test_shipped_files_pass_their_schema(name: str) -> None:
+    schema = json.loads((ROOT / "workflow" / "schemas" / f"{name}.schema.json").read_text())
+    jsonschema.validate(yaml.safe_load((CONFIG / f"{name}.yaml").read_text()), schema)
+
+
+def test_shipped_cases_pass_their_schema() -> None:
+    schema = json.loads((ROOT / "workflow" / "schemas" / "cases.schema.json").read_text())
+    numbers = {key for key, kind in schema["properties"].items() if kind["type"] in ("number", "integer")}
+    for row in csv.DictReader((CONFIG / "cases.csv").read_text().splitlines()):
+        typed = {k: (float(v) if k in numbers else v) for k, v in row.items()}
+        jsonschema.validate(typed, schema)
+
+
+Edit = Callable[[dict[str, Any]], Any]
+
+
+def _set(*path: str | int, to: Any) -> Edit:
+    def edit(data: Any) -> None:
+        for key in path[:-1]:
+            data = data[key]
+        data[path[-1]] = to
+
+    return edit
+
+
+def _rename(*path: str | int, to: str) -> Edit:
+    def edit(data: Any) -> None:
+        for key in path[:-1]:
+            data = data[key]
+        data[to] = data.pop(path[-1])
+
+    return edit
+
+
+SIZE = ("spheres", "POM", "sizes", 1)
+BAD = [
+    pytest.param(
+        "materials.yaml",
+        _rename(*SIZE, "density_kg_per_m3", to="density_g_per_cm3"),
+        "key spheres.POM.sizes.1.density_g_per_cm3 is not known, expected density_kg_per_m3",
+        id="wrong unit in the key",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
+        "mass_g 0.0935 and density_kg_per_m3 times volume",
+        id="density in g/cm3",
+    ),
+    pytest.param(
+        "materials.yaml",
+        lambda data: data["spheres"]["POM"]["sizes"][1].pop("mass_g"),
+        "key spheres.POM.sizes.1.mass_g is missing, expected an entry such as {value:",
+        id="missing key",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set(*SIZE, "diameter_mm", "value", to=-5),
+        "spheres.POM.sizes.1.diameter_mm.value is -5, expected greater than 0",
+        id="negative size",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set("screens", 0, "aperture_mm", "value", to=1.5),
+        "screens.0 is not consistent, expected aperture_mm at least wire_diameter_mm (1.5 is smaller than the wire's 2)",
+        id="aperture smaller than the wire",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set("liquid", "viscosity_Pa_s", to=1e-3),
+        "liquid.viscosity_Pa_s is 0.001, expected an entry such as {value:",
+        id="bare number",
+    ),
+    pytest.param(
+        "materials.yaml",
+        lambda data: data["liquid"]["viscosity_Pa_s"].pop("reason"),
+        "liquid.viscosity_Pa_s is not consistent, expected an entry with `source: assumption` and its `reason`",
+        id="assumption without reason",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set("contacts", 2, "friction", "value", to=0.5),
+        "contacts of POM with PVC and with steel differ",
+        id="walls of two dry materials",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set("wall_materials", "slide", "material", to="wood"),
+        "expected wall_materials.slide to name one of PVC, steel, not wood",
+        id="unknown wall material",
+    ),
+    pytest.param(
+        "scales.yaml",
+        _set("scales", "smoke", "shape", to="round"),
+        "scales.smoke.shape is 'round', expected 'square' or 'cylinder'",
+        id="unknown shape",
+    ),
+    pytest.param(
+        "scales.yaml",
+        _set("scales", "smoke", "slide_opens_at_s", "value", to=3.0),
+        "expected slide_opens_at_s (3) below duration_s (1.8)",
+        id="slide opens too late",
+    ),
+    pytest.param("config.yaml", _set("scale", to="huge"), "there is no scale huge in", id="unknown scale"),
+    pytest.param("config.yaml", _set("cases", to=[19]), "there is no case 19 in", id="unknown case"),
+    pytest.param("config.yaml", _set("ranks", to="many"), "ranks is 'many', expected a valid integer", id="no number"),
+    pytest.param("config.yaml", _set("rank", to=1), "key rank is not known, expected ranks", id="misspelt key"),
+]
+
+
+@pytest.mark.parametrize(("file", "edit", "says"), BAD)
+def test_a_mistake_is_one_sentence(tmp_path: Path, file: str, edit: Edit, says: str) -> None:
+    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
+    data = yaml.safe_load((tmp_path / file).read_text())
+    edit(data)
+    (tmp_path / file).write_text(yaml.safe_dump(data))
+    with pytest.raises(PywetError) as caught:
+        load(tmp_path)
+    text = str(caught.value)
+    assert says in text
+    assert file in text
+    assert "\n" not in text and "pydantic" not in text
+
+
+ROW = "2,POM,5,7,10,8,1,5,paper table 4"
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ("2,POM,-5,7,10,8,1,5,paper table 4", "small_mm is '-5', expected greater than 0"),
+        ("2,POM,7,5,10,8,1,5,paper table 4", "expected small_mm < near_mesh_mm < large_mm, not 7, 5, 10"),
+        ("2,steel,5,7,10,8,1,5,paper table 4", "spheres has no steel, expected one of POM, glass"),
+        ("2,POM,5,6,10,8,1,5,paper table 4", "spheres.POM.sizes has no 6 mm, expected one of 3, 5, 7, 10 mm"),
+        ("2,POM,5,7,10,6.3,1,5,paper table 4", "screens has no aperture of 6.3 mm, expected one of 8, 5.6 mm"),
+        ("2,POM,5,7,10,8,2,5,paper table 4", "motion.strokes has no set amplitude 2 mm"),
+        ("2,POM,5,7,10,8,1,500,paper table 4", "liquid_percent is '500', expected less than or equal to 100"),
+        ("2,POM,5,7,10,8,1", "has too many or too few columns"),
+        ("1,POM,5,7,10,8,1,0,paper table 4", "case 1 is given twice"),
+    ],
+)
+def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, row: str, says: str) -> None:
+    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "cases.csv"
+    assert ROW in path.read_text()
+    path.write_text(path.read_text().replace(ROW, row))
+    with pytest.raises(PywetError) as caught:
+        load(tmp_path)
+    assert says in str(caught.value)
+    assert "cases.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [(None, "could not be read"), ("scale: [", "is not YAML"), ("- 1", "holds list, expected the keys scale, cases")],
+)
+def test_an_unreadable_file_is_one_sentence(tmp_path: Path, text: str | None, says: str) -> None:
+    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "config.yaml"
+    path.unlink()
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(PywetError, match=says):
+        load(tmp_path)
