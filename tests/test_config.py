@@ -163,7 +163,7 @@ BAD = [
     pytest.param(
         "materials.yaml",
         _set("screens", 0, "aperture_mm", "value", to=1.5),
-        "screens.0 is not consistent, expected aperture_mm at least wire_diameter_mm (1.5 is smaller than the wire's 2)",
+        "screens.0 is not consistent, expected aperture_mm at least wire_diameter_mm (1.5 is smaller than",
         id="aperture smaller than the wire",
     ),
     pytest.param(

@@ -45,8 +45,8 @@ def settings(tolerance: float = 0.01, **switches: Any) -> EffectSettings:
     return EffectSettings(tolerance=entry, **switches)
 
 
-def make(liquid: Liquid | None, tolerance: float = 0.01, laws: LawSettings | None = None, **switches: Any) -> EffectPlan:
-    return plan((SPHERE,), PAIRS, liquid, SPEED, settings(tolerance, **switches), laws or LawSettings())
+def make(liquid: Liquid | None, tolerance: float = 0.01, **switches: Any) -> EffectPlan:
+    return plan((SPHERE,), PAIRS, liquid, SPEED, settings(tolerance, **switches), LawSettings())
 
 
 def test_dry_scene_runs_without_bridges() -> None:
@@ -118,7 +118,7 @@ def test_contradictions_are_one_sentence() -> None:
     with pytest.raises(PywetError, match=r"effects\.capillary is on but there are no bridges"):
         make(None, capillary=True)
     with pytest.raises(PywetError, match="no capillary law named nobody"):
-        make(water(), laws=LawSettings(capillary="nobody"))
+        plan((SPHERE,), PAIRS, water(), SPEED, settings(), LawSettings(capillary="nobody"))
 
 
 def test_one_line_per_effect_with_its_number() -> None:

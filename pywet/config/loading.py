@@ -80,9 +80,7 @@ def load(config_dir: Path) -> Config:
         scales=_read_yaml(folder / scales.FILE, Scales),
         cases=_read_cases(folder / cases_module.FILE),
     )
-    config.scale(config.settings.scale)
-    for number in config.settings.cases:
-        config.case(number)
+    _check_choice(config)
     for case in config.cases.values():
         _check_references(case, config.materials, folder)
     return config
@@ -130,6 +128,16 @@ def _read_cases(path: Path) -> dict[int, Case]:
     if not found:
         raise PywetError(f"{path} has no case, expected one row for each")
     return found
+
+
+def _check_choice(config: Config) -> None:
+    """The scale and the cases that config.yaml chooses must exist."""
+    try:
+        config.scale(config.settings.scale)
+        for number in config.settings.cases:
+            config.case(number)
+    except PywetError as error:
+        raise PywetError(f"{config.folder / settings.FILE}: {error}") from error
 
 
 def _check_references(case: Case, data: Materials, folder: Path) -> None:

@@ -18,7 +18,7 @@ S_MIN = 0.001
 def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
     """Number in each class: the reference material's class mass by sieve area; the same in any material.
 
-    The same number of the same sizes is the same volume, as the paper chose glass (section 5.1). At least one of a class.
+    The same number of the same sizes is the same volume, as the paper chose glass (section 5.1). At least one each.
     """
     screen = materials.screen(case.aperture_mm)
     pitch = 1e-3 * (screen.aperture_mm.value + screen.wire_diameter_mm.value)

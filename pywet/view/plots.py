@@ -116,12 +116,21 @@ def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Ax
         figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained")
         for place, (name, group) in zip(axes.flat, panels, strict=False):
             place.set_title(name)
-            draw(place, [r for r in group if r.retained is not None])
+            draw(place, group)
             _name_failed(place, group)
             label(place)
         for place in list(axes.flat)[len(panels) :]:
             place.set_axis_off()
+        if draw is _draw_liquid:
+            _legend_below(figure)
         return _svg(figure)
+
+
+def _legend_below(figure: Figure) -> None:
+    """One legend for all panels, below them."""
+    found = {name: handle for axes in figure.axes for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    if found:
+        figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=5)
 
 
 def _svg(figure: Figure) -> str:
@@ -135,7 +144,7 @@ def _name_failed(axes: Axes, group: Sequence[CaseResult]) -> None:
     failed = [str(r.case.case) for r in group if r.retained is None]
     if failed:
         text = f"case{'s' if len(failed) > 1 else ''} {', '.join(failed)} failed"
-        axes.text(0.98, 0.5, text, transform=axes.transAxes, ha="right", color="#b3261e", fontsize=9)
+        axes.text(0.98, 0.06, text, transform=axes.transAxes, ha="right", color="#b3261e", fontsize=9)
 
 
 def _label_fraction(axes: Axes) -> None:
@@ -162,8 +171,7 @@ def _legend(axes: Axes) -> None:
 
 def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
     table = result.retained
-    assert table is not None
-    if column in table:
+    if table is not None and column in table:
         axes.plot(table["time_since_opening_s"], table[column], linewidth=1.7, **look)
 
 
@@ -187,22 +195,20 @@ def _draw_classes(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 
 def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
-    for result in group[:1]:
-        table = result.liquid
-        assert table is not None
-        used = [name for name in PLACES if f"{name}_m3" in table]
-        parts = [100.0 * table[f"{name}_m3"] / table["initial_m3"] for name in used]
-        labels, colours = zip(*(PLACES[name] for name in used), strict=True)
-        axes.stackplot(table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3)
-        handles, names = axes.get_legend_handles_labels()
-        axes.legend(handles[::-1], names[::-1], loc="center left", bbox_to_anchor=(1.0, 0.5))
+    table = group[0].liquid
+    if table is None:
+        return
+    used = [name for name in PLACES if f"{name}_m3" in table]
+    parts = [100.0 * table[f"{name}_m3"] / table["initial_m3"] for name in used]
+    labels, colours = zip(*(PLACES[name] for name in used), strict=True)
+    axes.stackplot(table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3)
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
     """Where the dry fraction retained must end: the share of the class that cannot pass."""
-    for result in group[:1]:
-        assert result.summary is not None
-        axes.axhline(result.summary["coarse_share"], color="#aab3bb", linewidth=1.0, linestyle=":", label="share that cannot pass")
+    share = next((r.summary["coarse_share"] for r in group if r.summary), None)
+    if share is not None:
+        axes.axhline(share, color="#aab3bb", linewidth=1.0, linestyle=":", label="share that cannot pass")
 
 
 def _moisture(result: CaseResult) -> str:

@@ -85,7 +85,8 @@ def scale_statement(config: Config, name: str) -> list[str]:
     scale = config.scale(name)
     factor, width = scale.stiffness_factor.value, scale.width_mm.value
     sieve = "round sieve" if scale.shape == "cylinder" else "square sieve, its side rounded to whole screen pitches"
-    found = [f"The screen is a {width:g} mm {sieve}; the feed's mass goes with its area, so the bed is as deep as in the paper."]
+    whole = config.materials.feed.sieve_diameter_mm.value
+    found = [f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed on a {whole:g} mm sieve."]
     if factor < 1:
         found.append(
             f"Contact springs are softened to {factor:g} of table 1's stiffness, so collisions take {factor**-0.5:.3g} times as long "

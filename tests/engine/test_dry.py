@@ -15,18 +15,21 @@ from pywet.screening import cases
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")
+PHASES = 8
 PAIRS = [(case, scale, partner) for case in (1, 10) for scale in ("smoke", "full") for partner in ("sphere", "wall")]
 
 
-def bodies(partner: str, radius: float) -> tuple[list[small.Sphere], list[object]]:
-    """A head-on collision at 0.1 m/s that starts 10 µm before touch."""
-    gap, speed = 1e-5, 0.1
-    if partner == "wall":
-        return [small.Sphere(1, (0.0, 0.0, radius + gap), (0.0, 0.0, -speed))], [small.floor()]
-    return [
-        small.Sphere(1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.5 * speed)),
-        small.Sphere(1, (0.0, 0.0, 2 * radius + gap), (0.0, 0.0, -0.5 * speed)),
-    ], []
+def bodies(partner: str, radius: float, time_step: float) -> tuple[list[small.Sphere], list[object]]:
+    """PHASES head-on collisions at 0.1 m/s side by side, each touching at another instant between two steps."""
+    spheres, speed = [], 0.1
+    for k in range(PHASES):
+        x, gap = 5 * radius * (k - PHASES / 2), 1e-5 + speed * time_step * k / PHASES
+        if partner == "wall":
+            spheres.append(small.Sphere(1, (x, 0.0, radius + gap), (0.0, 0.0, -speed)))
+        else:
+            spheres.append(small.Sphere(1, (x, 0.0, 0.0), (0.0, 0.0, 0.5 * speed)))
+            spheres.append(small.Sphere(1, (x, 0.0, 2 * radius + gap), (0.0, 0.0, -0.5 * speed)))
+    return spheres, [small.floor(0.08)] if partner == "wall" else []
 
 
 def own_pair(pairs: tuple[ContactPair, ...]) -> list[ContactPair]:
@@ -36,10 +39,14 @@ def own_pair(pairs: tuple[ContactPair, ...]) -> list[ContactPair]:
 
 @pytest.mark.parametrize(("case", "scale", "partner"), PAIRS)
 def test_restitution_is_the_configured_one(tmp_path: Path, case: int, scale: str, partner: str) -> None:
-    """Within 1 % at the time step of the case (a twentieth of a collision), for POM and glass on themselves and on steel."""
+    """Within 1 % in the mean over the instant of touch, at the case's own time step, for POM and glass, on themselves and steel.
+
+    A single collision scatters by up to 3 % with the instant of touch at that step (first order in it, from the step that
+    first sees the overlap).
+    """
     made = cases.ingredients(CONFIG, case, scale)
     first: SphereClass = made.classes[0]
-    spheres, walls = bodies(partner, first.radius_m)
+    spheres, walls = bodies(partner, first.radius_m, made.time_step_s)
     pairs = own_pair(made.pairs)
     pair = next(p for p in pairs if p.b == (0 if partner == "wall" else 1))
     steps = round(4e-4 / made.time_step_s) + 60
@@ -49,8 +56,8 @@ def test_restitution_is_the_configured_one(tmp_path: Path, case: int, scale: str
     )  # fmt: skip
     small.run(tmp_path, spheres)
     end = pd.read_parquet(tmp_path / "trajectory.parquet").query("step == @steps")["vz"].to_numpy()
-    rebound = (end[1] - end[0]) / 0.1 if partner == "sphere" else end[0] / 0.1
-    assert rebound == pytest.approx(pair.restitution, rel=0.01)
+    rebound = (end[1::2] - end[0::2]) / 0.1 if partner == "sphere" else end / 0.1
+    assert rebound.mean() == pytest.approx(pair.restitution, rel=0.01)
 
 
 def test_rolling_friction_is_a_length(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""From configuration to scene: amounts against the paper, film thickness, time step, and the files of a run directory."""
+"""From configuration to scene: amounts against the paper, film thickness, time step, files of a run directory."""
 
 from __future__ import annotations
 
@@ -150,7 +150,8 @@ def test_run_directory_is_complete(built: tuple[Path, Scene]) -> None:
 
 def test_spheres_of_the_run(built: tuple[Path, Scene]) -> None:
     folder, scene = built
-    spheres, start = pd.read_parquet(folder / "history" / "spheres.parquet"), pd.read_parquet(folder / "spheres.parquet")
+    spheres = pd.read_parquet(folder / "history" / "spheres.parquet")
+    start = pd.read_parquet(folder / "spheres.parquet")
     assert spheres["type"].value_counts().to_dict() == {c.type: c.count for c in scene.classes}
     assert spheres["id"].tolist() == start["id"].tolist() == list(range(1, len(start) + 1))
     assert scene.liquid is not None

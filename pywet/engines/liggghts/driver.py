@@ -211,7 +211,7 @@ def _step_reached(folder: Path) -> int:
 
 
 def _reason(folder: Path) -> str:
-    """The engine's last ERROR line, without its decoration; else the last line there is."""
+    """The engine's first ERROR line, without its decoration; else the last line there is."""
     lines: list[str] = []
     for name in ("output.log", "screen.log", "log.liggghts"):
         path = folder / name
@@ -220,7 +220,7 @@ def _reason(folder: Path) -> str:
     errors = [line for line in lines if "ERROR" in line]
     if not errors:
         return lines[-1] if lines else "it wrote nothing"
-    text = re.sub(r"^.*?ERROR[^:]*:\s*", "", errors[-1])
+    text = re.sub(r"^.*?ERROR[^:]*:\s*", "", errors[0])
     text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
     if "Lost atoms" in text:
         return f"spheres left the simulated box ({text}); enlarge the box or lower the time step"

@@ -483,10 +483,12 @@ void Bridges::snapshot() {
       if (type_of[id] > 0) film_log_.write(Film{now_, int32_t(id), 0, film[id]});
     for (size_t k = 0; k < walls.film.size(); k++)
       if (walls.film[k] > 0) wall_film_log_.write(Film{now_, int32_t(k), 0, walls.film[k]});
-    event_log_.flush(); ledger_log_.flush(); film_log_.flush(); wall_film_log_.flush();
   }
-  contact_log_.flush();
-  bridge_log_.flush();
+  flush();
+}
+
+void Bridges::flush() {
+  for (RecordFile *log : {&event_log_, &contact_log_, &ledger_log_, &bridge_log_, &film_log_, &wall_film_log_}) log->flush();
 }
 
 void Bridges::step(int64_t n) {

@@ -53,6 +53,7 @@ class Bridges {
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void step(int64_t n);
+  void flush();
 
  private:
   LAMMPS_NS::LAMMPS *lmp_ = nullptr;

@@ -28,7 +28,10 @@ void callback(void *, LAMMPS_NS::bigint step, int n, int *, double **, double **
   try {
     state->step(step);
   } catch (const std::exception &e) {
-    engine->error->one(FLERR, (std::string("pywet: ") + e.what()).c_str());
+    state->flush();
+    fprintf(stderr, "ERROR: %s\n", e.what());  // MPI_Abort loses what the engine has buffered
+    fflush(nullptr);
+    engine->error->one(FLERR, e.what());
   }
 }
 
