@@ -20,10 +20,16 @@ FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 
 
-def damping(pair: ContactPair, m_eff: float) -> float:
-    """Normal damping γ_n = −2 ln e √(m_eff k_n)/√(π² + ln² e) [kg/s] (E after 4)."""
+def damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
+    """Normal damping [kg/s] that gives the pair's restitution at this time step.
+
+    γ₀ = −2 ln e √(m_eff k_n)/√(π² + ln² e) (E after 4) is exact for Δt → 0. The engine takes the damping from the velocity half
+    a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
+    (e = 0.44); γ = γ₀/(1 + γ₀ Δt/(4 m_eff)) removes this in the mean over the instant of touch (left: 0.3 %).
+    """
     log_e = math.log(pair.restitution)
-    return -2.0 * log_e * math.sqrt(m_eff * pair.normal_stiffness_N_per_m) / math.hypot(math.pi, log_e)
+    exact = -2.0 * log_e * math.sqrt(m_eff * pair.normal_stiffness_N_per_m) / math.hypot(math.pi, log_e)
+    return exact / (1.0 + exact * time_step / (4.0 * m_eff))
 
 
 def _partners(scene: Scene, pair: ContactPair) -> tuple[SphereClass, SphereClass | None]:
@@ -44,7 +50,7 @@ def property_matrices(scene: Scene) -> dict[str, str]:
         row = (
             pair.normal_stiffness_N_per_m,
             pair.tangential_stiffness_N_per_m,
-            damping(pair, m_eff),
+            damping(pair, m_eff, scene.time_step_s),
             0.0,
             pair.friction,
             pair.rolling_friction_m / r_red,
