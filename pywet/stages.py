@@ -7,9 +7,11 @@ case never stops the others, and the report can name it. Used by the command lin
 from __future__ import annotations
 
 import json
+import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -42,6 +44,18 @@ def status_path(run_dir: Path, stage: str) -> Path:
     return Path(run_dir) / "status" / f"{stage}.json"
 
 
+@contextmanager
+def logged(path: Path, echo: bool = False) -> Iterator[None]:
+    """Send what is printed to a log file; with `echo` also to standard error at the end."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with open(path, "w", buffering=1) as log, redirect_stdout(log), redirect_stderr(log):
+            yield
+    finally:
+        if echo:
+            sys.stderr.write(path.read_text())
+
+
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
     """Run a stage when the one before went well; write and return its status. Tracebacks go to standard error."""
     before = STAGES.index(stage) - 1
@@ -53,6 +67,8 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
         reason = _run(work)
         status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
     write_json(status_path(run_dir, stage), asdict(status))
+    if not status.ok:
+        print(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}", flush=True)
     return status
 
 
@@ -126,3 +142,24 @@ def problems(run_dir: Path) -> list[str]:
     from pywet.screening import verdict
 
     return verdict.objections(Path(run_dir))
+
+
+def first_moist(run_dirs: Iterable[Path]) -> Path | None:
+    """The first run with bridges that went to the end."""
+    from pywet.scene import Scene
+
+    for run_dir in run_dirs:
+        if outcome(run_dir).ok and Scene.read(run_dir / "scene.json").effects.bridges:
+            return run_dir
+    return None
+
+
+def judge(run_dirs: Iterable[Path]) -> list[str]:
+    """All problems of all cases, one line each; the status of every failed stage is removed, so that it is tried again."""
+    lines = []
+    for run_dir in run_dirs:
+        lines += [f"{run_dir.name}: {text}" for text in problems(run_dir)]
+        failed = outcome(run_dir).failed_at
+        if failed:
+            status_path(run_dir, failed).unlink(missing_ok=True)
+    return lines

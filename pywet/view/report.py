@@ -155,7 +155,7 @@ def _figures(results: Sequence[CaseResult]) -> dict[str, str]:
 
 
 def _picture(path: Path | None) -> str | None:
-    return _uri(path.read_bytes(), "png") if path is not None and path.exists() else None
+    return _uri(path.read_bytes(), "png") if path is not None and path.exists() and path.stat().st_size else None
 
 
 def _uri(data: bytes, kind: str) -> str:

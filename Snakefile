@@ -1,0 +1,31 @@
+# Screening of moist particles: every configured case from configuration to cross-check, then one report.
+#
+#   snakemake --cores 2                          all cases of config/config.yaml at its scale
+#   snakemake --cores 2 --config scale=reduced   the same at another scale
+#   snakemake --cores 2 --config cases=[2,11]    only these cases
+#
+# A case that fails does not stop the others: each stage leaves results/<scale>/<case>/status/<stage>.json, the report names
+# the reason, and rule verdict ends the call with an error. The next call tries the failed cases again.
+#
+# `snakemake --lint` asks for a conda environment or a container for each rule: there is one environment for all of them, the
+# virtual one that `make setup` builds from pinned versions beside Debian's engine, and snakemake itself runs in it.
+
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: "config/config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/case.smk"
+include: "workflow/rules/report.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        report=f"{ROOT}/report.html",
+        verdict=f"{ROOT}/verdict.txt",
+    localrule: True

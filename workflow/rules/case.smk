@@ -1,0 +1,61 @@
+# The stages of one case. The declared output of a stage is its status file, because a failed case has nothing else; what it
+# makes besides is listed in docs/results.md.
+
+
+rule scene:
+    input:
+        config=CONFIG_FILES,
+    output:
+        status=f"{ROOT}/{{case}}/status/scene.json",
+    params:
+        number=lambda wildcards: CASES[wildcards.case],
+        scale=SCALE,
+    log:
+        f"{LOGS}/{{case}}/scene.log",
+    script:
+        "../scripts/scene.py"
+
+
+rule simulate:
+    input:
+        scene=rules.scene.output.status,
+    output:
+        status=f"{ROOT}/{{case}}/status/simulate.json",
+    log:
+        f"{LOGS}/{{case}}/simulate.log",
+    threads: config["ranks"]
+    script:
+        "../scripts/simulate.py"
+
+
+rule replay:
+    input:
+        simulate=rules.simulate.output.status,
+    output:
+        status=f"{ROOT}/{{case}}/status/replay.json",
+    log:
+        f"{LOGS}/{{case}}/replay.log",
+    script:
+        "../scripts/replay.py"
+
+
+rule results:
+    input:
+        replay=rules.replay.output.status,
+    output:
+        status=f"{ROOT}/{{case}}/status/results.json",
+    log:
+        f"{LOGS}/{{case}}/results.log",
+    script:
+        "../scripts/results.py"
+
+
+rule vtk:
+    input:
+        results=rules.results.output.status,
+    output:
+        status=f"{ROOT}/{{case}}/status/vtk.json",
+    log:
+        f"{LOGS}/{{case}}/vtk.log",
+    script:
+        "../scripts/vtk.py"

@@ -1,0 +1,20 @@
+"""The report on all cases, failed ones included."""
+
+from pathlib import Path
+
+from snakemake.script import snakemake
+
+from pywet import config, stages
+from pywet.view import report
+
+out = Path(snakemake.output.report)
+with stages.logged(Path(snakemake.log[0])):
+    report.write(
+        config.load(Path(snakemake.input.config[0]).parent),
+        snakemake.params.scale,
+        snakemake.params.cases,
+        folder=out.parent,
+        template_dir=Path(snakemake.input.template).parent,
+        picture=Path(snakemake.input.picture),
+        out=out,
+    )

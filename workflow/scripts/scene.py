@@ -1,0 +1,12 @@
+"""Build the run directory of a case from the configuration."""
+
+from pathlib import Path
+
+from snakemake.script import snakemake
+
+from pywet import stages
+
+run_dir = Path(snakemake.output.status).parent.parent
+config_dir = Path(snakemake.input.config[0]).parent
+with stages.logged(Path(snakemake.log[0])):
+    stages.attempt(run_dir, "scene", lambda: stages.build(config_dir, snakemake.params.number, snakemake.params.scale, run_dir))
