@@ -27,7 +27,7 @@ def bed() -> list[small.Sphere]:
     """SIDE³ spheres on a slightly shaken lattice above a floor."""
     jitter = np.random.default_rng(1).uniform(-0.1, 0.1, (SIDE**3, 3)) * RADIUS
     cells = np.stack(np.meshgrid(*[np.arange(SIDE)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    at = (cells + [0.5, 0.5, 0.6]) * 2.2 * RADIUS + jitter - np.array([SIDE * 1.1 * RADIUS] * 2 + [0.0])
+    at = (cells + np.array([0.5, 0.5, 0.6])) * 2.2 * RADIUS + jitter - np.array([SIDE * 1.1 * RADIUS] * 2 + [0.0])
     return [small.Sphere(1, (float(x), float(y), float(z))) for x, y, z in at]
 
 

@@ -24,7 +24,9 @@ def atomic_write(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise PywetError(f"{path} could not be written ({error.strerror}); expected a writable folder with free space") from error
+        raise PywetError(
+            f"{path} could not be written ({error.strerror}); expected a writable folder with free space"
+        ) from error
     finally:
         temporary.unlink(missing_ok=True)
 

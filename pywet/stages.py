@@ -19,8 +19,8 @@ from typing import Any
 from pywet.errors import PywetError
 from pywet.files import write_json
 
-STAGES = ("scene", "simulate", "replay", "results", "vtk")
-"""In the order they run; each needs the one before."""
+NEEDS = {"scene": None, "simulate": "scene", "replay": "simulate", "results": "simulate", "vtk": "simulate"}
+"""Stage -> the stage without which it cannot be done; in the order they run."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
 
 
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
-    """Run a stage when the one before went well; write and return its status. Tracebacks go to standard error."""
-    before = STAGES.index(stage) - 1
-    earlier = Status.read(status_path(run_dir, STAGES[before])) if before >= 0 else None
+    """Run a stage when the one it needs went well; write and return its status. Tracebacks go to standard error."""
+    needed = NEEDS[stage]
+    earlier = Status.read(status_path(run_dir, needed)) if needed else None
     started = time.monotonic()
     if earlier is not None and not earlier.ok:
         status = Status(stage, False, 0.0, earlier.failed_at, earlier.reason)
@@ -78,7 +78,7 @@ def _run(work: Callable[[], Any]) -> str | None:
         work()
     except PywetError as error:
         return str(error)
-    except Exception as error:  # noqa: BLE001 - a fault of this program in one case must not end the other cases
+    except Exception as error:
         traceback.print_exc()
         return f"fault in the program, {type(error).__name__}: {error} (traceback in the log)"
     return None
@@ -129,9 +129,21 @@ def vtk(run_dir: Path) -> None:
 
 
 def outcome(run_dir: Path) -> Status:
-    """Status of the last stage; a case that was not run to the end counts as failed."""
-    path = status_path(run_dir, STAGES[-1])
-    return Status.read(path) if path.exists() else Status(STAGES[-1], False, 0.0, None, "it was not run to the end")
+    """Status of the first stage that failed, else of the last; a case that was not run to the end counts as failed."""
+    for stage in NEEDS:
+        path = status_path(run_dir, stage)
+        if not path.exists():
+            return Status(stage, False, 0.0, None, f"it was not run to the end: stage {stage} is missing")
+        status = Status.read(path)
+        if not status.ok:
+            break
+    return status
+
+
+def results_made(run_dir: Path) -> bool:
+    """Whether the tables of results there are belong to this run: a failed rerun may have left those of an earlier one."""
+    path = status_path(run_dir, "results")
+    return path.exists() and Status.read(path).ok
 
 
 def problems(run_dir: Path) -> list[str]:
@@ -145,11 +157,11 @@ def problems(run_dir: Path) -> list[str]:
 
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:
-    """The first run with bridges that went to the end."""
+    """The first run with bridges that has results."""
     from pywet.scene import Scene
 
     for run_dir in run_dirs:
-        if outcome(run_dir).ok and Scene.read(run_dir / "scene.json").effects.bridges:
+        if results_made(run_dir) and Scene.read(run_dir / "scene.json").effects.bridges:
             return run_dir
     return None
 

@@ -99,5 +99,12 @@ BRIDGE = np.dtype(  # snapshot of standing bridges
 FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
 WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
 
-RAW = {"events": EVENT, "contacts": CONTACT, "ledger": LEDGER, "bridges": BRIDGE, "films": FILM, "wall_films": WALL_FILM}
+RAW = {
+    "events": EVENT,
+    "contacts": CONTACT,
+    "ledger": LEDGER,
+    "bridges": BRIDGE,
+    "films": FILM,
+    "wall_films": WALL_FILM,
+}
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""

@@ -99,7 +99,9 @@ def check(law: ForceLaw, arguments: tuple[str, ...]) -> None:
     try:
         values = np.asarray(law(*grid))
     except ArithmeticError as error:
-        raise PywetError(f"law {law.name} raises {error} on the probe grid; mend {law.python.__code__.co_filename}") from error
+        raise PywetError(
+            f"law {law.name} raises {error} on the probe grid; mend {law.python.__code__.co_filename}"
+        ) from error
     if not np.isfinite(values).all():
         at = grid[:, np.argmin(np.isfinite(values))]
         given = ", ".join(f"{name}={value:g}" for name, value in zip(arguments, at, strict=True))

@@ -40,7 +40,7 @@ class Law:
     functions: tuple[ForceLaw, ...]
 
 
-BUILT_IN = {
+BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
     "capillary": {"rabinovich": (capillary.rabinovich,)},
     "viscous_normal": {"pitois": (viscous.pitois,)},
     "viscous_tangential": {"goldman": (viscous.goldman_translation, viscous.goldman_rotation)},
@@ -92,7 +92,9 @@ def _check_kind(kind: str) -> None:
 def _check_own(law: Law) -> None:
     wanted = SIGNATURES[law.kind]
     if len(law.functions) != len(wanted) or not all(isinstance(f, ForceLaw) for f in law.functions):
-        raise PywetError(f"law {law.name} has {len(law.functions)} functions; a {law.kind} law has {len(wanted)}, each a @force_law")
+        raise PywetError(
+            f"law {law.name} has {len(law.functions)} functions; a {law.kind} law has {len(wanted)}, each a @force_law"
+        )
     for function, arguments in zip(law.functions, wanted, strict=True):
         check(function, arguments)
 
@@ -109,6 +111,8 @@ def _from_file(name: str) -> ForceLaw | tuple[ForceLaw, ...]:
     except Exception as error:
         raise PywetError(f"law {name}: its file raises {type(error).__name__}: {error}; mend {path}") from error
     if not hasattr(module, attribute):
-        raise PywetError(f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law")
+        raise PywetError(
+            f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law"
+        )
     found: ForceLaw | tuple[ForceLaw, ...] = getattr(module, attribute)
     return found

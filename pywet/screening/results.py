@@ -194,4 +194,3 @@ def _ledger(run: RunDir, name: str) -> Floats:
 
 def _largest_rise(values: Floats) -> float:
     return max(0.0, float(np.diff(values).max(initial=0.0)))
-

@@ -45,7 +45,9 @@ class RunDir:
         """The scene that was run."""
         path = self.path / "scene.json"
         if not path.exists():
-            raise PywetError(f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it")
+            raise PywetError(
+                f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it"
+            )
         return Scene.read(path)
 
     @property
@@ -182,7 +184,9 @@ def _liquid(run: RunDir, steps: Ints, ids: Ints, initial: Floats) -> tuple[Float
     film = np.zeros((len(steps), len(ids)))
     films = run.table("history/films")
     films = films[films["step"].isin(steps)]
-    film[np.searchsorted(steps, films["step"].to_numpy()), _index(ids, films["id"].to_numpy(), "history/films.parquet")] = films["film"]
+    film[
+        np.searchsorted(steps, films["step"].to_numpy()), _index(ids, films["id"].to_numpy(), "history/films.parquet")
+    ] = films["film"]
     bridges = run.bridges[run.bridges["step"].isin(steps)]
     row, volume, share = (bridges[c].to_numpy() for c in ("step", "volume", "share_i"))
     row = np.searchsorted(steps, row)

@@ -51,7 +51,9 @@ def summarise(run: RunDir) -> dict[str, Any]:
         "coarse_share": results.coarse_share(scene),
         "spheres_that_came_back_from_the_bin": line.came_back,
         "liquid_end_m3": {
-            c.removesuffix("_m3"): float(liquid[c].iloc[-1]) for c in liquid.columns if c.endswith("_m3") and c != "initial_m3"
+            c.removesuffix("_m3"): float(liquid[c].iloc[-1])
+            for c in liquid.columns
+            if c.endswith("_m3") and c != "initial_m3"
         },
         "events": _events(run),
         "ledger_error": _ledger_error(run),
@@ -81,7 +83,11 @@ def _events(run: RunDir) -> dict[str, int] | None:
     if not run.moist:
         return None
     last = run.table("history/ledger").sort_values("step").iloc[-1]
-    return {"formations": int(last["formations"]), "ruptures": int(last["ruptures"]), "standing_bridges": int(last["bridge_count"])}
+    return {
+        "formations": int(last["formations"]),
+        "ruptures": int(last["ruptures"]),
+        "standing_bridges": int(last["bridge_count"]),
+    }
 
 
 def _replay(run: RunDir) -> dict[str, Any] | None:

@@ -56,7 +56,9 @@ def objections(run_dir: Path) -> list[str]:
         if not rows:
             found.append("the run was not replayed")
         found += [
-            f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {REPLAY_TOLERANCE:g}" for r in rows if not r.ok
+            f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {REPLAY_TOLERANCE:g}"
+            for r in rows
+            if not r.ok
         ]
     return found
 

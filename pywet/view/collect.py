@@ -10,9 +10,9 @@ from typing import Any
 
 import pandas as pd
 
+from pywet import stages
 from pywet.config.cases import Case
 from pywet.screening import verdict
-from pywet.stages import outcome, problems
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,9 @@ def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
 
 
 def _read(run_dir: Path, case: Case) -> CaseResult:
-    found = tuple(problems(run_dir))
+    found = tuple(stages.problems(run_dir))
     summary = _json(run_dir / "summary.json")
-    if not outcome(run_dir).ok or summary is None:
+    if summary is None or not stages.results_made(run_dir):
         return CaseResult(case, found, plan=_json(run_dir / "plan.json"))
     replay = _json(run_dir / "replay.json")
     return CaseResult(

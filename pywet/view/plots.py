@@ -12,11 +12,11 @@ from typing import Any
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402 - the backend is chosen before
-from matplotlib.axes import Axes  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from pywet.view.collect import CaseResult  # noqa: E402
+from pywet.view.collect import CaseResult
 
 INK, GRID = "#27323d", "#dfe4e9"
 MOISTURE = ("#9a8f80", "#4a9bd4", "#0b3c78", "#6a51a3")
@@ -63,7 +63,9 @@ Draw = Callable[[Axes, Sequence[CaseResult]], None]
 def dry_curves(results: Sequence[CaseResult]) -> str:
     """Fraction retained of the dry cases, one panel per material (Fig. 10)."""
     dry = [r for r in results if not r.moist]
-    return _grid(_panels(dry, lambda r: r.case.material, lambda r: f"dry {r.case.material}"), _draw_dry, 2, _label_fraction)
+    return _grid(
+        _panels(dry, lambda r: r.case.material, lambda r: f"dry {r.case.material}"), _draw_dry, 2, _label_fraction
+    )
 
 
 def moisture_curves(results: Sequence[CaseResult]) -> str:
@@ -79,7 +81,9 @@ def class_curves(results: Sequence[CaseResult]) -> str:
 def liquid_curves(results: Sequence[CaseResult]) -> str:
     """Where the liquid is over time, lowest liquid amount, larger amplitude (Fig. 15)."""
     moist = [r for r in _strong(results) if r.moist]
-    least = {r.configuration: min(q.case.liquid_percent for q in moist if q.configuration == r.configuration) for r in moist}
+    least = {
+        r.configuration: min(q.case.liquid_percent for q in moist if q.configuration == r.configuration) for r in moist
+    }
     shown = [r for r in moist if r.case.liquid_percent == least[r.configuration]]
     panels = _panels(shown, lambda r: r.configuration, lambda r: f"{title(r)}, M = {r.case.liquid_percent:g} %")
     return _grid(panels, _draw_liquid, 2, _label_liquid)
@@ -98,7 +102,9 @@ def _strong(results: Sequence[CaseResult]) -> list[CaseResult]:
     return [r for r in results if r.case.set_amplitude_mm == largest]
 
 
-def _panels(results: Sequence[CaseResult], key: Callable[[CaseResult], Any], name: Callable[[CaseResult], str]) -> list[Panel]:
+def _panels(
+    results: Sequence[CaseResult], key: Callable[[CaseResult], Any], name: Callable[[CaseResult], str]
+) -> list[Panel]:
     groups: dict[Any, list[CaseResult]] = {}
     for result in results:
         groups.setdefault(key(result), []).append(result)
@@ -113,7 +119,9 @@ def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Ax
     rows = -(-len(panels) // columns)
     with plt.rc_context(STYLE):
         size = (12.0, 0.6 + 3.3 * rows)
-        figure, axes = plt.subplots(rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained")
+        figure, axes = plt.subplots(
+            rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
+        )
         for place, (name, group) in zip(axes.flat, panels, strict=False):
             place.set_title(name)
             draw(place, group)
@@ -128,7 +136,9 @@ def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Ax
 
 def _legend_below(figure: Figure) -> None:
     """One legend for all panels, below them."""
-    found = {name: handle for axes in figure.axes for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    found = {
+        name: handle for axes in figure.axes for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
     if found:
         figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=5)
 
@@ -178,7 +188,13 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
 def _draw_dry(axes: Axes, group: Sequence[CaseResult]) -> None:
     for colour, result in zip(_cycle(CONFIGURATION, len(group)), group, strict=True):
         case = result.case
-        _curve(axes, result, "fraction_retained", color=colour, label=f"a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm")
+        _curve(
+            axes,
+            result,
+            "fraction_retained",
+            color=colour,
+            label=f"a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm",
+        )
     _end(axes, group)
 
 
@@ -191,7 +207,14 @@ def _draw_moisture(axes: Axes, group: Sequence[CaseResult]) -> None:
 def _draw_classes(axes: Axes, group: Sequence[CaseResult]) -> None:
     for colour, result in zip(_moisture_colours(group), group, strict=True):
         _curve(axes, result, "fraction_retained_small", color=colour, label=f"{_moisture(result)}, small")
-        _curve(axes, result, "fraction_retained_near_mesh", color=colour, linestyle=(0, (4, 2)), label=f"{_moisture(result)}, near mesh")
+        _curve(
+            axes,
+            result,
+            "fraction_retained_near_mesh",
+            color=colour,
+            linestyle=(0, (4, 2)),
+            label=f"{_moisture(result)}, near mesh",
+        )
 
 
 def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -201,7 +224,9 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
     used = [name for name in PLACES if f"{name}_m3" in table]
     parts = [100.0 * table[f"{name}_m3"] / table["initial_m3"] for name in used]
     labels, colours = zip(*(PLACES[name] for name in used), strict=True)
-    axes.stackplot(table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3)
+    axes.stackplot(
+        table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3
+    )
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -218,7 +243,10 @@ def _moisture(result: CaseResult) -> str:
 def _moisture_colours(group: Sequence[CaseResult]) -> list[str]:
     """Colour by rank of the liquid amount; the first colour is kept for dry."""
     amounts = sorted({r.case.liquid_percent for r in group if r.moist})
-    return [MOISTURE[min(amounts.index(r.case.liquid_percent) + 1, len(MOISTURE) - 1)] if r.moist else MOISTURE[0] for r in group]
+    return [
+        MOISTURE[min(amounts.index(r.case.liquid_percent) + 1, len(MOISTURE) - 1)] if r.moist else MOISTURE[0]
+        for r in group
+    ]
 
 
 def _cycle(colours: Sequence[str], count: int) -> list[str]:

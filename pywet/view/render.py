@@ -43,7 +43,9 @@ def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
     run = RunDir(Path(run_dir))
     chosen = telling_step(run) if step is None else step
     if chosen not in run.timeline.steps:
-        raise PywetError(f"step {chosen} is not an output step of {run.path}; expected one of those in trajectory.parquet")
+        raise PywetError(
+            f"step {chosen} is not an output step of {run.path}; expected one of those in trajectory.parquet"
+        )
     with atomic_write(Path(picture)) as temporary:
         for extra in WINDOWS:
             command = [sys.executable, "-m", "pywet.view.render", str(run.path), str(temporary), str(chosen)]
@@ -148,9 +150,13 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: floa
     faces = np.insert(np.arange(len(mesh.points)).reshape(-1, 3), 0, 3, axis=1)
     whole = pv.PolyData(mesh.points, faces.ravel())
     for holder in table["holder"].unique():
-        part = whole.extract_cells(np.flatnonzero(table["holder"] == holder)).extract_surface(algorithm="dataset_surface")
+        part = whole.extract_cells(np.flatnonzero(table["holder"] == holder)).extract_surface(
+            algorithm="dataset_surface"
+        )
         if holder in ("wires", "impact_plate"):
-            plotter.add_mesh(part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True)
+            plotter.add_mesh(
+                part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True
+            )
         elif holder not in ("feed_bin", "slide"):
             far = part.clip(normal=(0.0, -1.0, 0.0), origin=tuple(centre - [0.0, 1e-4, 0.0]))
             if far.n_cells:

@@ -35,7 +35,9 @@ class Assumption:
     reason: str
 
 
-def write(config: Config, scale: str, cases: Sequence[int], folder: Path, template_dir: Path, picture: Path | None, out: Path) -> None:
+def write(
+    config: Config, scale: str, cases: Sequence[int], folder: Path, template_dir: Path, picture: Path | None, out: Path
+) -> None:
     """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, where there is one."""
     results = collect(folder, [config.case(number) for number in cases])
     environment = jinja2.Environment(
@@ -49,7 +51,9 @@ def write(config: Config, scale: str, cases: Sequence[int], folder: Path, templa
     try:
         text = environment.get_template(TEMPLATE).render(context(config, scale, results, picture))
     except jinja2.TemplateNotFound as error:
-        raise PywetError(f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder") from error
+        raise PywetError(
+            f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder"
+        ) from error
     with atomic_write(out) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -86,7 +90,9 @@ def scale_statement(config: Config, name: str) -> list[str]:
     factor, width = scale.stiffness_factor.value, scale.width_mm.value
     sieve = "round sieve" if scale.shape == "cylinder" else "square sieve, its side rounded to whole screen pitches"
     whole = config.materials.feed.sieve_diameter_mm.value
-    found = [f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed on a {whole:g} mm sieve."]
+    found = [
+        f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed on a {whole:g} mm sieve."
+    ]
     if factor < 1:
         found.append(
             f"Contact springs are softened to {factor:g} of table 1's stiffness, so collisions take {factor**-0.5:.3g} times as long "
@@ -96,9 +102,14 @@ def scale_statement(config: Config, name: str) -> list[str]:
         found.append("Contact springs have the stiffness of table 1.")
     length, opening = scale.duration_s.value, scale.slide_opens_at_s.value
     text = f"Each run lasts {length:g} s, of which {opening:g} s pass before the slide opens"
-    found.append(text + ("." if length >= PAPER_SECONDS else f"; the paper screens for {PAPER_SECONDS:g} s, so curves end early."))
+    found.append(
+        text
+        + ("." if length >= PAPER_SECONDS else f"; the paper screens for {PAPER_SECONDS:g} s, so curves end early.")
+    )
     if name != "full":
-        found.append("This scale shows that the whole line works and that it is right; the curves of the paper are for the full scale.")
+        found.append(
+            "This scale shows that the whole line works and that it is right; the curves of the paper are for the full scale."
+        )
     return found
 
 
@@ -139,7 +150,14 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
     rows = []
     for name in names:
         first = next(plan[name] for plan in plans if name in plan)
-        rows.append({"effect": name, "quantity": first["quantity"], "threshold": first["threshold"], "cells": [p.get(name) for p in plans]})
+        rows.append(
+            {
+                "effect": name,
+                "quantity": first["quantity"],
+                "threshold": first["threshold"],
+                "cells": [p.get(name) for p in plans],
+            }
+        )
     return rows
 
 

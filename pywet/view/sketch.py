@@ -35,7 +35,9 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
     figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)
     corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
     faces = project(corners)
-    axes.add_collection(PolyCollection(list(faces[..., :2]), facecolors="#aab3bb", edgecolors="#8b959e", linewidths=0.2))
+    axes.add_collection(
+        PolyCollection(list(faces[..., :2]), facecolors="#aab3bb", edgecolors="#8b959e", linewidths=0.2)
+    )
     place, diameter = project(spheres.points), 2.0 * spheres.point_data["radius"]
     order = np.argsort(place[:, 2])
     colours = blues()(spheres.point_data["film_thickness"][order] / colour_limit(run, step))
@@ -45,7 +47,9 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
         shade = np.clip(colours * [tint, tint, tint, 1.0], 0.0, 1.0)
         offsets = place[order, :2] + shift * diameter[order, None] * np.array([-0.7, 0.7])
         zeros = np.zeros_like(size)
-        discs = EllipseCollection(size, size, zeros, units="xy", offsets=offsets, offset_transform=axes.transData, facecolors=shade)
+        discs = EllipseCollection(
+            size, size, zeros, units="xy", offsets=offsets, offset_transform=axes.transData, facecolors=shade
+        )
         axes.add_collection(discs)
     if len(bridges.points):
         lines = project(bridges.points.reshape(-1, 2, 3))[..., :2]

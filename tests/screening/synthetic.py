@@ -26,7 +26,15 @@ MESHES = (("wires", 0.0), ("side_wall", 0.0), ("collecting_bin", -0.06))
 def scene(moist: bool = True, name: str = "case02") -> Scene:
     """The scene of the synthetic run."""
     classes = (
-        SphereClass(name="POM 8 mm", type=1, radius_m=4e-3, density_kg_per_m3=1400, contact_angle_rad=1.2, count=1, passes_aperture=False),
+        SphereClass(
+            name="POM 8 mm",
+            type=1,
+            radius_m=4e-3,
+            density_kg_per_m3=1400,
+            contact_angle_rad=1.2,
+            count=1,
+            passes_aperture=False,
+        ),
         SphereClass(name="POM 4 mm", type=2, radius_m=2e-3, density_kg_per_m3=1400, contact_angle_rad=1.2, count=2),
     )
     pairs = tuple(
@@ -53,8 +61,12 @@ def scene(moist: bool = True, name: str = "case02") -> Scene:
         )
         for mesh, _ in MESHES
     )
-    liquid = Liquid(surface_tension_N_per_m=0.072, viscosity_Pa_s=1e-3, density_kg_per_m3=1000, initial_film_thickness_m=5e-5)
-    effects = Effects(bridges=True, capillary="rabinovich", rupture="willett_unequal", formation="shi_mccarthy", transfer="parabola")
+    liquid = Liquid(
+        surface_tension_N_per_m=0.072, viscosity_Pa_s=1e-3, density_kg_per_m3=1000, initial_film_thickness_m=5e-5
+    )
+    effects = Effects(
+        bridges=True, capillary="rabinovich", rupture="willett_unequal", formation="shi_mccarthy", transfer="parabola"
+    )
     return Scene(
         name=name,
         seed=10007,
@@ -80,11 +92,17 @@ def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
     run_dir.mkdir(parents=True, exist_ok=True)
     (run_dir / "scene.json").write_text(scene(moist, name).model_dump_json())
     films = (10.0, 5.0, 5.0) if moist else (0.0, 0.0, 0.0)
-    spheres = pd.DataFrame({"id": [1, 2, 3], "type": [1, 2, 2], "radius": [RADII[t] for t in (1, 2, 2)], "film": [f * UNIT for f in films]})
+    spheres = pd.DataFrame(
+        {"id": [1, 2, 3], "type": [1, 2, 2], "radius": [RADII[t] for t in (1, 2, 2)], "film": [f * UNIT for f in films]}
+    )
     write_table(spheres, run_dir / "history" / "spheres.parquet")
     write_table(_trajectory(), run_dir / "trajectory.parquet")
     write_table(_triangles(), run_dir / "history" / "triangles.parquet")
-    motion = [(step, mesh, 0.0, 0.0, 1e-3 * (k if mesh != "collecting_bin" else 0)) for k, step in enumerate(STEPS) for mesh, _ in MESHES]
+    motion = [
+        (step, mesh, 0.0, 0.0, 1e-3 * (k if mesh != "collecting_bin" else 0))
+        for k, step in enumerate(STEPS)
+        for mesh, _ in MESHES
+    ]
     write_table(pd.DataFrame(motion, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")
     if moist:
         _liquid(run_dir / "history")
@@ -103,7 +121,9 @@ def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
 
 def _trajectory() -> pd.DataFrame:
     rows = [
-        (step, step * TIME_STEP, i + 1, (1, 2, 2)[i], 0.006 * (i - 1), 0.0, Z[step][i], 0.1, 0, 0, 0, 0, 0) for step in STEPS for i in range(3)
+        (step, step * TIME_STEP, i + 1, (1, 2, 2)[i], 0.006 * (i - 1), 0.0, Z[step][i], 0.1, 0, 0, 0, 0, 0)
+        for step in STEPS
+        for i in range(3)
     ]
     return pd.DataFrame(rows, columns=["step", "time", "id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"])
 
@@ -126,16 +146,40 @@ def _liquid(history: Path) -> None:
         (200, 0, 1, 3, -1, 2 * UNIT, 1.5 * UNIT, 1e-4, -0.006, 0.0, 0.006, 0.006, 0.0, -0.05),
         (200, 2, 1, 0, 1, 1 * UNIT, 0.25 * UNIT, 1e-4, -0.006, 0.0, 0.006, -0.006, 0.0, 0.002),
     ]
-    names = ["step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", *(f"{p}_{a}" for p in ("xi", "xj") for a in "xyz")]
+    names = [
+        "step",
+        "partner_kind",
+        "i",
+        "j",
+        "triangle",
+        "volume",
+        "share_i",
+        "separation",
+        *(f"{p}_{a}" for p in ("xi", "xj") for a in "xyz"),
+    ]
     write_table(pd.DataFrame(bridges, columns=names), history / "bridges.parquet")
-    write_table(pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet")
+    write_table(
+        pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet"
+    )
     ledger = pd.DataFrame(
         [
             (0, 0.0, 20, 0, 0, 0, 20, 3, 0, 0, 0),
             (100, 0.01, 20, 0, 0, 0, 20, 3, 0, 0, 0),
             (200, 0.02, 16.5, 3, 0.5, 0, 20, 3, 2, 4, 2),
         ],
-        columns=["step", "time", "films", "bridges", "walls", "left", "initial", "spheres", "bridge_count", "formations", "ruptures"],
+        columns=[
+            "step",
+            "time",
+            "films",
+            "bridges",
+            "walls",
+            "left",
+            "initial",
+            "spheres",
+            "bridge_count",
+            "formations",
+            "ruptures",
+        ],
     )
     ledger[["films", "bridges", "walls", "left", "initial"]] *= UNIT
     write_table(ledger, history / "ledger.parquet")

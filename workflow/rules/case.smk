@@ -41,6 +41,7 @@ rule replay:
 
 rule results:
     input:
+        simulate=rules.simulate.output.status,
         replay=rules.replay.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/results.json",
@@ -52,7 +53,7 @@ rule results:
 
 rule vtk:
     input:
-        results=rules.results.output.status,
+        simulate=rules.simulate.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/vtk.json",
     log:

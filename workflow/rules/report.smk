@@ -1,9 +1,12 @@
 # What is made of all cases together.
 
+STATUS = expand([rules.results.output.status, rules.vtk.output.status], case=CASES)
+"""Last status files of all cases; that of replay comes before results."""
+
 
 rule picture:
     input:
-        cases=expand(rules.vtk.output.status, case=CASES),
+        cases=STATUS,
     output:
         picture=f"{ROOT}/picture.png",
     params:
@@ -16,7 +19,7 @@ rule picture:
 
 rule report:
     input:
-        cases=expand(rules.vtk.output.status, case=CASES),
+        cases=STATUS,
         picture=rules.picture.output.picture,
         template="workflow/report/report.html.j2",
         config=CONFIG_FILES,
@@ -33,7 +36,7 @@ rule report:
 
 rule verdict:
     input:
-        cases=expand(rules.vtk.output.status, case=CASES),
+        cases=STATUS,
         report=rules.report.output.report,
     output:
         verdict=f"{ROOT}/verdict.txt",

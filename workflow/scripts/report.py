@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from snakemake.script import snakemake
-
 from pywet import config, stages
 from pywet.view import report
 

@@ -3,8 +3,6 @@
 import sys
 from pathlib import Path
 
-from snakemake.script import snakemake
-
 from pywet import stages
 
 out = Path(snakemake.output.verdict)

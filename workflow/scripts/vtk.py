@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from snakemake.script import snakemake
-
 from pywet import stages
 
 run_dir = Path(snakemake.output.status).parent.parent

@@ -38,7 +38,9 @@ def engine_version() -> str:
     """Version of the installed engine library, checked against the one this plugin is written for."""
     version = package_version("libliggghts-dev")
     if version is None:
-        raise PywetError("the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`")
+        raise PywetError(
+            "the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`"
+        )
     if not version.startswith(ENGINE_VERSION):
         raise PywetError(
             f"LIGGGHTS {version} is installed, the plugin is written for {ENGINE_VERSION}; "
@@ -74,7 +76,9 @@ def source_hash() -> str:
 def compiler_version() -> str:
     """First line of `g++ --version`."""
     if shutil.which("g++") is None or shutil.which("mpicxx") is None:
-        raise PywetError("no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`")
+        raise PywetError(
+            "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`"
+        )
     return subprocess.run(["g++", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
 
 

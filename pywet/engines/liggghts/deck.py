@@ -131,14 +131,15 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
         lines.append(f"{low!r} {high!r} {axis}lo {axis}hi")
     lines += ["", "Atoms", ""]
-    by_type = {c.type: c for c in scene.classes}
-    for row in spheres.itertuples():
-        c = by_type[row.type]
-        lines.append(f"{row.id} {row.type} {2 * c.radius_m!r} {c.density_kg_per_m3!r} {row.x!r} {row.y!r} {row.z!r}")
+    rows = spheres.to_dict("records")
+    for row in rows:
+        c = scene.classes[int(row["type"]) - 1]
+        at = " ".join(repr(float(row[axis])) for axis in "xyz")
+        lines.append(f"{row['id']} {row['type']} {2 * c.radius_m!r} {c.density_kg_per_m3!r} {at}")
     if "vx" in spheres.columns:
         lines += ["", "Velocities", ""]
-        for row in spheres.itertuples():
-            lines.append(f"{row.id} {row.vx!r} {row.vy!r} {row.vz!r} {row.wx!r} {row.wy!r} {row.wz!r}")
+        for row in rows:
+            lines.append(f"{row['id']} " + " ".join(repr(float(row[k])) for k in ("vx", "vy", "vz", "wx", "wy", "wz")))
     with atomic_write(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n")
 
@@ -148,7 +149,10 @@ def write_deck(
 ) -> None:
     """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))

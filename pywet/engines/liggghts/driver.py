@@ -87,7 +87,9 @@ def run(
         wall = time.monotonic() - started
         spheres = _collect(scene, run_dir, folder)
     except OSError as error:
-        raise PywetError(f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space") from error
+        raise PywetError(
+            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
+        ) from error
     info = RunInfo(
         wall_s=wall,
         steps=scene.steps,
@@ -116,7 +118,9 @@ def _check_engine() -> str:
         raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
     version = package_version("liggghts")
     if version is not None and not version.startswith(ENGINE_VERSION):
-        raise PywetError(f"LIGGGHTS {version} is installed; expected {ENGINE_VERSION} (Debian 12): install that version")
+        raise PywetError(
+            f"LIGGGHTS {version} is installed; expected {ENGINE_VERSION} (Debian 12): install that version"
+        )
     return version or ENGINE_VERSION
 
 

@@ -49,14 +49,18 @@ class Plugin:
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
         if built_for != engine_version():
-            raise PywetError(f"the plugin was built for LIGGGHTS {built_for}, {engine_version()} is installed: run `make setup`")
+            raise PywetError(
+                f"the plugin was built for LIGGGHTS {built_for}, {engine_version()} is installed: run `make setup`"
+            )
         self._keep: list[Any] = []
 
     def _check(self, answer: bytes | None) -> None:
         if answer:
             raise PywetError(answer.decode())
 
-    def configure(self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]) -> None:
+    def configure(
+        self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
+    ) -> None:
         """Everything but the logs: liquid, types, laws, transfer tables, walls, films."""
         if scene.liquid is None:
             raise PywetError(f"scene {scene.name} has no liquid; the plugin is for moist scenes only")
@@ -83,24 +87,39 @@ class Plugin:
                 self._check(self._library.pywet_set_law(slot.encode(), C.c_void_p(function.address)))
 
     def _set_transfer(self, tables: pd.DataFrame) -> None:
-        for (kind, type_i, type_j, group), rows in tables.groupby(["partner_kind", "type_i", "type_j", "part_class"]):
+        for _, rows in tables.groupby(["partner_kind", "type_i", "type_j", "part_class"]):
+            kind, type_i, type_j, group = (
+                int(rows[name].iloc[0]) for name in ("partner_kind", "type_i", "type_j", "part_class")
+            )
             other = type_j if kind == SPHERE else group
             values = _doubles(rows.sort_values("v_star")["transfer_i"])
             self._library.pywet_set_transfer(
-                C.c_int(int(kind)), C.c_int(int(type_i)), C.c_int(int(other)), _pointer(values), C.c_int(len(values)),
+                C.c_int(kind),
+                C.c_int(type_i),
+                C.c_int(other),
+                _pointer(values),
+                C.c_int(len(values)),
                 C.c_double(float(rows["v_star"].max())),
             )
 
     def _add_mesh(self, wall: Any, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:
         corners, part = _doubles(nodes.reshape(-1, 9)), _ints(wall.triangle_part)
         if len(corners) != len(part):
-            raise PywetError(f"{wall.stl} holds {len(corners)} triangles, the scene lists parts for {len(part)}: rebuild the scene")
+            raise PywetError(
+                f"{wall.stl} holds {len(corners)} triangles, the scene lists parts for {len(part)}: rebuild the scene"
+            )
         widths = _doubles([math.inf if w is None else w for w in wall.part_half_width_m])
         group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths])
         self._check(
             self._library.pywet_add_mesh(
-                wall.name.encode(), C.c_int(len(part)), _pointer(corners), _pointer(part), C.c_int(len(widths)),
-                _pointer(widths), _pointer(group), C.c_double(wall.contact_angle_rad),
+                wall.name.encode(),
+                C.c_int(len(part)),
+                _pointer(corners),
+                _pointer(part),
+                C.c_int(len(widths)),
+                _pointer(widths),
+                _pointer(group),
+                C.c_double(wall.contact_angle_rad),
             )
         )
 
