@@ -1,0 +1,65 @@
+"""Deviation of what the engine logged from what the reference computes: largest, median, and the worst row in full."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+TOLERANCE = 1e-9
+
+
+@dataclass
+class Quantity:
+    """Agreement of one quantity; deviations are relative to the stated scale."""
+
+    name: str
+    scale: str
+    count: int
+    largest: float
+    median: float
+    tolerance: float
+    worst: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Within tolerance."""
+        return self.largest <= self.tolerance
+
+    def as_dict(self) -> dict[str, Any]:
+        """For replay.json."""
+        return {
+            "scale": self.scale,
+            "count": self.count,
+            "largest": self.largest,
+            "median": self.median,
+            "tolerance": self.tolerance,
+            "ok": self.ok,
+            "worst": self.worst,
+        }
+
+
+def plain(row: pd.Series) -> dict[str, Any]:
+    """A table's row as JSON values."""
+    return {str(k): (v.item() if hasattr(v, "item") else v) for k, v in row.items()}
+
+
+def compare(
+    name: str, scale: str, logged: Floats, own: Floats, size: Floats, rows: pd.DataFrame, tolerance: float = TOLERANCE
+) -> Quantity:
+    """|logged − own|/size row by row; vectors (n, 3) by the length of the difference. A value that is not finite is infinite."""
+    if len(logged) == 0:
+        return Quantity(name, scale, 0, 0.0, 0.0, tolerance)
+    difference = np.abs(logged - own) if logged.ndim == 1 else np.linalg.norm(logged - own, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        deviation = np.where(difference == 0.0, 0.0, difference / size)
+    deviation = np.where(np.isfinite(deviation), deviation, 1e300)
+    at = int(np.argmax(deviation))
+    worst = plain(rows.iloc[at])
+    worst["reference"] = own[at].tolist()
+    worst["logged"] = logged[at].tolist()
+    return Quantity(name, scale, len(logged), float(deviation[at]), float(np.median(deviation)), tolerance, worst)

@@ -1,0 +1,84 @@
+"""The papers' equations in numpy, typed anew from the papers. A wall is marked by `wall` (arrays of booleans)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+SPHERE, LARGE_WALL, SMALL_WALL = 0, 1, 2
+
+
+def harmonic_radius(ri: Floats, rj: Floats, wall: Flags) -> Floats:
+    """r_eff of two spheres; at a wall the sphere's radius."""
+    return np.where(wall, ri, 2.0 * ri * rj / (ri + rj))
+
+
+def reduced_radius(ri: Floats, rj: Floats, wall: Flags) -> Floats:
+    """r_red of two spheres; at a wall the sphere's radius."""
+    return np.where(wall, ri, ri * rj / (ri + rj))
+
+
+def rabinovich(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
+    """Capillary force (E 14, 15 mended): neck term plus surface-tension term; at S <= 0 the limits of models section 3.2."""
+    r = harmonic_radius(ri, rj, wall)
+    gap = np.maximum(s, 0.0)
+    # immersion from V = pi r d (2 S + 2 d)/... : spheres 2 d^2 + 2 S d = V/(pi r) ; wall d^2 + 2 S d = V/(pi r)
+    square = np.where(wall, 1.0, 2.0)
+    d = (-gap + np.sqrt(gap**2 + square * v / (np.pi * r))) / square
+    phi = np.sqrt(2.0 * d / r)
+    ratio = np.where(wall, gap, gap / 2.0) / d
+    front = np.where(wall, 2.0, 1.0) * np.pi * sigma * r * (np.cos(ti) + np.cos(tj))
+    return front / (1.0 + ratio) + 2.0 * np.pi * sigma * r * np.sin(phi) * np.sin(phi + (ti + tj) / 2.0)
+
+
+def least_gap(s: Floats, ri: Floats, rj: Floats, wall: Flags) -> Floats:
+    """S + S_min with S_min = 0.001 r_eff, S not below zero (E after 29)."""
+    return np.maximum(s, 0.0) + harmonic_radius(ri, rj, wall) / 1000.0
+
+
+def pitois(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, vn: Floats, eta: float) -> Floats:
+    """Normal viscous force along n (E 26)."""
+    a = reduced_radius(ri, rj, wall)
+    h = least_gap(s, ri, rj, wall)
+    x = 1.0 - 1.0 / np.sqrt(1.0 + v / (np.pi * a * h**2))
+    return -6.0 * np.pi * eta * a**2 * vn / h * x**2
+
+
+def goldman(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple[Floats, Floats]:
+    """Coefficients of the sliding and of the spin part of the tangential viscous force (E 28, 29)."""
+    a = reduced_radius(ri, rj, wall)
+    h = least_gap(s, ri, rj, wall)
+    stokes = 6.0 * np.pi * eta * a
+    slide = stokes * (8.0 / 15.0 * np.log(a / h) + 0.9588)
+    near = 2.0 / 15.0 * np.log(a / h) - 0.2526
+    q = a / (h + a)
+    far = (1.0 / 8.0) * q**4 * (1.0 - 3.0 / 8.0 * q)
+    return slide, stokes * np.where(h < a / 10.0, near, far)
+
+
+def willett_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
+    """Static rupture distance of unequal spheres (E 32); at a wall the limit r_j -> infinity, r_eff = 2 r_i."""
+    r = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))
+    q = np.where(wall, 0.0, np.minimum(ri, rj) / np.maximum(ri, rj))
+    w = np.cbrt(v) / r
+    return r * (1.0 + (ti + tj) / 8.0 * (1.0 + q)) * (w + (q / 2.0 - 0.4) * w**2)
+
+
+def pitois_factor(speed: Floats, eta: float, sigma: float) -> Floats:
+    """Dynamic rupture (E 33)."""
+    return 1.0 + np.sqrt(speed * eta / sigma)
+
+
+def drawn_from_sphere(kind: int, film: float, ri: float, rj: float, half_width: float) -> float:
+    """Liquid that sphere i gives to a new bridge (E 8, 9, 12)."""
+    if kind == SMALL_WALL:
+        return film * half_width / (6.0 * ri)
+    sine = 0.5 if kind == LARGE_WALL else rj / (ri + rj)
+    return film / 2.0 * (1.0 - float(np.sqrt(1.0 - sine**2)))
+
+
+def drawn_from_wall(kind: int, thickness: float, ri: float, half_width: float) -> float:
+    """Liquid that a wall gives to a new bridge (E 10, 13)."""
+    return thickness * (2.0 * ri * half_width if kind == SMALL_WALL else np.pi / 4.0 * ri**2)

@@ -1,0 +1,231 @@
+"""The life of the liquid, recomputed from the start films and the order of events alone."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl import laws
+from reference_impl.compare import Quantity, compare
+from reference_impl.io import Run
+from reference_impl.transfer import Tables
+
+FORMATION, RUPTURE = 0, 1
+Key = tuple[bool, int, int]
+COLUMNS = ("kind", "partner_kind", "i", "j", "triangle", "separation", "speed", "share_i", "share_j")
+
+
+@dataclass
+class State:
+    """Films of spheres and triangles, standing bridges, as the reference believes them to be."""
+
+    film: dict[int, float]
+    wall: dict[int, float]
+    bridges: dict[Key, float] = field(default_factory=dict)
+
+
+@dataclass
+class Bodies:
+    """What does not change: radii, angles, areas, half widths."""
+
+    radius: dict[int, float]
+    kind_of: dict[int, int]
+    angle_of_type: dict[int, float]
+    area: dict[int, float]
+    half_width: dict[int, float]
+    wall_angle: dict[int, float]
+    group: dict[int, int]
+
+    def angle(self, sphere: int) -> float:
+        """Contact angle of a sphere."""
+        return self.angle_of_type[self.kind_of[sphere]]
+
+
+def bodies(run: Run) -> Bodies:
+    """Read the unchanging data of a run."""
+    spheres = run.table("spheres")
+    no_walls = pd.DataFrame({k: [] for k in ("triangle", "area", "part", "half_width", "contact_angle", "part_class")})
+    triangles, parts = run.tables.get("triangles", no_walls), run.tables.get("parts", no_walls)
+    return Bodies(
+        radius=dict(zip(spheres["id"], spheres["radius"], strict=True)),
+        kind_of=dict(zip(spheres["id"], spheres["type"], strict=True)),
+        angle_of_type={t["type"]: t["contact_angle"] for t in run.meta["types"]},
+        area=dict(zip(triangles["triangle"], triangles["area"], strict=True)),
+        half_width=dict(zip(parts["part"], parts["half_width"].fillna(np.inf), strict=True)),
+        wall_angle=dict(zip(parts["part"], parts["contact_angle"], strict=True)),
+        group=dict(zip(parts["part"], parts["part_class"], strict=True)),
+    )
+
+
+def key_of(partner_kind: int, i: int, j: int) -> Key:
+    """Bridges are told apart by wall or sphere, i and j."""
+    return (partner_kind != laws.SPHERE, i, j)
+
+
+def wanted(event: Any, state: State, fixed: Bodies) -> tuple[float, float]:
+    """What a formation asks of both sides, from the films at the start of the step."""
+    ri = fixed.radius[event.i]
+    if event.partner_kind == laws.SPHERE:
+        rj = fixed.radius[event.j]
+        ask_i = laws.drawn_from_sphere(laws.SPHERE, state.film[event.i], ri, rj, 0.0)
+        return ask_i, laws.drawn_from_sphere(laws.SPHERE, state.film[event.j], rj, ri, 0.0)
+    width = fixed.half_width[event.j]
+    thickness = state.wall.get(event.triangle, 0.0) / fixed.area[event.triangle]
+    kind = laws.SMALL_WALL if width < ri else laws.LARGE_WALL
+    ask_i = laws.drawn_from_sphere(kind, state.film[event.i], ri, 0.0, width)
+    return ask_i, laws.drawn_from_wall(kind, thickness, ri, width)
+
+
+def holder_j(event: Any) -> tuple[str, int]:
+    """Where j's liquid is booked."""
+    return ("sphere", event.j) if event.partner_kind == laws.SPHERE else ("wall", event.triangle)
+
+
+def step(events: list[Any], state: State, fixed: Bodies, tables: Tables, out: dict[str, list[float]]) -> None:
+    """All events of one time step: draw on the films at its start, book at its end."""
+    asked: dict[tuple[str, int], float] = defaultdict(float)
+    asks = {}
+    for n, e in enumerate(events):
+        if e.kind == FORMATION:
+            asks[n] = wanted(e, state, fixed)
+            asked["sphere", e.i] += asks[n][0]
+            asked[holder_j(e)] += asks[n][1]
+
+    def held(holder: tuple[str, int]) -> float:
+        return state.film[holder[1]] if holder[0] == "sphere" else state.wall.get(holder[1], 0.0)
+
+    grant = {h: (held(h) / a if a > held(h) else 1.0) for h, a in asked.items()}
+    before = [(held(("sphere", e.i)), held(holder_j(e))) for e in events]
+    moves: list[tuple[tuple[str, int], float]] = []
+    for n, e in enumerate(events):
+        name = key_of(e.partner_kind, e.i, e.j)
+        if e.kind == FORMATION:
+            share_i, share_j = asks[n][0] * grant["sphere", e.i], asks[n][1] * grant[holder_j(e)]
+            volume = share_i + share_j
+            state.bridges[name] = volume
+            sign = -1.0
+        else:
+            volume = state.bridges.pop(name, float("nan"))
+            share_i = volume * ratio(e, volume, fixed, tables)
+            share_j = volume - share_i
+            sign = 1.0
+        moves += [(("sphere", e.i), sign * share_i), (holder_j(e), sign * share_j)]
+        for column, value in (("volume", volume), ("share_i", share_i), ("share_j", share_j)):
+            out[column].append(value)
+    for (where, which), amount in moves:
+        if where == "sphere":
+            state.film[which] += amount
+        else:
+            state.wall[which] = state.wall.get(which, 0.0) + amount
+    for n, e in enumerate(events):
+        out["film_i_before"].append(before[n][0])
+        out["film_j_before"].append(before[n][1])
+        out["film_i_after"].append(held(("sphere", e.i)))
+        out["film_j_after"].append(held(holder_j(e)))
+
+
+def ratio(event: Any, volume: float, fixed: Bodies, tables: Tables) -> float:
+    """Transfer ratio of a bridge by the engine's table (the table itself is checked by transfer.py)."""
+    ri = fixed.radius[event.i]
+    if event.partner_kind == laws.SPHERE:
+        rj = fixed.radius[event.j]
+        r = 2.0 * ri * rj / (ri + rj)
+        return tables.ratio(laws.SPHERE, fixed.kind_of[event.i], fixed.kind_of[event.j], volume / r**3)
+    kind = laws.SMALL_WALL if fixed.half_width[event.j] < ri else laws.LARGE_WALL
+    return tables.ratio(kind, fixed.kind_of[event.i], fixed.group[event.j], volume / ri**3)
+
+
+def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State]:
+    """Recompute every event's volumes in order; returns columns beside the event log, and the state at the end."""
+    fixed = bodies(run)
+    spheres = run.table("spheres")
+    state = State(dict(zip(spheres["id"], spheres["film"], strict=True)), {})
+    out: dict[str, list[float]] = defaultdict(list)
+    waiting: list[Any] = []
+    for event in run.table("events").itertuples(index=False):
+        if waiting and event.step != waiting[0].step:
+            step(waiting, state, fixed, tables, out)
+            waiting = []
+        waiting.append(event)
+    if waiting:
+        step(waiting, state, fixed, tables, out)
+    return out, state
+
+
+def rupture_rows(run: Run) -> tuple[pd.DataFrame, Any, Any]:
+    """Event log, recomputed static rupture distance of every event, and whether each rupture was due."""
+    fixed, events = bodies(run), run.table("events")
+    wall = events["partner_kind"].to_numpy() != laws.SPHERE
+    ri = events["i"].map(fixed.radius).to_numpy(float)
+    rj = np.where(wall, 1.0, events["j"].map(fixed.radius).fillna(1.0).to_numpy(float))
+    ti = events["i"].map({i: fixed.angle(i) for i in fixed.radius}).to_numpy(float)
+    tj_sphere = events["j"].map({i: fixed.angle(i) for i in fixed.radius}).fillna(0.0).to_numpy(float)
+    tj = np.where(wall, events["j"].map(fixed.wall_angle).fillna(0.0).to_numpy(float), tj_sphere)
+    static = laws.willett_rupture(events["volume"].to_numpy(float), ri, rj, wall, ti, tj)
+    factor = np.ones(len(events))
+    if run.meta["effects"].get("dynamic_rupture"):
+        factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
+    due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
+    return events, static, np.where(events["kind"] == RUPTURE, due, True)
+
+
+def check(run: Run, tables: Tables) -> list[Quantity]:
+    """All quantities of the liquid."""
+    own, state = replay(run, tables)
+    events = run.table("events")
+    total = float(run.table("spheres")["film"].sum())
+    found = []
+    for name in ("volume", "share_i", "share_j"):
+        mine = np.array(own[name])
+        size = np.array(own["volume"])
+        found.append(compare(name, "volume of the bridge", events[name].to_numpy(), mine, size, events))
+    typical = np.full(len(events), total / max(len(run.table("spheres")), 1))
+    for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
+        mine = np.array(own[name])
+        found.append(compare(name, "mean film of a sphere", events[name].to_numpy(), mine, typical, events))
+    events, static, due = rupture_rows(run)
+    logged = events["rupture_distance"].to_numpy()
+    found.append(compare("rupture_distance", "itself", logged, static, static, events))
+    found.append(compare("rupture_due", "wrong ruptures", due.astype(float), np.ones(len(due)), np.ones(len(due)), events, 0.0))
+    return [*found, *final_state(run, state, total), ledger(run, total)]
+
+
+def final_state(run: Run, state: State, total: float) -> list[Quantity]:
+    """Films and bridges at the end: where the last snapshot lies at or after the last event they are the state itself."""
+    events, last = run.table("events"), int(run.table("ledger")["step"].max())
+    if len(events) and int(events["step"].max()) > last:
+        state = replay_until(run, last)
+    films = run.table("films").query("step == @last")
+    mine = films["id"].map(state.film).to_numpy(float)
+    mean = np.full(len(films), total / max(len(films), 1))
+    found = [compare("final_film_spheres", "mean film of a sphere", films["film"].to_numpy(), mine, mean, films)]
+    walls = run.table("wall_films").query("step == @last")
+    own = walls["triangle"].map(state.wall).fillna(0.0).to_numpy(float)
+    found.append(compare("final_film_walls", "mean film of a sphere", walls["film"].to_numpy(), own, mean[:1].repeat(len(walls)), walls))
+    standing = run.table("bridges").query("step == @last")
+    keys = [key_of(int(k), int(i), int(j)) for k, i, j in standing[["partner_kind", "i", "j"]].to_numpy()]
+    volumes = np.array([state.bridges.get(k, np.nan) for k in keys])
+    found.append(compare("final_bridges", "itself", standing["volume"].to_numpy(), volumes, volumes, standing))
+    missing = pd.DataFrame({"logged": [len(keys)], "reference": [len(state.bridges)]})
+    count = np.array([float(len(set(keys) ^ set(state.bridges)))])
+    found.append(compare("final_bridges_missing", "count", count, np.zeros(1), np.ones(1), missing, 0.0))
+    return found
+
+
+def replay_until(run: Run, last: int) -> State:
+    """The state after all events up to a step."""
+    events = run.table("events")
+    part = Run(run.folder, run.meta, {**run.tables, "events": events[events["step"] <= last]})
+    return replay(part, Tables(run.table("transfer")))[1]
+
+
+def ledger(run: Run, total: float) -> Quantity:
+    """Σ films + Σ bridges + Σ walls + left against what was put in, at every output."""
+    table = run.table("ledger")
+    held = (table["films"] + table["bridges"] + table["walls"] + table["left"]).to_numpy()
+    n = len(table)
+    return compare("ledger", "initial liquid", held, np.full(n, total), np.full(n, total), table, 1e-12)

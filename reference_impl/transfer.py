@@ -1,0 +1,159 @@
+"""Transfer ratios: the engine's table read back, and an own solution of the parabola model to judge the table by.
+
+Own solution: the five equations of the paper (36-43, mended) in its own unknowns a, b, c, d_i, d_j, lengths in units of r_i,
+by Levenberg-Marquardt, followed from small to large volumes. Integrals by three-point Gauss quadrature on five pieces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from reference_impl import laws
+from reference_impl.compare import Quantity, compare
+
+Floats = NDArray[np.float64]
+TABLE_TOLERANCE = 1e-6
+"""The table's nodes against the own solution: both are converged to 1e-9; 1e-6 leaves room for the weakest root."""
+
+
+class Tables:
+    """Rows T_i(V*) of history/transfer.parquet, linear between nodes, constant beyond."""
+
+    def __init__(self, table: pd.DataFrame) -> None:
+        other = np.where(table["partner_kind"] == laws.SPHERE, table["type_j"], table["part_class"])
+        self._rows = {
+            (int(k), int(i), int(o)): (rows["v_star"].to_numpy(), rows["transfer_i"].to_numpy())
+            for (k, i, o), rows in table.groupby([table["partner_kind"], table["type_i"], other])
+        }
+
+    def ratio(self, kind: int, type_i: int, other: int, v_star: float) -> float:
+        """Linear interpolation."""
+        nodes, values = self._rows[kind, type_i, other]
+        return float(np.interp(v_star, nodes, values))
+
+    def rows(self) -> dict[tuple[int, int, int], tuple[Floats, Floats]]:
+        """All rows."""
+        return self._rows
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Two bodies in units of r_i: radius of j, contact angles, and whether j's cap lies inside the parabola."""
+
+    rj: float
+    ti: float
+    tj: float
+    cap_j: bool
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+def _turned(a: float, b: float, c: float, low: float, high: float) -> float:
+    """pi times the integral of Y^2; five Gauss points are exact for a fourth-degree polynomial."""
+    x = low + (high - low) * (NODES + 1.0) / 2.0
+    return float(np.pi * (high - low) / 2.0 * np.sum(WEIGHTS * (a * x**2 + b * x + c) ** 2))
+
+
+def _cap(y: float, d: float) -> float:
+    return np.pi / 6.0 * (3.0 * y**2 * d + d**3)
+
+
+def parts(u: Floats, shape: Shape, gap: float) -> tuple[float, float, float, float]:
+    """V_i, V_j, neck position and length of the parabola."""
+    a, b, c, di, dj = u
+    length = di + dj + gap
+    neck = float(np.clip(-b / (2.0 * a), 0.0, length)) if a > 0 else 0.0
+    end = a * length**2 + b * length + c
+    vi = _turned(a, b, c, 0.0, neck) - _cap(c, di)
+    vj = _turned(a, b, c, neck, length) - (_cap(end, dj) if shape.cap_j else 0.0)
+    return vi, vj, neck, length
+
+
+def equations(u: Floats, shape: Shape, gap: float, volume: float) -> Floats:
+    """The five equations, each scaled to order one."""
+    a, b, c, di, dj = u
+    vi, vj, _, length = parts(u, shape, gap)
+    end, slope = a * length**2 + b * length + c, 2.0 * a * length + b
+    size = volume ** (1.0 / 3.0)
+    return np.array(
+        [
+            (c**2 - (2.0 * di - di**2)) / size**2,
+            (end**2 - (2.0 * shape.rj * dj - dj**2)) / size**2,
+            np.pi / 2 + np.arctan(b) - np.arcsin(np.clip(c, -1, 1)) - shape.ti,
+            np.pi / 2 - np.arctan(slope) - np.arcsin(np.clip(end / shape.rj, -1, 1)) - shape.tj,
+            (vi + vj) / volume - 1.0,
+        ]
+    )
+
+
+def first_guess(shape: Shape, gap: float, volume: float, widen: float) -> Floats:
+    """A nearly cylindrical bridge of about that volume."""
+    y = min(widen * np.sqrt(volume / (np.pi * gap)), 0.8, 0.8 * shape.rj)
+    di, dj = 1.0 - np.sqrt(1.0 - y**2), shape.rj - np.sqrt(shape.rj**2 - y**2)
+    length = di + dj + gap
+    sag = 0.3 * y
+    return np.array([4.0 * sag / length**2, -4.0 * sag / length, y, di, dj])
+
+
+def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floats | None:
+    """The parabola, None where no start leads to one."""
+    guesses = [start] if start is not None else []
+    guesses += [first_guess(shape, gap, volume, w) for w in (1.2, 1.0, 1.5, 0.8, 2.0)]
+    for guess in guesses:
+        found = least_squares(equations, guess, args=(shape, gap, volume), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        u = np.asarray(found.x)
+        vi, vj, neck, length = parts(u, shape, gap)
+        convex = u[0] > 0 and u[2] - u[1] ** 2 / (4 * u[0]) > 0
+        below = 0 < u[3] < 1 and 0 < u[4] < shape.rj  # both half-filling angles below 90 degrees
+        if np.abs(found.fun).max() < 1e-9 and convex and below and vi >= 0 and vj >= 0:
+            return u
+    return None
+
+
+def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats) -> Floats:
+    """T_i at increasing V*; NaN where the model has no solution."""
+    if kind == laws.SPHERE and (ri, ti) == (rj, tj):
+        return np.full(len(v_star), 0.5)
+    size = 2.0 * rj / (ri + rj) if kind == laws.SPHERE else 1.0  # r_eff in units of r_i
+    shape = Shape({laws.SPHERE: rj / ri, laws.LARGE_WALL: 1.0, laws.SMALL_WALL: rj / ri}[kind], ti, tj, kind == laws.SPHERE)
+    wall = np.array([kind != laws.SPHERE])
+    out, start = [], None
+    for v in v_star:
+        volume = v * size**3
+        one = np.ones(1)
+        gap = float(laws.willett_rupture(volume * one, one, rj / ri * one if not wall[0] else one, wall, ti * one, tj * one)[0])
+        start = solve(shape, gap, volume, start)
+        if start is None:
+            out.append(np.nan)
+        else:
+            vi, vj, _, _ = parts(start, shape, gap)
+            out.append(vi / (vi + vj))
+    return np.array(out)
+
+
+def check(transfer: pd.DataFrame, meta: dict, parts_table: pd.DataFrame | None) -> list[Quantity]:
+    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
+    types = {t["type"]: t for t in meta["types"]}
+    rows, logged, own = [], [], []
+    for (kind, i, other), (nodes, values) in Tables(transfer).rows().items():
+        at = np.unique(np.linspace(2, len(nodes) - 1, 25).astype(int))
+        if kind == laws.SPHERE:
+            rj, tj = types[other]["radius"], types[other]["contact_angle"]
+        else:
+            assert parts_table is not None
+            part = parts_table[parts_table["part_class"] == other].iloc[0]
+            rj, tj = float(part["half_width"]), float(part["contact_angle"])
+        mine = own_ratio(kind, types[i]["radius"], rj, types[i]["contact_angle"], tj, nodes[at])
+        for n, v in zip(at, mine, strict=True):
+            if np.isfinite(v):
+                rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
+                logged.append(values[n])
+                own.append(v)
+    found, table = np.array(own), pd.DataFrame(rows)
+    return [compare("transfer_table", "one", np.array(logged), found, np.ones(len(found)), table, TABLE_TOLERANCE)]
