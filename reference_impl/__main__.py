@@ -14,7 +14,9 @@ def main() -> int:
     """Replay one run directory."""
     parser = argparse.ArgumentParser(prog="reference_impl", description="independent replay of a moist run")
     parser.add_argument("run_dir", type=Path)
-    parser.add_argument("--out", type=Path, default=None, help="where to write the result (default RUN_DIR/replay.json)")
+    parser.add_argument(
+        "--out", type=Path, default=None, help="where to write the result (default RUN_DIR/replay.json)"
+    )
     given = parser.parse_args()
     try:
         result = replay(given.run_dir, given.out)

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Floats = NDArray[Any]
 TOLERANCE = 1e-9
 
 
@@ -45,7 +45,14 @@ class Quantity:
 
 def plain(row: pd.Series) -> dict[str, Any]:
     """A table's row as JSON values."""
-    return {str(k): (v.item() if hasattr(v, "item") else v) for k, v in row.items()}
+    return {str(k): number(v.item() if hasattr(v, "item") else v) for k, v in row.items()}
+
+
+def number(value: Any) -> Any:
+    """None for NaN and inf, which JSON does not have; lists element by element."""
+    if isinstance(value, list):
+        return [number(v) for v in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def compare(
@@ -60,6 +67,6 @@ def compare(
     deviation = np.where(np.isfinite(deviation), deviation, 1e300)
     at = int(np.argmax(deviation))
     worst = plain(rows.iloc[at])
-    worst["reference"] = own[at].tolist()
-    worst["logged"] = logged[at].tolist()
+    worst["reference"] = number(own[at].tolist())
+    worst["logged"] = number(logged[at].tolist())
     return Quantity(name, scale, len(logged), float(deviation[at]), float(np.median(deviation)), tolerance, worst)

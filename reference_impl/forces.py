@@ -83,10 +83,26 @@ def check(run: Run) -> list[Quantity]:
         compare("rupture_limit", "itself", column("rupture_distance"), limit, limit, table),
         compare("capillary", "itself", column("capillary"), capillary, np.maximum(capillary, 1e-300), table),
         compare("viscous_normal", "its value at |v|", column("viscous_normal"), viscous, normal_size, table),
-        compare("viscous_tangential", "its value at |v|", vectors(table, "viscous_tangential"), tangential, tangential_size, table),
+        compare(
+            "viscous_tangential",
+            "its value at |v|",
+            vectors(table, "viscous_tangential"),
+            tangential,
+            tangential_size,
+            table,
+        ),
         compare("force", "sum of the terms' sizes", vectors(table, "force_i"), force, whole, table),
-        compare("torque_i", "r times the tangential size", vectors(table, "torque_i"), torque, ri * tangential_size, table),
-        compare("torque_j", "r times the tangential size", vectors(table, "torque_j"), torque_j, arms * tangential_size, table),
+        compare(
+            "torque_i", "r times the tangential size", vectors(table, "torque_i"), torque, ri * tangential_size, table
+        ),
+        compare(
+            "torque_j",
+            "r times the tangential size",
+            vectors(table, "torque_j"),
+            torque_j,
+            arms * tangential_size,
+            table,
+        ),
     ]
 
 

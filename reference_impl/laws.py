@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Floats = NDArray[Any]
 Flags = NDArray[np.bool_]
 SPHERE, LARGE_WALL, SMALL_WALL = 0, 1, 2
 
@@ -20,7 +22,9 @@ def reduced_radius(ri: Floats, rj: Floats, wall: Flags) -> Floats:
     return np.where(wall, ri, ri * rj / (ri + rj))
 
 
-def rabinovich(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
+def rabinovich(
+    s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
+) -> Floats:
     """Capillary force (E 14, 15 mended): neck term plus surface-tension term; at S <= 0 the limits of models section 3.2."""
     r = harmonic_radius(ri, rj, wall)
     gap = np.maximum(s, 0.0)

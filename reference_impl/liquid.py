@@ -190,7 +190,9 @@ def check(run: Run, tables: Tables) -> list[Quantity]:
     events, static, due = rupture_rows(run)
     logged = events["rupture_distance"].to_numpy()
     found.append(compare("rupture_distance", "itself", logged, static, static, events))
-    found.append(compare("rupture_due", "wrong ruptures", due.astype(float), np.ones(len(due)), np.ones(len(due)), events, 0.0))
+    found.append(
+        compare("rupture_due", "wrong ruptures", due.astype(float), np.ones(len(due)), np.ones(len(due)), events, 0.0)
+    )
     return [*found, *final_state(run, state, total), ledger(run, total)]
 
 
@@ -205,7 +207,16 @@ def final_state(run: Run, state: State, total: float) -> list[Quantity]:
     found = [compare("final_film_spheres", "mean film of a sphere", films["film"].to_numpy(), mine, mean, films)]
     walls = run.table("wall_films").query("step == @last")
     own = walls["triangle"].map(state.wall).fillna(0.0).to_numpy(float)
-    found.append(compare("final_film_walls", "mean film of a sphere", walls["film"].to_numpy(), own, mean[:1].repeat(len(walls)), walls))
+    found.append(
+        compare(
+            "final_film_walls",
+            "mean film of a sphere",
+            walls["film"].to_numpy(),
+            own,
+            mean[:1].repeat(len(walls)),
+            walls,
+        )
+    )
     standing = run.table("bridges").query("step == @last")
     keys = [key_of(int(k), int(i), int(j)) for k, i, j in standing[["partner_kind", "i", "j"]].to_numpy()]
     volumes = np.array([state.bridges.get(k, np.nan) for k in keys])

@@ -7,6 +7,7 @@ by Levenberg-Marquardt, followed from small to large volumes. Integrals by three
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ from scipy.optimize import least_squares
 from reference_impl import laws
 from reference_impl.compare import Quantity, compare
 
-Floats = NDArray[np.float64]
+Floats = NDArray[Any]
 TABLE_TOLERANCE = 1e-6
 """The table's nodes against the own solution: both are converged to 1e-9; 1e-6 leaves room for the weakest root."""
 
@@ -26,10 +27,12 @@ class Tables:
 
     def __init__(self, table: pd.DataFrame) -> None:
         other = np.where(table["partner_kind"] == laws.SPHERE, table["type_j"], table["part_class"])
-        self._rows = {
-            (int(k), int(i), int(o)): (rows["v_star"].to_numpy(), rows["transfer_i"].to_numpy())
-            for (k, i, o), rows in table.groupby([table["partner_kind"], table["type_i"], other])
-        }
+        self._rows: dict[tuple[int, int, int], tuple[Floats, Floats]] = {}
+        for _, rows in table.groupby([table["partner_kind"], table["type_i"], other]):
+            first = rows.iloc[0]
+            kind = int(first["partner_kind"])
+            name = (kind, int(first["type_i"]), int(first["type_j"] if kind == laws.SPHERE else first["part_class"]))
+            self._rows[name] = (rows["v_star"].to_numpy(float), rows["transfer_i"].to_numpy(float))
 
     def ratio(self, kind: int, type_i: int, other: int, v_star: float) -> float:
         """Linear interpolation."""
@@ -106,9 +109,11 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
     guesses = [start] if start is not None else []
     guesses += [first_guess(shape, gap, volume, w) for w in (1.2, 1.0, 1.5, 0.8, 2.0)]
     for guess in guesses:
-        found = least_squares(equations, guess, args=(shape, gap, volume), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        found = least_squares(
+            equations, guess, args=(shape, gap, volume), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15
+        )
         u = np.asarray(found.x)
-        vi, vj, neck, length = parts(u, shape, gap)
+        vi, vj, _, _ = parts(u, shape, gap)
         convex = u[0] > 0 and u[2] - u[1] ** 2 / (4 * u[0]) > 0
         below = 0 < u[3] < 1 and 0 < u[4] < shape.rj  # both half-filling angles below 90 degrees
         if np.abs(found.fun).max() < 1e-9 and convex and below and vi >= 0 and vj >= 0:
@@ -121,13 +126,17 @@ def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Flo
     if kind == laws.SPHERE and (ri, ti) == (rj, tj):
         return np.full(len(v_star), 0.5)
     size = 2.0 * rj / (ri + rj) if kind == laws.SPHERE else 1.0  # r_eff in units of r_i
-    shape = Shape({laws.SPHERE: rj / ri, laws.LARGE_WALL: 1.0, laws.SMALL_WALL: rj / ri}[kind], ti, tj, kind == laws.SPHERE)
+    shape = Shape(
+        {laws.SPHERE: rj / ri, laws.LARGE_WALL: 1.0, laws.SMALL_WALL: rj / ri}[kind], ti, tj, kind == laws.SPHERE
+    )
     wall = np.array([kind != laws.SPHERE])
     out, start = [], None
     for v in v_star:
         volume = v * size**3
         one = np.ones(1)
-        gap = float(laws.willett_rupture(volume * one, one, rj / ri * one if not wall[0] else one, wall, ti * one, tj * one)[0])
+        gap = float(
+            laws.willett_rupture(volume * one, one, rj / ri * one if not wall[0] else one, wall, ti * one, tj * one)[0]
+        )
         start = solve(shape, gap, volume, start)
         if start is None:
             out.append(np.nan)
