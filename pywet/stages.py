@@ -103,12 +103,16 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
     """Stage replay: recompute a moist run by the reference and write replay.json; a dry run has nothing to replay (None)."""
     from pywet.scene import Scene
 
+    (Path(run_dir) / "replay.json").unlink(missing_ok=True)
     if not Scene.read(Path(run_dir) / "scene.json").effects.bridges:
-        (Path(run_dir) / "replay.json").unlink(missing_ok=True)
         return None
+    from reference_impl.io import ReplayError
     from reference_impl.replay import replay as recompute
 
-    found: dict[str, Any] = recompute(Path(run_dir))
+    try:
+        found: dict[str, Any] = recompute(Path(run_dir))
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
     return found
 
 
@@ -167,11 +171,11 @@ def first_moist(run_dirs: Iterable[Path]) -> Path | None:
 
 
 def judge(run_dirs: Iterable[Path]) -> list[str]:
-    """All problems of all cases, one line each; the status of every failed stage is removed, so that it is tried again."""
+    """All problems of all cases, one line each; failed stages lose their status, so that the next call tries them again."""
     lines = []
     for run_dir in run_dirs:
         lines += [f"{run_dir.name}: {text}" for text in problems(run_dir)]
-        failed = outcome(run_dir).failed_at
-        if failed:
-            status_path(run_dir, failed).unlink(missing_ok=True)
+        for path in (status_path(run_dir, stage) for stage in NEEDS):
+            if path.exists() and not Status.read(path).ok:
+                path.unlink()
     return lines

@@ -9,6 +9,7 @@ import inspect
 import itertools
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -45,19 +46,22 @@ class ForceLaw:
 
     @cached_property
     def _cfunc(self) -> Any:
-        return self._compile(lambda: numba.cfunc(self._signature, cache=True)(self.python))
+        return self._compile(lambda cache: numba.cfunc(self._signature, cache=cache)(self.python))
 
     @cached_property
     def _ufunc(self) -> Any:
-        return self._compile(lambda: numba.vectorize([self._signature], cache=True)(self.python))
+        return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
-    def _compile(self, build: Callable[[], Any]) -> Any:
+    def _compile(self, build: Callable[[bool], Any]) -> Any:
+        in_file = Path(self.python.__code__.co_filename).is_file()  # numba caches next to the source
         try:
-            return build()
-        except (numba.core.errors.NumbaError, TypeError) as error:
-            first = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            return build(in_file)
+        except Exception as error:  # numba lets through whatever the user's text makes it raise
+            lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+            reasons = [line for line in lines if not line.startswith("Failed in nopython mode")]
+            reason = reasons[0] if reasons else type(error).__name__
             raise PywetError(
-                f"law {self.name} does not compile ({first}); expected a function of floats that numba understands: "
+                f"law {self.name} does not compile ({reason}); expected a function of floats that numba understands: "
                 f"mend {self.python.__code__.co_filename}"
             ) from error
 
@@ -98,9 +102,11 @@ def check(law: ForceLaw, arguments: tuple[str, ...]) -> None:
     grid = np.array(list(itertools.product(*(PROBE[name] for name in arguments)))).T
     try:
         values = np.asarray(law(*grid))
-    except ArithmeticError as error:
+    except PywetError:
+        raise
+    except Exception as error:  # whatever the user's law raises
         raise PywetError(
-            f"law {law.name} raises {error} on the probe grid; mend {law.python.__code__.co_filename}"
+            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}"
         ) from error
     if not np.isfinite(values).all():
         at = grid[:, np.argmin(np.isfinite(values))]

@@ -5,12 +5,16 @@ from __future__ import annotations
 import importlib.util
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from typing import Any
 
 from pywet.errors import PywetError
 from pywet.laws import capillary, formation, rupture, viscous
 from pywet.laws.force_law import ForceLaw, check
+
+GROUP = "pywet.laws"
+"""Entry-point group of published laws."""
 
 SIGNATURES: dict[str, tuple[tuple[str, ...], ...]] = {
     "capillary": (
@@ -59,9 +63,9 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
 
 
 def names(kind: str) -> list[str]:
-    """Names of the laws of a kind."""
+    """Names of the laws of a kind: built in, and published ones whose arguments are those of the kind."""
     _check_kind(kind)
-    return sorted({*BUILT_IN[kind], *(p.name for p in entry_points(group="pywet.laws") if p.value.startswith(kind))})
+    return sorted({*BUILT_IN[kind], *(p.name for p in entry_points(group=GROUP) if _fits(kind, p))})
 
 
 @cache
@@ -70,9 +74,9 @@ def get(kind: str, name: str) -> Law:
     _check_kind(kind)
     if name in BUILT_IN[kind]:
         return Law(name, kind, BUILT_IN[kind][name])
-    published = {p.name: p for p in entry_points(group="pywet.laws")}
+    published = {p.name: p for p in entry_points(group=GROUP)}
     if name in published:
-        functions = published[name].load()
+        functions = _load(published[name])
     elif ".py:" in name:
         functions = _from_file(name)
     else:
@@ -89,12 +93,37 @@ def _check_kind(kind: str) -> None:
         raise PywetError(f"there is no kind of law named {kind}; expected one of {', '.join(SIGNATURES)}")
 
 
+def _load(point: EntryPoint) -> Any:
+    try:
+        return point.load()
+    except Exception as error:
+        raise PywetError(
+            f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; mend or uninstall the package that "
+            f"publishes it in the entry-point group {GROUP}"
+        ) from error
+
+
+def _fits(kind: str, point: EntryPoint) -> bool:
+    try:
+        found = _load(point)
+    except PywetError:
+        return False  # it is refused when it is asked for by name
+    functions = found if isinstance(found, tuple) else (found,)
+    return tuple(getattr(f, "arguments", ()) for f in functions) == SIGNATURES[kind]
+
+
 def _check_own(law: Law) -> None:
     wanted = SIGNATURES[law.kind]
-    if len(law.functions) != len(wanted) or not all(isinstance(f, ForceLaw) for f in law.functions):
+    if not wanted:
         raise PywetError(
-            f"law {law.name} has {len(law.functions)} functions; a {law.kind} law has {len(wanted)}, each a @force_law"
+            f"law {law.name}: a {law.kind} law cannot be a user's own; expected {', '.join(names(law.kind))}"
         )
+    if not all(isinstance(f, ForceLaw) for f in law.functions):
+        raise PywetError(
+            f"law {law.name} is not decorated with @force_law (a tuple of such functions where a kind has many)"
+        )
+    if len(law.functions) != len(wanted):
+        raise PywetError(f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}")
     for function, arguments in zip(law.functions, wanted, strict=True):
         check(function, arguments)
 

@@ -77,7 +77,7 @@ def fraction_retained(run: RunDir) -> pd.DataFrame:
 
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
-    """Liquid on the walls [m3] at each output: films and the walls' side of standing bridges; one column per row of WALL_HOLDERS."""
+    """Liquid on the walls [m3] at each output, films and the walls' side of standing bridges; one column per WALL_HOLDERS."""
     line = run.timeline
     table = pd.DataFrame(0.0, index=pd.Index(line.steps, name="step"), columns=list(WALL_HOLDERS))
     if not run.moist:
@@ -92,7 +92,7 @@ def wall_liquid(run: RunDir) -> pd.DataFrame:
     )
     name_of = {holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}
     held["holder"] = held["holder"].map(name_of)
-    sums = held.groupby(["step", "holder"])["volume"].sum().unstack("holder", fill_value=0.0)
+    sums = held.pivot_table(index="step", columns="holder", values="volume", aggfunc="sum")
     return sums.reindex(index=table.index, columns=table.columns, fill_value=0.0).fillna(0.0)
 
 

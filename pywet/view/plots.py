@@ -117,7 +117,7 @@ def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Ax
         return ""
     columns = min(columns, len(panels))
     rows = -(-len(panels) // columns)
-    with plt.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
         size = (12.0, 0.6 + 3.3 * rows)
         figure, axes = plt.subplots(
             rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"

@@ -16,6 +16,7 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.history.schema import LARGE_WALL
 from pywet.screening.rundir import Floats, RunDir, film_thickness
 from pywet.view import vtk
 
@@ -23,6 +24,8 @@ SIZE = (1500, 1250)
 BACKGROUND = "#f4f6f8"
 METAL = "#9aa3ab"
 BRIDGE_COLOUR = "#e4572e"
+WIDEST_BRIDGE = 0.4
+"""Radius of the thickest tube over that of the smallest sphere: wide enough to show around the point of contact."""
 BAR = {
     "title": "film thickness in µm\n",
     "color": "#333333",
@@ -34,8 +37,8 @@ BAR = {
     "position_x": 0.86,
     "position_y": 0.3,
 }
-WINDOWS = ({}, {"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"})
-"""Environments to try in turn: what VTK finds by itself (EGL), then OSMesa."""
+WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}, {})
+"""Environments to try in turn: OSMesa, then what VTK finds by itself (a screen, EGL)."""
 
 
 def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
@@ -73,17 +76,18 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
     import pyvista as pv
 
     pv.OFF_SCREEN = True
-    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="three lights")
-    plotter.set_background(BACKGROUND)  # type: ignore[arg-type]
-    centre, width = _screen_centre(run, step)
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="three lights")
+    plotter.set_background(BACKGROUND)
+    centre, width = _view(run, step)
     limit = colour_limit(run, step)
     _add_spheres(plotter, run, step, limit)
-    _add_bridges(plotter, run, step, 0.018 * width)
+    _add_bridges(plotter, run, step, centre)
     _add_walls(plotter, run, step, centre, limit)
     plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
     plotter.enable_anti_aliasing("ssaa")
-    away = np.array([0.8, -2.5, 1.0]) * width
-    plotter.camera_position = [tuple(centre + away), tuple(centre + [0.06 * width, 0.0, -0.2 * width]), (0.0, 0.0, 1.0)]
+    away = np.array([0.7, -2.2, 0.85]) * width
+    aim = np.array([0.04, 0.0, 0.0]) * width
+    plotter.camera_position = [tuple(centre + away), tuple(centre + aim), (0.0, 0.0, 1.0)]
     plotter.camera.view_angle = 35.0
     plotter.screenshot(str(picture))
     plotter.close()
@@ -98,12 +102,16 @@ def colour_limit(run: RunDir, step: int) -> float:
     return 1.05 * thickest if thickest > 0 else 1.0
 
 
-def _screen_centre(run: RunDir, step: int) -> tuple[Floats, float]:
-    """Middle of the screen and its width [m], from the wires; without wires from the spheres."""
-    corners = vtk.wall_corners(run, step)[(run.triangles["holder"] == "wires").to_numpy()]
-    points = corners.reshape(-1, 3) if len(corners) else run.trajectory[["x", "y", "z"]].to_numpy(dtype=float)
+def _view(run: RunDir, step: int) -> tuple[Floats, float]:
+    """Middle and size [m] of what is worth seeing: the screen, the bed on it and the impact plate below."""
+    here = run.trajectory[run.trajectory["step"] == step]
+    corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
+    above = here.loc[here["z"] > run.scene.screen_z_m, "z"]
+    points = corners.reshape(-1, 3) if len(corners) else here[["x", "y", "z"]].to_numpy(dtype=float)
     low, high = points.min(axis=0), points.max(axis=0)
-    return np.asarray((low + high) / 2.0), float((high - low)[:2].max())
+    if len(above):
+        high[2] = max(high[2], float(above.quantile(0.95)))
+    return np.asarray((low + high) / 2.0), float((high - low).max())
 
 
 def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float) -> None:
@@ -123,22 +131,25 @@ def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float) -> None:
         plotter.add_mesh(glyphs, color="#d9d3c7", **look)
 
 
-def _add_bridges(plotter: Any, run: RunDir, step: int, widest: float) -> None:
-    """Bridges as straight tubes whose cross-section grows with the bridge's volume."""
+def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
+    """Bridges as straight tubes whose cross-section grows with the bridge's volume; those to cut-away walls are left out."""
     import pyvista as pv
 
     mesh = vtk.bridges(run, step)
     if not len(mesh.points):
         return
-    volume = np.asarray(mesh.cell_data["volume"][0])
+    volume, kind = (np.asarray(mesh.cell_data[name][0]) for name in ("volume", "partner_kind"))
     ends = mesh.points.reshape(-1, 2, 3)
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    shown = (length > 0) & ((kind != LARGE_WALL) | (ends[:, 1, 1] > centre[1]))
+    widest = WIDEST_BRIDGE * float(run.spheres["radius"].min())
     radius = widest * np.clip(np.cbrt(volume / volume.max()), 0.5, 1.0)
     tubes = [
-        pv.Cylinder(center=(a + b) / 2.0, direction=b - a, radius=r, height=float(np.linalg.norm(b - a)), resolution=12)
-        for (a, b), r in zip(ends, radius, strict=True)
-        if np.linalg.norm(b - a) > 0
+        pv.Cylinder(center=(a + b) / 2.0, direction=b - a, radius=r, height=h, resolution=14)
+        for (a, b), r, h in zip(ends[shown], radius[shown], length[shown], strict=True)
     ]
-    plotter.add_mesh(pv.merge(tubes), color=BRIDGE_COLOUR, smooth_shading=True)
+    if tubes:
+        plotter.add_mesh(pv.merge(tubes), color=BRIDGE_COLOUR, smooth_shading=True, split_sharp_edges=True)
 
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: float) -> None:
@@ -150,9 +161,8 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: floa
     faces = np.insert(np.arange(len(mesh.points)).reshape(-1, 3), 0, 3, axis=1)
     whole = pv.PolyData(mesh.points, faces.ravel())
     for holder in table["holder"].unique():
-        part = whole.extract_cells(np.flatnonzero(table["holder"] == holder)).extract_surface(
-            algorithm="dataset_surface"
-        )
+        chosen = (table["holder"] == holder).to_numpy(dtype=bool)
+        part = whole.extract_cells(chosen).extract_surface(algorithm="dataset_surface")
         if holder in ("wires", "impact_plate"):
             plotter.add_mesh(
                 part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True

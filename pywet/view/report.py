@@ -17,7 +17,7 @@ import jinja2
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
+from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
 from pywet.view import plots
 from pywet.view.collect import CaseResult, collect
 
@@ -67,7 +67,10 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "moist": moist,
         "done": sum(r.done for r in results),
         "checked": sum(r.cross_checked for r in moist),
-        "worst_replay": max((a.largest for r in moist for a in r.agreement), default=None),
+        "worst_replay": max(
+            (a.largest for r in moist for a in r.agreement if a.limit <= REPLAY_TOLERANCE), default=None
+        ),
+        "replay_ok": all(a.ok for r in moist for a in r.agreement),
         "worst_ledger": max((r.summary["ledger_error"] for r in moist if r.summary), default=None),
         "wall_s": sum(r.summary["wall_s"] for r in results if r.summary),
         "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
@@ -91,12 +94,14 @@ def scale_statement(config: Config, name: str) -> list[str]:
     sieve = "round sieve" if scale.shape == "cylinder" else "square sieve, its side rounded to whole screen pitches"
     whole = config.materials.feed.sieve_diameter_mm.value
     found = [
-        f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed on a {whole:g} mm sieve."
+        f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed "
+        f"on a {whole:g} mm sieve."
     ]
     if factor < 1:
         found.append(
-            f"Contact springs are softened to {factor:g} of table 1's stiffness, so collisions take {factor**-0.5:.3g} times as long "
-            "and overlaps are larger; restitution, friction and all liquid forces are unchanged."
+            f"Contact springs are softened to {factor:g} of table 1's stiffness, so collisions take "
+            f"{factor**-0.5:.3g} times as long and overlaps are larger; "
+            "restitution, friction and all liquid forces are unchanged."
         )
     else:
         found.append("Contact springs have the stiffness of table 1.")
@@ -138,9 +143,9 @@ def _assumed(name: str, data: Any) -> Iterator[Assumption]:
             yield from _assumed(f"{name} {k + 1}", value)
 
 
-def _quantities(moist: Sequence[CaseResult]) -> list[str]:
-    """Names of the replayed quantities in the order they first appear."""
-    return list(dict.fromkeys(a.quantity for r in moist for a in r.agreement))
+def _quantities(moist: Sequence[CaseResult]) -> list[Agreement]:
+    """The replayed quantities in the order they first appear, each by one of its rows."""
+    return list({a.quantity: a for r in moist for a in r.agreement}.values())
 
 
 def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:

@@ -117,6 +117,9 @@ def _series(run: RunDir, kind: str, folder: Path) -> Iterator[tuple[float, str]]
 
 def _write_series(kind: str, files: list[tuple[float, str]], folder: Path) -> None:
     rows = "\n".join(f'    <DataSet timestep="{time:.9g}" part="0" file={quoteattr(name)}/>' for time, name in files)
-    text = f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n{rows}\n  </Collection>\n</VTKFile>\n'
+    head = (
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
+    )
+    text = f"{head}{rows}\n  </Collection>\n</VTKFile>\n"
     with atomic_write(folder / f"{kind}.pvd") as temporary:
         temporary.write_text(text)

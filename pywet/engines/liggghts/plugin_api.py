@@ -92,14 +92,15 @@ class Plugin:
                 int(rows[name].iloc[0]) for name in ("partner_kind", "type_i", "type_j", "part_class")
             )
             other = type_j if kind == SPHERE else group
-            values = _doubles(rows.sort_values("v_star")["transfer_i"])
+            rows = rows.sort_values("v_star")
+            nodes, values = _doubles(rows["v_star"]), _doubles(rows["transfer_i"])
             self._library.pywet_set_transfer(
                 C.c_int(kind),
                 C.c_int(type_i),
                 C.c_int(other),
+                _pointer(nodes),
                 _pointer(values),
                 C.c_int(len(values)),
-                C.c_double(float(rows["v_star"].max())),
             )
 
     def _add_mesh(self, wall: Any, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:

@@ -29,27 +29,28 @@ struct Laws {
   double surface_tension = 0, viscosity = 0;
 };
 
-// Transfer ratios over V*, equally spaced from 0 to v_max, one row for each (kind, type of i, type of j or wall group).
+// Transfer ratios over V*, linear between nodes, constant beyond; one row for each (kind, type of i, type of j or wall group).
 class TransferTables {
  public:
-  void set(int kind, int type_i, int other, const double *values, int n, double v_max) {
-    rows_[key(kind, type_i, other)] = std::vector<double>(values, values + n);
-    v_max_ = v_max;
+  void set(int kind, int type_i, int other, const double *nodes, const double *values, int n) {
+    rows_[key(kind, type_i, other)] = Row{std::vector<double>(nodes, nodes + n), std::vector<double>(values, values + n)};
   }
-  bool has(int kind, int type_i, int other) const { return rows_.count(key(kind, type_i, other)) > 0; }
   double ratio(int kind, int type_i, int other, double v_star) const {
-    const std::vector<double> &row = rows_.at(key(kind, type_i, other));
-    const double h = v_max_ / double(row.size() - 1);
-    const double u = std::min(std::max(v_star, 0.0), v_max_) / h;
-    const int k = std::min(int(u), int(row.size()) - 2);
-    const double w = u - k;
-    return (1 - w) * row[k] + w * row[k + 1];
+    const Row &row = rows_.at(key(kind, type_i, other));
+    const std::vector<double> &x = row.nodes, &y = row.values;
+    if (v_star <= x.front()) return y.front();
+    if (v_star >= x.back()) return y.back();
+    const size_t k = std::upper_bound(x.begin(), x.end(), v_star) - x.begin();
+    const double w = (v_star - x[k - 1]) / (x[k] - x[k - 1]);
+    return (1 - w) * y[k - 1] + w * y[k];
   }
 
  private:
   static int key(int kind, int type_i, int other) { return (kind * 1000 + type_i) * 1000 + other; }
-  std::map<int, std::vector<double>> rows_;
-  double v_max_ = 0.5;
+  struct Row {
+    std::vector<double> nodes, values;
+  };
+  std::map<int, Row> rows_;
 };
 
 }  // namespace pywet

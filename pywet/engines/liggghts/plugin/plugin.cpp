@@ -84,8 +84,8 @@ EXPORT const char *pywet_set_law(const char *slot, void *address) {
   });
 }
 
-EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *values, int n, double v_max) {
-  state->transfer.set(kind, type_i, other, values, n, v_max);
+EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *nodes, const double *values, int n) {
+  state->transfer.set(kind, type_i, other, nodes, values, n);
 }
 
 // nodes: 9 numbers a triangle, in file order; part: index within this mesh; half_width: infinity for a large wall.

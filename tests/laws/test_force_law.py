@@ -1,0 +1,113 @@
+"""The decorator: address and Python agree, arrays broadcast, bad laws are refused, docstrings tell the truth."""
+
+import ctypes
+import doctest
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pywet.errors import PywetError
+from pywet.laws import registry, transfer
+from pywet.laws.force_law import PROBE, ForceLaw, check, force_law
+
+BUILT_IN = [
+    (function, wanted)
+    for kind, laws in registry.BUILT_IN.items()
+    for functions in laws.values()
+    for function, wanted in zip(functions, registry.SIGNATURES[kind], strict=True)
+]
+DYNAMIC = registry.SIGNATURES["dynamic_rupture"][0]
+each_law = pytest.mark.parametrize(("law", "wanted"), BUILT_IN, ids=lambda x: x.name if isinstance(x, ForceLaw) else "")
+
+
+@each_law
+def test_c_function_equals_the_python_function(law: ForceLaw, wanted: tuple[str, ...]) -> None:
+    c_function = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * len(wanted))(law.address)
+    for values in itertools.product(*(PROBE[name] for name in wanted)):
+        # 1e-14: the compiler may contract a multiplication and an addition
+        assert c_function(*values) == pytest.approx(law.python(*values), rel=1e-14, abs=1e-300)
+
+
+@each_law
+def test_arrays_equal_scalars(law: ForceLaw, wanted: tuple[str, ...]) -> None:
+    grid = np.array(list(itertools.product(*(PROBE[name][-2:] for name in wanted)))).T
+    assert law(*grid).tolist() == [law(*column) for column in grid.T]
+
+
+@each_law
+def test_built_in_laws_pass_the_probe(law: ForceLaw, wanted: tuple[str, ...]) -> None:
+    check(law, wanted)
+    assert law.address == law.address != 0
+
+
+def test_scalars_give_a_float_and_shapes_broadcast() -> None:
+    law = registry.get("dynamic_rupture", "pitois").functions[0]
+    assert type(law(1.0, 1e-3, 0.07)) is float
+    assert law(np.ones((3, 1)), 1e-3, np.ones(4)).shape == (3, 4)
+
+
+@pytest.mark.parametrize("name", [f.name for f, _ in BUILT_IN])
+def test_numbers_in_docstrings(name: str) -> None:
+    law = next(f for f, _ in BUILT_IN if f.name == name)
+    test = doctest.DocTestParser().get_doctest(law.__doc__ or "", {name: law}, name, None, None)
+    assert len(test.examples) == 1
+    assert doctest.DocTestRunner(verbose=False).run(test).failed == 0
+
+
+def test_numbers_in_the_transfer_docstring() -> None:
+    assert doctest.testmod(transfer) == doctest.TestResults(failed=0, attempted=1)
+
+
+def not_a_number(speed: float, viscosity: float, surface_tension: float) -> float:
+    return float(np.sqrt(-1.0 - speed))
+
+
+def infinite(speed: float, viscosity: float, surface_tension: float) -> float:
+    return viscosity / speed
+
+
+def raising(speed: float, viscosity: float, surface_tension: float) -> float:
+    if speed > 0.0:
+        raise ValueError("too fast")
+    return 1.0
+
+
+def misspelt(speed: float, viscosity: float, surface_tension: float) -> float:
+    return speed * viscosty  # type: ignore[name-defined]  # noqa: F821
+
+
+def no_float(speed: float, viscosity: float, surface_tension: float) -> float:
+    return (speed, 1.0)  # type: ignore[return-value]
+
+
+def other_arguments(speed: float, viscosity: float) -> float:
+    return speed * viscosity
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (not_a_number, "gives a value that is not finite at speed=0"),
+        (infinite, "gives a value that is not finite at speed=0"),
+        (raising, r"raises ValueError \(too fast\)"),
+        (misspelt, "does not compile .*viscosty"),
+        (no_float, "does not compile .*UniTuple"),
+        (other_arguments, r"takes \(speed, viscosity\); expected \(speed, viscosity, surface_tension\)"),
+    ],
+)
+def test_bad_law_is_refused_in_one_sentence(function: Callable[..., float], says: str) -> None:
+    with pytest.raises(PywetError, match=says) as refusal:
+        check(force_law(function), DYNAMIC)
+    text = str(refusal.value)
+    assert f"law {function.__name__} " in text
+    assert "\n" not in text
+    assert __file__ in text  # where to mend it
+
+
+def test_law_without_a_file_works() -> None:
+    """A law typed at a prompt or in a notebook has no file beside which numba could keep it."""
+    space: dict[str, Callable[..., float]] = {}
+    exec("def typed(speed, viscosity, surface_tension):\n    return 1.0 + speed", space)
+    assert force_law(space["typed"])(0.5, 1.0, 1.0) == 1.5

@@ -1,0 +1,147 @@
+"""What a law must obey whatever its numbers: limits, continuity at touch, units, symmetry, the wall as a huge sphere."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.random import default_rng
+
+from pywet.laws.capillary import rabinovich
+from pywet.laws.formation import formation_sphere
+from pywet.laws.rupture import pitois_dynamic, willett_unequal
+from pywet.laws.viscous import goldman_rotation, goldman_translation, pitois
+
+SIGMA, ETA = 0.0728, 1e-3
+PAIRS = [(2e-3, 2e-3), (3e-3, 2e-3), (5e-3, 1.5e-3), (2.5e-3, math.inf)]
+
+
+@pytest.mark.parametrize(("ri", "rj"), PAIRS)
+def test_small_volume_limit_at_touch(ri: float, rj: float) -> None:
+    """F → π r_eff σ (cos θ_i + cos θ_j); at a wall 2π r_i σ (…): the meniscus term falls as φ ~ V*^(1/4)."""
+    r = 2 * ri if math.isinf(rj) else 2 * ri * rj / (ri + rj)
+    limit = math.pi * r * SIGMA * (math.cos(0.3) + math.cos(0.5))
+    phi = (1e-24 / ri**3) ** 0.25  # 1e-4 and below; the second term is of order φ sin θ
+    assert rabinovich(0.0, 1e-24, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(limit, rel=4 * phi)
+    assert rabinovich(0.0, 0.0, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(limit, rel=1e-15)
+    assert rabinovich(1e-5, 0.0, ri, rj, 0.3, 0.5, SIGMA) == 0.0  # no liquid, no bridge, once apart
+
+
+@pytest.mark.parametrize(("ri", "rj"), PAIRS)
+def test_continuous_at_touch_and_constant_in_overlap(ri: float, rj: float) -> None:
+    at_touch = rabinovich(0.0, 1e-10, ri, rj, 0.3, 0.5, SIGMA)
+    assert rabinovich(1e-15, 1e-10, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(
+        at_touch, rel=1e-9
+    )  # dF/dS S/F ~ S/d ~ 1e-11
+    assert rabinovich(-1e-4, 1e-10, ri, rj, 0.3, 0.5, SIGMA) == at_touch
+    for law in (goldman_translation, goldman_rotation):
+        assert law(-1e-4, ri, rj, ETA) == law(0.0, ri, rj, ETA)
+    assert pitois(-1e-4, 1e-10, ri, rj, 0.1, ETA) == pitois(0.0, 1e-10, ri, rj, 0.1, ETA)
+
+
+@pytest.mark.parametrize(("ri", "rj"), PAIRS)
+def test_attraction_falls_with_separation_and_stays_positive_to_rupture(ri: float, rj: float) -> None:
+    for theta in (0.0, 0.26, 0.7):
+        gaps = np.linspace(0.0, willett_unequal(1e-10, ri, rj, theta, theta), 200)
+        force = rabinovich(gaps, 1e-10, ri, rj, theta, theta, SIGMA)
+        assert (force > 0).all()
+        assert (np.diff(force) < 0).all()
+
+
+def test_exchanging_the_spheres_changes_nothing() -> None:
+    rng = default_rng(1)
+    for _ in range(50):
+        ri, rj = rng.uniform(5e-4, 5e-3, 2)
+        ti, tj = rng.uniform(0, 1.2, 2)
+        s, v = rng.uniform(0, 1e-3), 10 ** rng.uniform(-13, -9)
+        there, back = (
+            (
+                rabinovich(s, v, a, b, p, q, SIGMA),
+                pitois(s, v, a, b, 0.1, ETA),
+                goldman_translation(s, a, b, ETA),
+                goldman_rotation(s, a, b, ETA),
+                willett_unequal(v, a, b, p, q),
+            )
+            for a, b, p, q in ((ri, rj, ti, tj), (rj, ri, tj, ti))
+        )
+        assert there == pytest.approx(back, rel=1e-13)  # order of additions only
+
+
+@pytest.mark.parametrize(("ri", "rj"), PAIRS)
+def test_scaling_with_length(ri: float, rj: float) -> None:
+    """Twice the size: capillary force and Goldman's coefficient double, rupture distance doubles, Pitois' force doubles."""
+    k, s, v = 2.0, 1e-4, 1e-10
+    assert rabinovich(k * s, k**3 * v, k * ri, k * rj, 0.3, 0.5, SIGMA) == pytest.approx(
+        k * rabinovich(s, v, ri, rj, 0.3, 0.5, SIGMA), rel=1e-13
+    )
+    assert willett_unequal(k**3 * v, k * ri, k * rj, 0.3, 0.5) == pytest.approx(
+        k * willett_unequal(v, ri, rj, 0.3, 0.5), rel=1e-13
+    )
+    assert pitois(k * s, k**3 * v, k * ri, k * rj, 0.1, ETA) == pytest.approx(
+        k * pitois(s, v, ri, rj, 0.1, ETA), rel=1e-12
+    )
+    for law in (goldman_translation, goldman_rotation):
+        assert law(k * s, k * ri, k * rj, ETA) == pytest.approx(k * law(s, ri, rj, ETA), rel=1e-13)
+
+
+def test_linear_in_material_and_speed() -> None:
+    assert rabinovich(1e-4, 1e-10, 2e-3, 3e-3, 0.3, 0.5, 2 * SIGMA) == pytest.approx(
+        2 * rabinovich(1e-4, 1e-10, 2e-3, 3e-3, 0.3, 0.5, SIGMA), rel=1e-14
+    )
+    assert pitois(1e-4, 1e-10, 2e-3, 3e-3, -0.2, 3 * ETA) == pytest.approx(
+        -6 * pitois(1e-4, 1e-10, 2e-3, 3e-3, 0.1, ETA), rel=1e-14
+    )
+    assert pitois(1e-4, 1e-10, 2e-3, 3e-3, 0.1, ETA) < 0  # moving apart is resisted
+    assert pitois_dynamic(4.0, ETA, SIGMA) - 1 == pytest.approx(2 * (pitois_dynamic(1.0, ETA, SIGMA) - 1), rel=1e-14)
+
+
+def test_a_wall_is_a_huge_sphere() -> None:
+    """Rupture: the formulas coincide. Rabinovich: the wall sets φ on the sphere itself, so only its first term does; with
+    θ_m = 0 and small φ its second term is twice that of the limit (r φ² with φ² doubled twice and r halved)."""
+    ri, huge, v = 2e-3, 1e7, 1e-12
+    for s in (0.0, 1e-5, 1e-4):
+        wall, limit = (rabinovich(s, v, ri, rj, 0.0, 0.0, SIGMA) for rj in (math.inf, huge))
+        d = v / (math.pi * ri) / (s + math.sqrt(s * s + v / (math.pi * ri)))
+        first = 4 * math.pi * SIGMA * ri / (1 + s / d)
+        assert wall - first == pytest.approx(2 * (limit - first), rel=0.01)  # sin²φ against φ², φ² ≤ 0.013
+    assert willett_unequal(1e-10, ri, math.inf, 0.3, 0.5) == pytest.approx(
+        willett_unequal(1e-10, ri, huge, 0.3, 0.5), rel=1e-9
+    )
+    # viscous: the same reduced radius, but S_min is 0.001 r_i at a wall, 0.002 r_i in the limit; far from it they meet
+    assert pitois(1e-3, 1e-9, ri, math.inf, 0.1, ETA) == pytest.approx(
+        pitois(1e-3 - 2e-6, 1e-9, ri, huge, 0.1, ETA), rel=1e-6
+    )
+    for law in (goldman_translation, goldman_rotation):
+        assert law(1e-3, ri, math.inf, ETA) == pytest.approx(law(1e-3 - 2e-6, ri, huge, ETA), rel=1e-6)
+
+
+def test_rupture_distance_grows_with_volume_and_is_the_cube_root_for_little() -> None:
+    volumes = np.geomspace(1e-16, 5e-10, 200)
+    for ri, rj in PAIRS:
+        distance = willett_unequal(volumes, ri, rj, 0.3, 0.5)
+        assert (np.diff(distance) > 0).all()
+    little = 1e-21
+    assert willett_unequal(little, 2e-3, 2e-3, 0.0, 0.0) == pytest.approx(
+        little ** (1 / 3), rel=1e-4
+    )  # next term 0.1 V*^(1/3)
+
+
+def test_pitois_with_much_liquid_is_lubrication() -> None:
+    """V → ∞: the Adams & Perchard form 6π η r² v/S; S = S_min at touch."""
+    r, s = 1e-3, 2e-6
+    full = -6 * math.pi * ETA * r**2 * 0.1 / s
+    assert pitois(0.0, 1.0, 2e-3, 2e-3, 0.1, ETA) == pytest.approx(full, rel=1e-6)  # 2/√(V/(π r S²)) = 2e-7
+
+
+def test_goldman_far_branch_and_its_step() -> None:
+    """The branch changes at S = 0.1 r_red, where the two forms differ by 3.4 % (0.05441 and 0.05628 times 6π η r)."""
+    r, unit = 1e-3, 6 * math.pi * ETA * 1e-3
+    gap = 0.1 * r - 2e-6
+    assert goldman_rotation(gap * (1 - 1e-9), 2e-3, 2e-3, ETA) / unit == pytest.approx(0.0544113, abs=1e-6)
+    assert goldman_rotation(gap * (1 + 1e-9), 2e-3, 2e-3, ETA) / unit == pytest.approx(0.0562710, abs=1e-6)
+
+
+def test_drawn_volume_never_exceeds_the_film_and_splits_equal_twins_equally() -> None:
+    rng = default_rng(2)
+    for ri, rj in rng.uniform(5e-4, 5e-3, (50, 2)):
+        assert 0 < formation_sphere(1.0, ri, rj) < 0.5
+    assert formation_sphere(1.0, 1e-3, 1e-3) == pytest.approx(formation_sphere(1.0, 1e-3, math.inf), rel=1e-15)

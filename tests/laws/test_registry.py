@@ -1,0 +1,101 @@
+"""Finding laws: by name, from a file, from an installed package; what does not exist is answered with what does."""
+
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from pywet.errors import PywetError
+from pywet.laws import registry
+
+OWN = """
+from pywet.laws.force_law import force_law
+
+@force_law
+def steady(speed, viscosity, surface_tension):
+    return 1.25 + 0.0 * speed
+
+@force_law
+def moving(separation, radius_i, radius_j, viscosity):
+    return 2.0 * viscosity
+
+@force_law
+def turning(separation, radius_i, radius_j, viscosity):
+    return 3.0 * viscosity
+
+both = (moving, turning)
+
+def undecorated(speed, viscosity, surface_tension):
+    return 1.0
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    path = tmp_path / "my_laws.py"
+    path.write_text(OWN)
+    return path
+
+
+def test_built_in_laws_of_each_kind() -> None:
+    expected = {
+        "capillary": ["rabinovich"],
+        "viscous_normal": ["pitois"],
+        "viscous_tangential": ["goldman"],
+        "rupture": ["willett_unequal"],
+        "dynamic_rupture": ["pitois"],
+        "formation": ["shi_mccarthy"],
+        "transfer": ["parabola"],
+    }
+    assert set(expected) == set(registry.SIGNATURES)
+    for kind, some in expected.items():
+        assert set(some) <= set(registry.names(kind))
+        law = registry.get(kind, some[0])
+        assert (law.kind, law.name, len(law.functions)) == (kind, some[0], len(registry.SIGNATURES[kind]))
+
+
+def test_law_from_a_file(own: Path) -> None:
+    assert registry.get("dynamic_rupture", f"{own}:steady").functions[0](1.0, 1.0, 1.0) == 1.25
+    pair = registry.get("viscous_tangential", f"{own}:both").functions
+    assert [f(0.0, 1.0, 1.0, 5.0) for f in pair] == [10.0, 15.0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "says"),
+    [
+        ("capillary", "nonsense", "no capillary law named nonsense; expected one of rabinovich"),
+        ("colour", "red", "no kind of law named colour; expected one of capillary"),
+        ("capillary", "nowhere.py:law", "nowhere.py does not exist"),
+        ("dynamic_rupture", "{own}:absent", "has no absent"),
+        ("dynamic_rupture", "{own}:undecorated", "not decorated with @force_law"),
+        ("capillary", "{own}:steady", r"takes \(speed, viscosity, surface_tension\); expected \(separation, volume"),
+        ("viscous_tangential", "{own}:moving", "has 1 functions; expected 2"),
+        ("transfer", "{own}:steady", "cannot be a user's own; expected parabola"),
+    ],
+)
+def test_wrong_names_are_answered_in_one_sentence(own: Path, kind: str, name: str, says: str) -> None:
+    with pytest.raises(PywetError, match=says) as refusal:
+        registry.get(kind, name.format(own=own))
+    assert "\n" not in str(refusal.value)
+
+
+def test_file_that_cannot_be_read_as_python(tmp_path: Path) -> None:
+    path = tmp_path / "broken.py"
+    path.write_text("def law(:\n")
+    with pytest.raises(PywetError, match=r"its file raises SyntaxError.*mend .*broken\.py"):
+        registry.get("capillary", f"{path}:law")
+
+
+def test_published_laws(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Laws of installed packages: listed under the kind whose arguments they have; a broken one is refused when asked for."""
+    monkeypatch.syspath_prepend(str(own.parent))
+    points = [
+        EntryPoint("published_steady", "my_laws:steady", registry.GROUP),
+        EntryPoint("published_broken", "no_such_package:law", registry.GROUP),
+    ]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    assert registry.names("dynamic_rupture") == ["pitois", "published_steady"]
+    assert registry.names("capillary") == ["rabinovich"]
+    assert registry.get("dynamic_rupture", "published_steady").functions[0](0.0, 1.0, 1.0) == 1.25
+    with pytest.raises(PywetError, match="published_broken: no_such_package:law raises ModuleNotFoundError"):
+        registry.get("capillary", "published_broken")

@@ -1,0 +1,101 @@
+"""The command line: what outsiders rely on, and how it speaks of mistakes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from pywet.cli import app
+from tests.screening import synthetic
+
+CONFIG = Path(__file__).parent.parent / "config"
+
+
+@pytest.fixture
+def runner() -> CliRunner:
+    return CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"})
+
+
+def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
+    text = runner.invoke(app, ["--help"]).output
+    for name in ("doctor", "laws", "plan", "run", "bridge", "collide", "replay", "view"):
+        assert f" {name} " in text
+    below = runner.invoke(app, ["collide", "--help"]).output
+    assert " wall " in below
+    assert " spheres " in below
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["bridge", "a.json"], ["collide", "wall", "a.json"], ["collide", "spheres", "a.json"], ["laws", "--atlas"]],
+)
+def test_what_is_not_built_says_so_in_one_sentence_and_exits_3(runner: CliRunner, command: list[str]) -> None:
+    result = runner.invoke(app, command)
+    assert result.exit_code == 3
+    assert result.stderr.strip().endswith("is not built yet.")
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (["plan", "99", "--config", str(CONFIG)], "there is no case 99"),
+        (["plan", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
+        (["run", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
+        (["plan", "2", "--config", "nowhere"], "could not be read"),
+        (["replay", "nowhere"], "no scene.json in nowhere"),
+        (["view", "nowhere"], "no scene.json in nowhere"),
+    ],
+)
+def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, command: list[str], said: str) -> None:
+    result = runner.invoke(app, command)
+    assert result.exit_code == 1
+    assert said in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert isinstance(result.exception, SystemExit)
+
+
+def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
+    lines = runner.invoke(app, ["plan", "1", "--config", str(CONFIG)]).output.strip().splitlines()
+    assert lines[0].split()[:2] == ["bridges", "off"]
+    assert [line.split()[1] for line in lines[:-1]] == ["off"] * 7
+
+
+def test_laws_lists_the_registry(runner: CliRunner) -> None:
+    text = runner.invoke(app, ["laws"]).output
+    for name in ("rabinovich", "pitois", "goldman", "willett_unequal", "shi_mccarthy", "parabola"):
+        assert name in text
+
+
+def test_replay_of_a_dry_run_has_nothing_to_do(runner: CliRunner, tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case01", moist=False)
+    result = runner.invoke(app, ["replay", str(run)])
+    assert (result.exit_code, "is dry" in result.output) == (0, True)
+
+
+def test_view_writes_series_and_picture(runner: CliRunner, tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02")
+    result = runner.invoke(app, ["view", str(run), "--step", "200"])
+    assert result.exit_code == 0, result.output
+    made = result.output.split()
+    assert [Path(made[k]).exists() for k in range(4)] == [True] * 4
+
+
+def test_a_failed_stage_of_run_is_the_sentence(
+    runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from pywet import stages
+    from pywet.errors import PywetError
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PywetError("the engine was given nonsense")
+
+    monkeypatch.setattr(stages, "simulate", refuse)
+    result = runner.invoke(app, ["run", "1", "--config", str(CONFIG), "--out", str(tmp_path / "case01")])
+    assert result.exit_code == 1
+    assert "stage simulate failed: the engine was given nonsense" in result.stderr
+    status = json.loads((tmp_path / "case01" / "status" / "simulate.json").read_text())
+    assert status["reason"] == "the engine was given nonsense"

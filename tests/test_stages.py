@@ -1,0 +1,98 @@
+"""Stages of a case: what a failure leaves behind and what comes after it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pywet import stages
+from pywet.errors import PywetError
+from pywet.screening import verdict
+from tests.screening import synthetic
+
+GOOD_REPLAY = {
+    "quantities": {
+        "bridge_volume": {"scale": "itself", "count": 3, "largest": 2e-12, "median": 1e-16, "tolerance": 1e-9}
+    }
+}
+
+
+def _fail() -> None:
+    raise PywetError("the engine was given nonsense")
+
+
+def _finish(run_dir: Path, fail_at: str | None = None) -> None:
+    """Every stage, with real results and all else pretended."""
+    for stage in stages.NEEDS:
+        real = (lambda: stages.results(run_dir)) if stage == "results" else (lambda: None)
+        stages.attempt(run_dir, stage, _fail if stage == fail_at else real)
+
+
+def test_a_failed_stage_keeps_its_reason_and_the_next_pass_it_on(tmp_path: Path) -> None:
+    _finish(tmp_path, fail_at="simulate")
+    last = stages.Status.read(stages.status_path(tmp_path, "vtk"))
+    assert (last.ok, last.failed_at, last.reason) == (False, "simulate", "the engine was given nonsense")
+    assert stages.problems(tmp_path) == ["stage simulate failed: the engine was given nonsense"]
+
+
+def test_a_failed_replay_does_not_take_the_results_along(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02")
+    _finish(run, fail_at="replay")
+    assert stages.results_made(run)
+    assert stages.outcome(run).failed_at == "replay"
+
+
+def test_a_fault_of_the_program_is_a_reason_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status = stages.attempt(tmp_path, "scene", lambda: 1 / 0)
+    assert status.reason == "fault in the program, ZeroDivisionError: division by zero (traceback in the log)"
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_case_cut_off_names_the_missing_stage(tmp_path: Path) -> None:
+    stages.attempt(tmp_path, "scene", lambda: None)
+    assert stages.problems(tmp_path) == ["it was not run to the end: stage simulate is missing"]
+
+
+def test_judging_forgets_failed_stages_so_that_they_are_tried_again(tmp_path: Path) -> None:
+    good, bad = tmp_path / "case01", tmp_path / "case05"
+    _finish(synthetic.make(good, moist=False))
+    _finish(bad, fail_at="simulate")
+    assert stages.judge([good, bad]) == ["case05: stage simulate failed: the engine was given nonsense"]
+    assert not stages.status_path(bad, "simulate").exists()
+    assert stages.status_path(bad, "scene").exists()
+    assert stages.status_path(good, "simulate").exists()
+
+
+def test_a_moist_run_is_believed_only_with_a_good_replay_and_ledger(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02")
+    _finish(run)
+    assert verdict.objections(run) == ["the run was not replayed"]
+    (run / "replay.json").write_text(json.dumps(GOOD_REPLAY))
+    assert verdict.objections(run) == []
+    bad = {"quantities": {"bridge_volume": {**GOOD_REPLAY["quantities"]["bridge_volume"], "largest": 3e-9}}}
+    (run / "replay.json").write_text(json.dumps(bad))
+    assert verdict.objections(run) == ["the replay disagrees on bridge_volume: 3e-09 relative, allowed is 1e-09"]
+    summary = json.loads((run / "summary.json").read_text())
+    (run / "summary.json").write_text(json.dumps({**summary, "ledger_error": 1e-11}))
+    assert verdict.objections(run)[0] == "the liquid ledger is off by 1e-11 of the initial liquid, allowed is 1e-12"
+
+
+def test_summary_counts_speed_events_and_ledger(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02")
+    stages.results(run)
+    summary = json.loads((run / "summary.json").read_text())
+    # 200 steps of 3 spheres in 2 s.
+    assert summary["particle_steps_per_s"] == 300.0
+    assert summary["events"] == {"formations": 4, "ruptures": 2, "standing_bridges": 2}
+    assert summary["spheres"] == {"POM 8 mm": 1, "POM 4 mm": 2}
+    assert summary["ledger_error"] <= 1e-15
+    assert summary["versions"]["liggghts"] == "3.8.0"
+
+
+def test_what_is_printed_goes_to_the_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with stages.logged(tmp_path / "logs" / "stage.log"):
+        print("one line")
+    assert (tmp_path / "logs" / "stage.log").read_text() == "one line\n"
+    assert capsys.readouterr().out == ""
