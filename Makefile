@@ -1,7 +1,13 @@
 # The two commands: `make run` and `make test`. Each sets up what it needs.
 CORES ?= $(shell nproc)
-SCALE ?= smoke
+SCALE ?= $(shell sed -n 's/^scale: *\([a-z]*\).*/\1/p' config/config.yaml)
 PYTHON := .venv/bin/python
+
+# Where the home cannot be written, caches stay in this folder.
+ifneq ($(shell test -w "$$HOME" && echo yes),yes)
+export XDG_CACHE_HOME ?= $(CURDIR)/.cache
+export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
+endif
 
 .PHONY: help setup lint test run bench report clean
 
@@ -20,14 +26,14 @@ test: setup lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"
 
 run: setup  ## the 18 screening cases, cross-check and report
-	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE)
-	@echo "The report is in results/$(SCALE)/report.html"
+	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) || status=$$?; \
+	[ ! -e results/$(SCALE)/report.html ] || echo "The report is in results/$(SCALE)/report.html"; exit $$status
 
-report: setup  ## the report alone, from what is there
+report: setup  ## the report, with the cases that it still needs
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
 
 bench: setup  ## cost of a step, side by side
 	$(PYTHON) benchmarks/step_cost.py
 
 clean:  ## results and caches; keeps .venv
-	rm -rf results .snakemake .pytest_cache .mypy_cache .ruff_cache
+	rm -rf results .snakemake .cache .pytest_cache .mypy_cache .ruff_cache

@@ -1,9 +1,13 @@
-"""What this machine has and what is missing: engine, compiler, MPI, Python packages, plugin, disk."""
+"""What this machine has and what is missing: engine, compiler, MPI, Python packages, plugin, disk. It installs nothing."""
 
 from __future__ import annotations
 
+import ctypes
+import re
 import shutil
+import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -12,9 +16,13 @@ from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 
 MEND = "run `make setup`"
+LIBRARY = "libliggghts.so.3"
 FREE_GB = 2.0
 CONSTRAINTS = Path(__file__).parents[1] / "constraints.txt"
-MAIN_PACKAGES = ("numpy", "scipy", "pandas", "pyarrow", "numba", "pydantic", "meshio", "pyvista", "matplotlib", "snakemake")
+MAIN_PACKAGES = (
+    "numpy", "scipy", "pandas", "pyarrow", "numba", "pydantic", "meshio", "pyvista", "matplotlib", "jinja2", "snakemake",
+    "typer", "rich",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -26,17 +34,21 @@ class Check:
     version: str | None
     needed: str
     ok: bool
-    mend: str = ""
+    mend: str = MEND
+
+    def sentence(self) -> str:
+        """What is wrong, in one sentence."""
+        what = self.version if self.found and self.version else self.found or "nothing"
+        return f"{self.name}: {what} was found, {self.needed} is needed: {self.mend}"
 
 
 def checks() -> list[Check]:
     """All checks, in the order in which they are needed."""
     return [
-        _program("liggghts", "liggghts", build.ENGINE_VERSION),
-        _package("engine headers", "libliggghts-dev", build.ENGINE_VERSION),
-        _program("mpirun", "openmpi-bin", ""),
-        _program("mpicxx", "libopenmpi-dev", ""),
-        _program("g++", "g++", ""),
+        _engine(),
+        _library(),
+        _headers(),
+        *(_program(name) for name in ("mpirun", "mpicxx", "g++")),
         _python(),
         *(_python_package(name, version) for name, version in pinned().items() if name in MAIN_PACKAGES),
         _plugin(),
@@ -45,25 +57,67 @@ def checks() -> list[Check]:
 
 
 def pinned() -> dict[str, str]:
-    """Versions in constraints.txt."""
+    """Versions in constraints.txt by lower-case name; empty where the package is installed without its repository."""
     if not CONSTRAINTS.exists():
         return {}
     lines = [line.strip() for line in CONSTRAINTS.read_text().splitlines()]
     return {name.lower(): version for name, _, version in (line.partition("==") for line in lines if "==" in line)}
 
 
-def _program(program: str, package: str, needed: str) -> Check:
-    path, version = shutil.which(program), build.package_version(package)
-    return Check(program, path, version, needed or "any", path is not None and _fits(version, needed), MEND)
+def banner_version(program: str) -> str | None:
+    """Version in the first line that the engine prints; None when it does not start or says something else."""
+    with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
+        try:
+            done = subprocess.run(
+                [program, "-log", "none"],
+                input="\n",
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=60,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired):
+            return None
+    said = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", done.stdout)
+    return said.group(1) if said else None
 
 
-def _package(name: str, package: str, needed: str) -> Check:
-    version = build.package_version(package)
-    return Check(name, package if version else None, version, needed, version is not None and _fits(version, needed), MEND)
+def _engine() -> Check:
+    path = shutil.which("liggghts")
+    if path is None:
+        return Check("liggghts", None, None, build.ENGINE_VERSION, False)
+    version = banner_version(path)
+    if version is None:
+        mend = "it does not start; run `liggghts -h` to see why, or apt-get install --reinstall liggghts"
+        return Check("liggghts", path, None, build.ENGINE_VERSION, False, mend)
+    return Check("liggghts", path, version, build.ENGINE_VERSION, version == build.ENGINE_VERSION, _other(path))
 
 
-def _fits(version: str | None, needed: str) -> bool:
-    return version is None or version.startswith(needed)
+def _library() -> Check:
+    try:
+        ctypes.CDLL(LIBRARY)
+    except OSError as error:
+        return Check(LIBRARY, None, None, "any", False, f"it does not load ({error}); {MEND}")
+    return Check(LIBRARY, "loads", build.package_version("libliggghts3"), "any", True)
+
+
+def _headers() -> Check:
+    version = build.package_version("libliggghts-dev")
+    found = str(build.INCLUDE) if build.INCLUDE.is_dir() else None
+    ok = found is not None and version is not None and version.startswith(build.ENGINE_VERSION)
+    return Check(
+        "engine headers", found, version, build.ENGINE_VERSION, ok, _other("libliggghts-dev") if version else MEND
+    )
+
+
+def _other(what: str) -> str:
+    return f"replace {what} by Debian 12's {build.ENGINE_VERSION}, the only version that the plugin is written for"
+
+
+def _program(name: str) -> Check:
+    path = shutil.which(name)
+    return Check(name, path, None, "any", path is not None)
 
 
 def _python() -> Check:
@@ -75,16 +129,16 @@ def _python_package(name: str, needed: str) -> Check:
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
-        return Check(name, None, None, needed, False, MEND)
-    return Check(name, "installed", version, needed, version == needed, MEND)
+        return Check(name, None, None, needed, False)
+    return Check(name, "installed", version, needed, version == needed)
 
 
 def _plugin() -> Check:
     try:
         path = build.cache_folder() / f"libpywet-{build.source_hash()}.so"
     except PywetError as error:
-        return Check("plugin", None, None, "built", False, str(error))
-    return Check("plugin", str(path) if path.exists() else None, None, "built", path.exists(), MEND)
+        return Check("plugin", None, None, "a built one", False, str(error))
+    return Check("plugin", str(path) if path.exists() else None, None, "a built one", path.exists())
 
 
 def _disk() -> Check:
@@ -93,18 +147,20 @@ def _disk() -> Check:
 
 
 def main() -> int:
-    """Print the checks; 0 when nothing that is needed is missing."""
+    """Print the checks; 0 when nothing that is needed is missing or of another version."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table("", "what", "version", "needed", "found or how to mend it")
     found = checks()
+    table = Table("", "what", "version", "needed", "found", box=None, header_style="bold")
     for c in found:
-        table.add_row("ok" if c.ok else "MISSING", c.name, c.version or "", c.needed, (c.found or "") if c.ok else c.mend)
-    Console(width=140).print(table)
+        state = "ok" if c.ok else "WRONG" if c.found else "MISSING"
+        table.add_row(state, c.name, c.version or "", c.needed, c.found or "", style=None if c.ok else "red")
+    console = Console(highlight=False, width=max(Console().width, 120))  # whole paths in a pipe
+    console.print(table)
     bad = [c for c in found if not c.ok]
     for c in bad:
-        print(f"{c.name}: {c.version or c.found or 'nothing'} was found, {c.needed} is needed; {c.mend}")
+        console.print(c.sentence(), soft_wrap=True, markup=False)
     return 1 if bad else 0
 
 

@@ -156,7 +156,11 @@ def test_interpolation_is_within_its_stated_error(theta: int, theta_wall: int) -
     """Between nodes, for the paper's materials and V* ≥ 1e-5, the table is within 0.0012 of the solution."""
     between = 0.5 * ((np.arange(5, 200) + 0.5) / 200) ** 3
     between = between[between > 1.2e-5]
-    for size_j, angle, kind in ((2.5e-3, theta, SPHERE), (math.inf, theta_wall, LARGE_WALL), (1e-3, theta_wall, SMALL_WALL)):
+    for size_j, angle, kind in (
+        (2.5e-3, theta, SPHERE),
+        (math.inf, theta_wall, LARGE_WALL),
+        (1e-3, theta_wall, SMALL_WALL),
+    ):
         table = transfer_table(5e-3, size_j, theta * DEG, angle * DEG, kind)
         exact = transfer_table(5e-3, size_j, theta * DEG, angle * DEG, kind, between)
         assert np.abs(np.interp(between, V_STAR_GRID, table) - exact).max() < 1.2e-3

@@ -1,0 +1,134 @@
+"""The commands of README and docs: each `console` line that starts with `$ ` exists and parses; the cheap ones are run."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer.main
+from typer.core import TyperGroup
+from typer.testing import CliRunner
+
+from pywet.cli import app
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+CONSOLE = re.compile(r"^[ ]*```console\n(.*?)^[ ]*```", re.DOTALL | re.MULTILINE)
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]+)(?:#[^)]*)?\)")
+CHEAP = {"doctor", "laws", "plan"}
+"""Subcommands that answer at once and need no result."""
+
+
+def commands_in(text: str) -> list[str]:
+    """Commands of a page: `$ ` lines of its console blocks, those that end in a backslash joined with the next."""
+    found = []
+    for block in CONSOLE.findall(text):
+        lines = [line.strip() for line in block.replace("\\\n", " ").splitlines()]
+        found += [" ".join(line[2:].partition("  #")[0].split()) for line in lines if line.startswith("$ ")]
+    return found
+
+
+COMMANDS = sorted({command for page in PAGES for command in commands_in(page.read_text())})
+
+
+def words(command: str) -> tuple[str, list[str]]:
+    """Name of the program without its folder, and its arguments; `sudo` and variables in front are dropped."""
+    parts = shlex.split(command)
+    while parts[0] == "sudo" or re.fullmatch(r"[A-Z_]+=.*", parts[0]):
+        parts = parts[1:]
+    return (parts[0] if parts[0].startswith("tools/") else Path(parts[0]).name), parts[1:]
+
+
+def program(name: str) -> str:
+    """Path of a program: beside the Python that runs the tests, else on the PATH."""
+    beside = Path(sys.executable).parent / name
+    return str(beside) if beside.exists() else shutil.which(name) or name
+
+
+def call(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a command in the repository."""
+    merged = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1", **environment}
+    return subprocess.run(command, cwd=ROOT, env=merged, capture_output=True, text=True, check=False)
+
+
+def parse_pywet(arguments: list[str]) -> list[str]:
+    """Parse the arguments of `pywet` without running anything; names of the subcommands. An error of usage is raised."""
+    command = typer.main.get_command(app)
+    context, path = command.make_context("pywet", list(arguments)), []
+    while isinstance(command, TyperGroup):
+        name, command, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+        context = command.make_context(name, rest, parent=context)
+        path.append(name)
+    return path
+
+
+def test_pages_show_the_two_commands_and_more() -> None:
+    assert {"make run", "make test"} <= set(commands_in((ROOT / "README.md").read_text()))
+    assert len(COMMANDS) >= 8  # a pattern that finds nothing would let all of the tests below pass
+
+
+@pytest.mark.parametrize("wrong", [["plann", "2"], ["plan", "two"], ["plan", "2", "--scal", "smoke"], ["replay"]])
+def test_a_wrong_command_would_be_noticed(wrong: list[str]) -> None:
+    with pytest.raises(Exception, match=r"(?i)no such|valid integer|missing"):
+        parse_pywet(wrong)
+
+
+def test_a_console_block_is_read_as_a_person_reads_it() -> None:
+    block = "1. One:\n\n   ```console\n   $ make \\\n       run\n   output\n   $ pywet plan 2  # why\n   ```\n"
+    assert commands_in(block + "```sh\n$ not this\n```\n") == ["make run", "pywet plan 2"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_command_of_the_documentation_exists_and_parses(command: str, tmp_path: Path) -> None:
+    name, arguments = words(command)
+    if name == "make":
+        done = call("make", "-n", *arguments)
+        assert done.returncode == 0, done.stderr
+    elif name == "pywet":
+        shown = CliRunner().invoke(app, [*parse_pywet(arguments), "--help"])
+        assert shown.exit_code == 0, shown.output
+    elif name == "snakemake":
+        done = call(sys.executable, "-m", "snakemake", "-n", "--nolock", *arguments, XDG_CACHE_HOME=str(tmp_path))
+        assert done.returncode == 0, done.stderr
+    elif name in ("python", "python3") and arguments[0] == "-m":
+        assert importlib.util.find_spec(arguments[1]) is not None
+    elif name.startswith("tools/"):
+        assert os.access(ROOT / name, os.X_OK)
+        assert call("bash", "-n", name).returncode == 0
+    else:
+        assert name == "cd" or shutil.which(program(name)), f"`{command}`: no program {name}"
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("command", [c for c in COMMANDS if words(c)[0] == "pywet" and words(c)[1][0] in CHEAP])
+def test_cheap_command_of_the_documentation_runs(command: str) -> None:
+    done = call(program("pywet"), *words(command)[1])
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.strip()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_of_the_documentation_lead_to_files(page: Path) -> None:
+    missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
+    assert missing == []
+
+
+def test_index_names_every_page() -> None:
+    named = set(LINK.findall((ROOT / "docs" / "README.md").read_text()))
+    pages = {str(page.relative_to(ROOT / "docs")) for page in PAGES[1:]} - {"README.md"}
+    assert pages - named == set()
+
+
+def test_make_help_lists_every_target() -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    targets = set(re.findall(r"^([a-z]+):", makefile, flags=re.MULTILINE))
+    assert {"setup", "lint", "test", "run", "bench", "report", "clean", "help"} <= targets
+    shown = call("make", "-s", "help").stdout
+    assert {line.split()[0] for line in shown.splitlines()} == targets

@@ -1,0 +1,68 @@
+"""One dry and one moist case from the configuration to results, with few spheres, long enough for all undersize to pass."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet import config, stages
+from pywet.files import write_json, write_table
+from pywet.history.initial import sphere_table
+from pywet.scene import Scene
+from pywet.screening import cases
+
+pytestmark = pytest.mark.engine
+ROOT = Path(__file__).parents[1]
+KEPT = {1: 16, 2: 3, 3: 2}
+"""Spheres kept of each class: so few that they do not hinder each other."""
+
+
+def thinned(case: int, run_dir: Path, duration_s: float) -> Scene:
+    """Build a smoke case and keep a few spheres of each class."""
+    scene = cases.build(config.load(ROOT / "config"), case, "smoke", run_dir)
+    spheres = pd.read_parquet(run_dir / scene.spheres_file)
+    spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
+    spheres["id"] = np.arange(1, len(spheres) + 1)
+    classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)
+    scene = scene.model_copy(update={"classes": classes, "duration_s": duration_s})
+    write_table(spheres, run_dir / scene.spheres_file)
+    write_table(sphere_table(scene, spheres), run_dir / "history" / "spheres.parquet")
+    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    return scene
+
+
+def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
+    """Fraction retained never rises and ends at the coarse class' share of the mass; every sphere is still there."""
+    scene = thinned(1, tmp_path, 4.0)
+    stages.simulate(tmp_path, ranks=1, progress=False)
+    stages.results(tmp_path)
+    retained = pd.read_parquet(tmp_path / "results" / "fraction_retained.parquet")
+    y = retained["fraction_retained"].to_numpy()
+    mass = {c.name: c.mass_kg * KEPT[c.type] for c in scene.classes}
+    assert y[0] == 1.0 and (np.diff(y) <= 0).all()
+    assert y[-1] == pytest.approx(mass["large"] / sum(mass.values()), rel=1e-12)
+    trajectory = pd.read_parquet(tmp_path / "trajectory.parquet")
+    assert (trajectory.groupby("step")["id"].nunique() == sum(KEPT.values())).all()
+    assert not (tmp_path / "history" / "events.parquet").exists()  # the stock engine, no plugin
+    assert json.loads((tmp_path / "engine" / "run.json").read_text())["plugin_hash"] is None
+
+
+def test_moist_is_cross_checked(tmp_path: Path) -> None:
+    """Ledger to 1e-12, replay within its tolerances, liquid by holder adds up at every output, files for ParaView."""
+    scene = thinned(2, tmp_path, 0.9)
+    stages.simulate(tmp_path, ranks=1, progress=False)
+    replayed = stages.replay(tmp_path)
+    stages.results(tmp_path)
+    stages.vtk(tmp_path)
+    assert replayed is not None and replayed["ok"]
+    assert replayed["events"] > 100 and replayed["contacts"] > 100
+    assert json.loads((tmp_path / "engine" / "run.json").read_text())["ledger_error"] <= 1e-12
+    start = pd.read_parquet(tmp_path / "history" / "spheres.parquet")["film"].sum()
+    holders = pd.read_parquet(tmp_path / "results" / "liquid_by_holder.parquet")
+    assert len(holders) > 10
+    assert scene.liquid is not None and start > 0
+    assert {p.suffix for p in (tmp_path / "vtk").iterdir()} >= {".pvd"}
