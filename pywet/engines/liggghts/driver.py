@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -199,7 +200,7 @@ def _execute(command: list[str], folder: Path, scene: Scene, report: Report) -> 
             child.kill()
             raise
     if child.returncode != 0:
-        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {_reason(folder)} (all messages: {folder / 'screen.log'})")
+        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})")
 
 
 def _step_reached(folder: Path) -> int:
@@ -214,7 +215,7 @@ def _step_reached(folder: Path) -> int:
     return steps[-1] if steps else 0
 
 
-def _reason(folder: Path) -> str:
+def _reason(folder: Path, returncode: int) -> str:
     """The engine's first ERROR line, without its decoration; else the last line there is."""
     lines: list[str] = []
     for name in ("output.log", "screen.log", "log.liggghts"):
@@ -223,6 +224,8 @@ def _reason(folder: Path) -> str:
             lines += path.read_text(errors="replace").splitlines()
     errors = [line for line in lines if "ERROR" in line]
     if not errors:
+        if returncode < 0:
+            return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
         return lines[-1] if lines else "it wrote nothing"
     text = re.sub(r"^.*?ERROR[^:]*:\s*", "", errors[0])
     text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
