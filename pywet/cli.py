@@ -118,7 +118,7 @@ def replay(run_dir: RunFolder) -> None:
     _need_run(run_dir)
     found = stages.replay(run_dir)
     if found is None:
-        out.print(f"{run_dir} is dry: there are no bridges to recompute")
+        out.print(f"{run_dir} is dry: there are no bridges to recompute", soft_wrap=True)
         return
     _show_agreement(found)
 

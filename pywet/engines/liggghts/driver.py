@@ -200,7 +200,9 @@ def _execute(command: list[str], folder: Path, scene: Scene, report: Report) -> 
             child.kill()
             raise
     if child.returncode != 0:
-        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})")
+        raise PywetError(
+            f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})"
+        )
 
 
 def _step_reached(folder: Path) -> int:
