@@ -17,7 +17,7 @@ from pywet.screening import cases
 
 pytestmark = pytest.mark.engine
 ROOT = Path(__file__).parents[1]
-KEPT = {1: 16, 2: 3, 3: 2}
+KEPT = {1: 12, 2: 2, 3: 2}
 """Spheres kept of each class: so few that they do not hinder each other."""
 
 
@@ -37,7 +37,7 @@ def thinned(case: int, run_dir: Path, duration_s: float) -> Scene:
 
 def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
     """Fraction retained never rises and ends at the coarse class' share of the mass; every sphere is still there."""
-    scene = thinned(1, tmp_path, 4.0)
+    scene = thinned(1, tmp_path, 12.0)
     stages.simulate(tmp_path, ranks=1, progress=False)
     stages.results(tmp_path)
     retained = pd.read_parquet(tmp_path / "results" / "fraction_retained.parquet")
