@@ -130,5 +130,5 @@ def test_make_help_lists_every_target() -> None:
     makefile = (ROOT / "Makefile").read_text()
     targets = set(re.findall(r"^([a-z]+):", makefile, flags=re.MULTILINE))
     assert {"setup", "lint", "test", "run", "bench", "report", "clean", "help"} <= targets
-    shown = call("make", "-s", "help").stdout
+    shown = call("make", "-s", "--no-print-directory", "help").stdout
     assert {line.split()[0] for line in shown.splitlines()} == targets
