@@ -46,7 +46,7 @@ def once(effects: small.Effects, film: float, spheres: list[small.Sphere]) -> fl
     with tempfile.TemporaryDirectory() as folder:
         small.prepare(
             Path(folder), [sphere], spheres, pairs, liquid=WATER.model_copy(update={"initial_film_thickness_m": film}),
-            effects=effects, walls=[small.floor(0.06)], wall_angle_rad=ANGLE, time_step_s=2e-5, steps=STEPS,
+            effects=effects, walls=[small.floor(0.19)], wall_angle_rad=ANGLE, time_step_s=2e-5, steps=STEPS,
             log_every_step=False, output_interval_s=1.0, gravity=(0.0, 0.0, -9.81), box=0.2,
         )  # fmt: skip
         return small.run(Path(folder), spheres).wall_s

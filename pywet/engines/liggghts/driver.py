@@ -13,7 +13,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -84,7 +85,8 @@ def run(
         if scene.effects.bridges:
             _write_history_inputs(scene, run_dir, folder)
         started = time.monotonic()
-        _execute(_command(scene, run_dir, folder, ranks), folder, scene, _reporter(scene, progress))
+        with _progress(scene, progress) as report:
+            _execute(_command(scene, run_dir, folder, ranks), folder, scene, report)
         wall = time.monotonic() - started
         spheres = _collect(scene, run_dir, folder)
     except OSError as error:
@@ -164,15 +166,40 @@ def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]
     return program
 
 
-def _reporter(scene: Scene, progress: bool) -> Report:
-    if not progress:
-        return lambda done, total: None
-    started = time.monotonic()
+@contextmanager
+def _progress(scene: Scene, wanted: bool) -> Iterator[Report]:
+    """A bar with the time to go in a terminal, a line for each tenth of the run in a log file."""
+    if not wanted:
+        yield lambda done, total: None
+    elif sys.stdout.isatty():
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        with Progress(*columns, TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn()) as bar:
+            task = bar.add_task(scene.name, total=scene.steps)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+    else:
+        yield _line_reporter(scene)
+
+
+def _line_reporter(scene: Scene) -> Report:
+    started, shown = time.monotonic(), -1
 
     def report(done: int, total: int) -> None:
+        nonlocal shown
+        tenth = 10 * done // max(total, 1)
+        if tenth == shown:
+            return
+        shown = tenth
         elapsed = time.monotonic() - started
-        left = elapsed * (total - done) / done if done else float("nan")
-        tail = f", about {left:.0f} s to go" if done and done < total else ""
+        tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
         print(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}", flush=True)
 
     return report
@@ -189,13 +216,9 @@ def _execute(command: list[str], folder: Path, scene: Scene, report: Report) -> 
     with open(folder / "output.log", "w") as output:
         child = subprocess.Popen(command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, env=environment)
         try:
-            shown = -1
             while child.poll() is None:
                 time.sleep(0.2)
-                tenth = 10 * _step_reached(folder) // max(scene.steps, 1)
-                if tenth > shown:
-                    shown = tenth
-                    report(_step_reached(folder), scene.steps)
+                report(_step_reached(folder), scene.steps)
         except BaseException:
             child.kill()
             raise
