@@ -80,7 +80,7 @@ def longest_bridge(scene: Scene) -> float:
 
 
 def skin(scene: Scene) -> float:
-    """Skin of the neighbour list [m]: 0.4 of the smallest radius; a sphere falling at 1 m/s then asks for a rebuild in 10 to 30 steps."""
+    """Skin [m] of the neighbour list, 0.4 of the smallest radius; a sphere falling at 1 m/s needs a rebuild in 10 to 30 steps."""
     return 0.4 * min(c.radius_m for c in scene.classes)
 
 
