@@ -21,6 +21,11 @@ from pywet.errors import PywetError
 class ForceLaw:
     """A compiled law: scalars or arrays in, float or array out; `address` is a C function double(double, …)."""
 
+    cached = True
+    """Whether the compiled code may be kept between processes."""
+    fastmath: Any = False
+    """Liberties the compiler may take (numba's `fastmath`)."""
+
     def __init__(self, function: Callable[..., float]) -> None:
         self.python = function
         self.name = function.__name__
@@ -46,14 +51,14 @@ class ForceLaw:
 
     @cached_property
     def _cfunc(self) -> Any:
-        return self._compile(lambda cache: numba.cfunc(self._signature, cache=cache)(self.python))
+        return self._compile(lambda cache: numba.cfunc(self._signature, cache=cache, fastmath=self.fastmath)(self.python))
 
     @cached_property
     def _ufunc(self) -> Any:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        in_file = Path(self.python.__code__.co_filename).is_file()  # numba caches next to the source
+        in_file = self.cached and Path(self.python.__code__.co_filename).is_file()  # numba caches next to the source
         try:
             return build(in_file)
         except Exception as error:  # numba lets through whatever the user's text makes it raise

@@ -1,7 +1,8 @@
 """Follows the stable branch of a bridge: Newton's method, continuation in volume and separation, the limit of stability.
 
 The branch starts at touching bodies and ends at the first zero of the Jacobian's determinant: a fold, or for equal bodies of
-large contact angle the loss of symmetry shortly before it. All compiled; the user's functions are in `bridge.py`.
+large contact angle the loss of symmetry shortly before it. A negative r_j is a hollow (its φ_j is negative too): tables need
+points a little beyond the plate. All compiled; the user's functions are in `bridge.py`.
 """
 
 from __future__ import annotations
@@ -149,7 +150,7 @@ def correct(
         step = min(1.0, 0.3 / max(np.abs(right).max(), 1e-300))
         for k in range(n):
             y[k] += step * right[k] * d[k]
-        if y[LENGTH] <= 0.0 or y[PHI_I] <= 0.0 or y[PHI_J] <= 0.0:
+        if y[LENGTH] <= 0.0 or y[PHI_I] <= 0.0 or y[PHI_J] * rj <= 0.0:
             return -1
     return most if last < 1e-10 else -1
 
@@ -172,7 +173,7 @@ def guess(volume: float, ri: float, rj: float, ti: float, tj: float) -> Floats:
 def touching(volume: float, ri: float, rj: float, ti: float, tj: float, symmetric: bool) -> tuple[bool, Floats]:
     """The bridge between touching bodies, by a march in volume from a thin ring."""
     none = np.empty(0)
-    smaller = min(ri, rj)
+    smaller = min(ri, abs(rj))
     v = min(volume, FIRST_VOLUME * smaller**3)
     y = guess(v, ri, rj, ti, tj)
     if correct(y, v, ri, rj, ti, tj, symmetric, none, 60) < 0:
@@ -235,7 +236,7 @@ def step_along(
     d = np.empty(5)
     scales(y, d)
     trial = y + size * tangent * d
-    if trial[LENGTH] <= 0.0 or trial[PHI_I] <= 0.0 or trial[PHI_J] <= 0.0:
+    if trial[LENGTH] <= 0.0 or trial[PHI_I] <= 0.0 or trial[PHI_J] * rj <= 0.0:
         return -1, trial
     return correct(trial, volume, ri, rj, ti, tj, symmetric, tangent, 8), trial
 

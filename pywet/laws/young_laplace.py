@@ -1,0 +1,306 @@
+"""The exact bridge as laws for the engine: force and rupture distance interpolated in tables, at the price of a closed form.
+
+`pywet.young_laplace.table` solves and keeps the tables, one for each pair of contact angles. Here they become uniform cubic
+B-splines (twice continuously differentiable) in one block of memory that compiled code finds through a directory at a fixed
+address; a pair of angles that was not prepared gives NaN, which stops a run. From Python everything is prepared when called.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Any
+
+import numba
+import numpy as np
+from numba.core import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from pywet.errors import PywetError
+from pywet.laws.force_law import ForceLaw
+from pywet.young_laplace import table as tables
+from pywet.young_laplace.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
+
+Floats = NDArray[np.float64]
+MOST_PAIRS = 256
+"""Pairs of contact angles one process can hold."""
+_Y, _X, _U = Y_NODES + 2, X_NODES + 2, U_NODES + 2
+_X_STEP = (X_LAST - X_FIRST) / (X_NODES - 1)
+_HEAD = 2
+"""A block starts with the first node of y and the nodes per unit of y."""
+_V_FIRST = math.exp(X_FIRST)
+_ANGLES = np.full((MOST_PAIRS, 2), np.nan)
+_BLOCKS = np.zeros(MOST_PAIRS + 1, dtype=np.int64)
+"""Address of each pair's block; the last entry is how many there are."""
+_KEEP: list[Floats] = []
+
+
+def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int], None] | None = None) -> None:
+    """Have the tables of these pairs (contact angle of the smaller body, of the larger) [rad] at hand."""
+    for small, large in angles:
+        _prepare(float(small), float(large), progress)
+
+
+def _prepare(small: float, large: float, progress: Callable[[int, int], None] | None) -> None:
+    count = int(_BLOCKS[MOST_PAIRS])
+    if ((_ANGLES[:count, 0] == small) & (_ANGLES[:count, 1] == large)).any():
+        return
+    if count == MOST_PAIRS:
+        raise PywetError(
+            f"more than {MOST_PAIRS} pairs of contact angles given to the law young_laplace; expected fewer materials, or "
+            "another capillary law"
+        )
+    held = tables.load(small, large, progress)
+    y = axis(held.balance)
+    values = [_spline(v).ravel() for v in (held.balance, held.rupture, held.ratio)]
+    block = np.concatenate([[y[0], (Y_NODES - 1) / (y[-1] - y[0])], *values])
+    _KEEP.append(block)
+    _ANGLES[count] = small, large
+    _BLOCKS[count] = block.ctypes.data
+    _BLOCKS[MOST_PAIRS] = count + 1
+
+
+def _spline(values: Floats) -> Floats:
+    """Coefficients of the uniform cubic B-spline through the values along every axis (not-a-knot ends); each axis grows by 2."""
+    for axis in range(values.ndim):
+        moved = np.moveaxis(values, axis, 0)
+        flat = moved.reshape(len(moved), -1)
+        right = np.vstack([np.zeros((1, flat.shape[1])), flat, np.zeros((1, flat.shape[1]))])
+        solved = np.linalg.solve(_collocation(len(moved)), right)
+        values = np.moveaxis(solved.reshape(len(moved) + 2, *moved.shape[1:]), 0, axis)
+    return np.ascontiguousarray(values)
+
+
+@cache
+def _collocation(nodes: int) -> Floats:
+    """Values at the nodes, and equal third differences across the second and the last but one."""
+    matrix = np.zeros((nodes + 2, nodes + 2))
+    for k in range(nodes):
+        matrix[k + 1, k : k + 3] = 1 / 6, 2 / 3, 1 / 6
+    jump = np.array([-1.0, 4.0, -6.0, 4.0, -1.0])
+    matrix[0, :5] = jump
+    matrix[-1, -5:] = jump
+    return matrix
+
+
+@intrinsic
+def _floats_at(typing: Any, address: Any) -> Any:
+    """The address of doubles as a pointer."""
+    signature = types.CPointer(types.float64)(types.int64)
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return signature, code
+
+
+@intrinsic
+def _ints_at(typing: Any, address: Any) -> Any:
+    """The address of integers as a pointer."""
+    signature = types.CPointer(types.int64)(types.int64)
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return signature, code
+
+
+def _reinterpret(source: Any, target: Any) -> Any:
+    """An intrinsic that takes the bits of one 64-bit type for another."""
+
+    @intrinsic
+    def bits(typing: Any, value: Any) -> Any:
+        signature = target(source)
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.bitcast(arguments[0], context.get_value_type(target))
+
+        return signature, code
+
+    return bits
+
+
+_to_bits, _from_bits = _reinterpret(types.float64, types.int64), _reinterpret(types.int64, types.float64)
+_ANGLES_AT, _BLOCKS_AT = _ANGLES.ctypes.data, _BLOCKS.ctypes.data
+_FAST = {"contract", "reassoc", "arcp", "nsz"}
+_inline = numba.njit(inline="always", error_model="numpy", fastmath=_FAST)  # not cached: the addresses hold for this process only
+
+
+@_inline
+def _cube_root(a):  # type: ignore[no-untyped-def]
+    """Cube root to 1e-14: a third of the exponent, then Halley's method twice (numba's own costs several times as much)."""
+    x = abs(a) + 1e-18
+    y = _from_bits(_to_bits(x) // 3 + 0x2A9F7893782DA1CE)
+    for _ in range(2):
+        y3 = y * y * y
+        y *= (y3 + 2.0 * x) / (2.0 * y3 + x)
+    return y if a > 0.0 else -y
+
+
+@_inline
+def _block(small, large):  # type: ignore[no-untyped-def]
+    """Address of the block of a pair of angles, 0 when it was not prepared."""
+    angles = _floats_at(_ANGLES_AT)
+    blocks = _ints_at(_BLOCKS_AT)
+    for k in range(blocks[MOST_PAIRS]):
+        if angles[2 * k] == small and angles[2 * k + 1] == large:
+            return blocks[k]
+    return 0
+
+
+@_inline
+def _cell(t, last):  # type: ignore[no-untyped-def]
+    """Cell and weights of the uniform cubic B-spline at t, nodes 0 … last."""
+    k = min(max(int(t), 0), last - 1)
+    w = t - k
+    v = 1.0 - w
+    w3 = w * w * w
+    v3 = v * v * v
+    return k, v3 / 6.0, (4.0 - 6.0 * w * w + 3.0 * w3) / 6.0, (4.0 - 6.0 * v * v + 3.0 * v3) / 6.0, w3 / 6.0
+
+
+@_inline
+def _order(radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
+    """Radius ratio q, harmonic mean (2 r at a plate) and the contact angles of the smaller and the larger body."""
+    if math.isinf(radius_j):
+        return 0.0, 2.0 * radius_i, contact_angle_i, contact_angle_j
+    r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
+    if radius_i <= radius_j:
+        return radius_i / radius_j, r, contact_angle_i, contact_angle_j
+    return radius_j / radius_i, r, contact_angle_j, contact_angle_i
+
+
+@_inline
+def _along(data, at, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
+    """Four coefficients under four weights."""
+    return x0 * data[at] + x1 * data[at + 1] + x2 * data[at + 2] + x3 * data[at + 3]
+
+
+@_inline
+def _place(data, q, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
+    """Place of the radius ratio on the axis y, in nodes."""
+    return (_cube_root(q - _along(data, _HEAD + kx, x0, x1, x2, x3)) - data[0]) * data[1]
+
+
+@_inline
+def _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
+    """S_rup/(r_eff √V*) by the spline."""
+    total = 0.0
+    at = _HEAD + (1 + ky) * _X + kx
+    for weight in (y0, y1, y2, y3):
+        total += weight * _along(data, at, x0, x1, x2, x3)
+        at += _X
+    return total
+
+
+def _force(
+    separation: float,
+    volume: float,
+    radius_i: float,
+    radius_j: float,
+    contact_angle_i: float,
+    contact_angle_j: float,
+    surface_tension: float,
+) -> float:
+    """The exact capillary force (axisymmetric Young-Laplace without gravity, stable branch), interpolated.
+
+    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: plate), contact angles [rad],
+    surface_tension σ [N/m]. Returns F [N]. Radius convention: V* = V/r_eff³ with the harmonic mean r_eff (2 r_i at a plate).
+    Valid for 1e-9 ≤ V* ≤ 0.5 and contact angles below 90°; a larger volume counts as V* = 0.5, for a smaller one the known
+    limit is approached. S ≤ 0: the force at touch. Beyond the rupture distance (dynamic rupture comes later): the force there.
+    Source: the exact solution, `pywet.young_laplace`; errors of the interpolation are in docs/laws.md.
+
+    >>> f"{young_laplace(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.4e}"
+    '3.8898e-04'
+    """
+    q, r, small, large = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)
+    s = max(separation, 0.0)
+    limit = math.pi * surface_tension * r * (math.cos(small) + math.cos(large))
+    if volume <= 0.0:
+        return limit if s == 0.0 else 0.0
+    address = _block(small, large)
+    if address == 0:
+        return math.nan
+    data = _floats_at(address)
+    v = min(volume / (r * r * r), 0.5)
+    x = (math.log(v) - X_FIRST) / _X_STEP
+    scale = r * math.sqrt(v)
+    if x < 0.0:
+        scale *= (_V_FIRST / v) ** (1.0 / 6.0)
+        x = 0.0
+    kx, x0, x1, x2, x3 = _cell(x, X_NODES - 1)
+    ky, y0, y1, y2, y3 = _cell(_place(data, q, kx, x0, x1, x2, x3), Y_NODES - 1)
+    share = s / (scale * _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3))
+    u = 0.0
+    if share < 1.0:
+        u = math.sqrt(1.0 - share)
+    else:
+        s /= share
+    ku, u0, u1, u2, u3 = _cell(u * (U_NODES - 1), U_NODES - 1)
+    ratio = 0.0
+    row = _HEAD + (1 + _Y) * _X + (ky * _X + kx) * _U + ku
+    for wy in (y0, y1, y2, y3):
+        at = row
+        for wx in (x0, x1, x2, x3):
+            ratio += wy * wx * _along(data, at, u0, u1, u2, u3)
+            at += _U
+        row += _X * _U
+    ring = v * r * r / math.pi
+    return limit * ratio / (1.0 + 0.5 * s * (s + math.sqrt(s * s + 2.0 * ring)) / ring)
+
+
+def _distance(
+    volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
+) -> float:
+    """The exact static rupture distance: the limit of stability of the Young-Laplace bridge, interpolated.
+
+    A fold, or for equal bodies with contact angles above about 30° the loss of symmetry shortly before it.
+
+    Arguments: volume [m3], radii [m] (radius_j = inf: plate), contact angles [rad]. Returns S_rup [m]. Radius convention and
+    range as the force `young_laplace`. Source: the exact solution, `pywet.young_laplace`.
+
+    >>> f"{young_laplace_rupture(1e-11, 1e-3, 1e-3, 0.0, 0.0):.4e}"
+    '2.1905e-04'
+    """
+    q, r, small, large = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)
+    if volume <= 0.0:
+        return 0.0
+    address = _block(small, large)
+    if address == 0:
+        return math.nan
+    data = _floats_at(address)
+    v = min(volume / (r * r * r), 0.5)
+    x = (math.log(v) - X_FIRST) / _X_STEP
+    scale = r * math.sqrt(v)
+    if x < 0.0:
+        scale *= (_V_FIRST / v) ** (1.0 / 6.0)
+        x = 0.0
+    kx, x0, x1, x2, x3 = _cell(x, X_NODES - 1)
+    ky, y0, y1, y2, y3 = _cell(_place(data, q, kx, x0, x1, x2, x3), Y_NODES - 1)
+    return scale * _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3)
+
+
+class TableLaw(ForceLaw):
+    """A law that reads prepared tables; calls from Python prepare what they need."""
+
+    cached = False
+    fastmath = _FAST
+
+    def __init__(self, function: Callable[..., float], name: str) -> None:
+        super().__init__(function)
+        self.name = self.__name__ = name
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Evaluate; arrays are broadcast against each other."""
+        ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in _BODY)
+        swap = ri > rj
+        small, large = (np.broadcast_to(np.where(swap, b, a), np.broadcast(swap, a, b).shape) for a, b in ((ti, tj), (tj, ti)))
+        prepare({(float(a), float(b)) for a, b in zip(small.ravel(), large.ravel(), strict=True)})
+        return super().__call__(*arguments)
+
+
+_BODY = ("radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
+young_laplace = TableLaw(_force, "young_laplace")
+young_laplace_rupture = TableLaw(_distance, "young_laplace_rupture")
