@@ -8,7 +8,6 @@ Contact angles are in [0, 90°), the surface tension is 1: a force is in metres,
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -19,12 +18,11 @@ from scipy.optimize import brentq
 
 from reference_impl.bridge_branch import Point, finer, lowest_eigenvalue, moved, norm_weight, step_from, walk
 from reference_impl.bridge_branch import unit as unit_direction
+from reference_impl.bridge_measures import energy, force_spread, narrowest, share_i
 from reference_impl.bridge_solver import (
     Floats,
     Problem,
     State,
-    body,
-    cap_volume,
     grid,
     interpolation,
     newton,
@@ -102,10 +100,10 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 
 
 def branch(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Iterator[Bridge]:
-    """Bridges along the branch from S = 0, through the end of stability and back, while steps succeed and S >= 0."""
+    """Bridges along the branch from S = 0, through the end of stability and back, as far as they are resolved (1e-6)."""
     unit, problem = _scaled(volume, radius_i, radius_j, theta_i, theta_j)
     for point in walk(problem):
-        if point.state.separation < 0.0:
+        if point.state.separation < 0.0 or force_spread(point.state) > 1e-6:
             return
         yield _bridge(problem, point.state, unit)
 
@@ -141,6 +139,11 @@ def _bracket(problem: Problem, target: float = math.inf) -> tuple[Problem, Point
     step = _distance(before, ahead)
     while force_spread(ahead.state) > SPREAD and 2 * problem.points <= MOST_POINTS:
         problem, before = finer(problem, before)
+        while before.eigenvalue <= 0.0:
+            found = step_from(problem, before, -0.25 * step, norm_weight(before.state))
+            if found is None:
+                raise ArithmeticError(f"{problem} could not be refined")
+            before = found
         # where the branch bends sharply a shorter step must do
         steps = (step_from(problem, before, step / 2**k, norm_weight(before.state)) for k in range(20))
         ahead = next(point for point in steps if point is not None)
@@ -154,30 +157,48 @@ def _distance(a: Point, b: Point) -> float:
 
 def _end(problem: Problem, point: Point, step: float) -> Point:
     """Where the lowest eigenvalue is zero on the branch beyond the stable `point`, within about `step`."""
-    # first with a moving base, so that a sharp bend close to the end is not cut
-    while step > 2e-3:
+    # a sharp bend close to the end (nearly equal bodies) may need a closer start
+    for near in (2e-3, 2e-5, 2e-7):
+        point, step = _approached(problem, point, step, near)
+        found = _zero(problem, point, step)
+        if found is not None:
+            return found
+    raise ArithmeticError(f"the end of the branch of {problem} could not be resolved")
+
+
+def _approached(problem: Problem, point: Point, step: float, near: float) -> tuple[Point, float]:
+    """A stable point within about `near` of the end, by steps that halve where they would pass it or cut a bend."""
+    while step > near:
         weight = norm_weight(point.state)
         found = step_from(problem, point, step, weight)
         if found is not None and found.eigenvalue > 0.0 and _agree(point, found, weight):
             point = found
         else:
             step *= 0.5
+    return point, step
+
+
+def _zero(problem: Problem, point: Point, step: float) -> Point | None:
+    """The point of eigenvalue zero on the branch beyond `point`, or None where a step to it fails."""
     weight = norm_weight(point.state)
     seen: dict[float, Point] = {0.0: point}
 
-    def eigenvalue(step: float) -> float:
-        if step not in seen:
-            found = step_from(problem, point, step, weight)
-            if found is None:
-                raise ArithmeticError(f"the end of the branch of {problem} could not be resolved")
-            seen[step] = found
-        return seen[step].eigenvalue
+    def eigenvalue(length: float) -> float:
+        if length not in seen:
+            found = step_from(problem, point, length, weight)
+            if found is None or not _agree(point, found, weight):
+                raise ArithmeticError
+            seen[length] = found
+        return seen[length].eigenvalue
 
-    high = 4e-3
-    while eigenvalue(high) > 0.0:
-        high *= 1.5
-    root = float(brentq(eigenvalue, 0.0, high, xtol=1e-13, rtol=1e-10))
-    eigenvalue(root)
+    try:
+        high = 2.0 * step
+        while eigenvalue(high) > 0.0:
+            high *= 1.5
+        root = float(brentq(eigenvalue, 0.0, high, xtol=1e-14, rtol=1e-12))
+        eigenvalue(root)
+    except ArithmeticError:
+        return None
     return seen[root]
 
 
@@ -209,63 +230,9 @@ def _reach(problem: Problem, target: float) -> tuple[Problem, State]:
     )
 
 
-def force_spread(state: State) -> float:
-    """Largest difference of the axial force along the meridian, relative to it or to 2 pi r at the narrowest node."""
-    force = 2.0 * math.pi * state.r * np.sin(state.psi) - math.pi * state.r**2 * state.pressure
-    return float(np.ptp(force) / max(abs(force).min(), 2.0 * math.pi * state.r.min()))
-
-
-def _narrowest(state: State) -> float:
-    """Place t of the least radius: the interior neck, or the contact line where there is none."""
-    nodes = grid(state.n - 1).nodes
-
-    def slope(t: float) -> float:
-        return float(interpolation(nodes, np.array([t]))[0] @ state.psi) - 0.5 * math.pi
-
-    inner = [
-        float(brentq(slope, a, b, xtol=1e-15))
-        for a, b in itertools.pairwise(nodes)
-        if slope(float(a)) > 0.0 >= slope(float(b))
-    ]
-    places = [-1.0, 1.0, *inner]
-    return min(places, key=lambda t: float(interpolation(nodes, np.array([t]))[0] @ state.r))
-
-
-def _share_i(problem: Problem, state: State, neck: float) -> float:
-    """Part of the liquid below the plane through the narrowest section; half where both contact lines are equally narrow."""
-    if abs(neck) == 1.0 and abs(state.r[0] - state.r[-1]) < 1e-9 * state.r[0]:
-        return 0.5
-    g = grid(state.n - 1)
-    at = -1.0 + 0.5 * (g.gauss + 1.0) * (neck + 1.0)
-    value = interpolation(g.nodes, at)
-    rise = 0.5 * state.length * np.sin(value @ state.psi) * 0.5 * (neck + 1.0)
-    below = math.pi * float(g.weights @ ((value @ state.r) ** 2 * rise))
-    plane = float(interpolation(g.nodes, np.array([neck]))[0] @ state.z)
-    half = 0.5 * state.separation
-    cap_i = cap_volume(problem.kappa_i, body(problem.kappa_i, state.arc_i)[1])
-    above_i = cap_volume(problem.kappa_i, max(0.0, -half - plane))
-    below_j = cap_volume(problem.kappa_j, max(0.0, plane - half))
-    return (below - (cap_i - above_i) - below_j) / problem.volume
-
-
-def _energy(problem: Problem, state: State) -> float:
-    """Surface energy with tension 1."""
-    g = grid(state.n - 1)
-    free = math.pi * state.length * float(g.weights @ (g.value @ state.r))
-    wetted = 0.0
-    for kappa, theta, arc in (
-        (problem.kappa_i, problem.theta_i, state.arc_i),
-        (problem.kappa_j, problem.theta_j, state.arc_j),
-    ):
-        # area of a spherical cap: pi times the square of the chord
-        chord = arc if kappa == 0.0 else 2.0 * math.sin(0.5 * kappa * arc) / kappa
-        wetted += math.cos(theta) * math.pi * chord**2
-    return free - wetted
-
-
 def _bridge(problem: Problem, state: State, unit: float) -> Bridge:
     """Results in metres."""
-    neck = _narrowest(state)
+    neck = narrowest(state)
     row = interpolation(grid(state.n - 1).nodes, np.array([neck]))[0]
     force = 2.0 * math.pi * state.r * np.sin(state.psi) - math.pi * state.r**2 * state.pressure
     rn, psin = float(row @ state.r), float(row @ state.psi)
@@ -283,8 +250,8 @@ def _bridge(problem: Problem, state: State, unit: float) -> Bridge:
         wetted_radius_j=unit * float(state.r[-1]),
         neck_radius=unit * rn,
         curvature=0.5 * state.pressure / unit,
-        energy=unit**2 * _energy(problem, state),
-        share_i=_share_i(problem, state, neck),
+        energy=unit**2 * energy(problem, state),
+        share_i=share_i(problem, state, neck),
         eigenvalue=eigenvalue,
         stable=eigenvalue > 0.0,
         r=unit * state.r,

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
+from scipy.optimize import brentq
 
-from reference_impl.bridge_solver import Floats, Problem, State, grid, newton, refined, scales, tangent, toroid
+from reference_impl.bridge_solver import Floats, Problem, State, grid, liquid_volume, newton, refined, scales, tangent
 
 EASY_ANGLE = math.radians(60.0)
 EASY_VOLUME = 1e-3
@@ -52,6 +53,40 @@ def lowest_eigenvalue(problem: Problem, state: State) -> float:
     free = scipy.linalg.null_space(np.array(constraints) / np.linalg.norm(constraints, axis=1)[:, None])
     lowest = scipy.linalg.eigh(free.T @ stiff @ free, free.T @ mass @ free, subset_by_index=[0, 0], eigvals_only=True)
     return float(lowest[0]) * state.length**2
+
+
+def toroid(problem: Problem) -> State:
+    """First guess at S = 0: the circular arc that meets both bodies at their angles and encloses the volume."""
+    g = grid(problem.points)
+    ci, cj = math.cos(problem.theta_i), math.cos(problem.theta_j)
+    ki, kj = problem.kappa_i, problem.kappa_j
+
+    def arc(radius: float) -> State:
+        power = 2.0 * radius * (ci + cj) / (ki + kj)  # |centre|² - radius², from the tangency with both bodies
+        zc = radius * ci - 0.5 * ki * power
+        rc = math.sqrt(power + radius**2 - zc**2)
+
+        def end(kappa: float, theta: float, height: float) -> tuple[float, float]:
+            if kappa == 0.0:
+                return rc - radius * math.sin(theta), theta
+            inner = math.atan2(radius * math.sin(theta), 1.0 / kappa + radius * math.cos(theta))
+            phi = math.atan2(rc, 1.0 / kappa + height) - inner
+            return phi / kappa, phi + theta
+
+        (arc_i, turn_i), (arc_j, turn_j) = end(ki, problem.theta_i, zc), end(kj, problem.theta_j, -zc)
+        psi = 0.5 * (math.pi - turn_i + turn_j) + 0.5 * g.nodes * (turn_j - math.pi + turn_i)
+        r, z = rc - radius * np.sin(psi), zc + radius * np.cos(psi)
+        pressure = 1.0 / float(np.min(r)) - 1.0 / radius
+        length = radius * (math.pi - turn_i - turn_j)
+        return State(np.concatenate([r, z, psi, [length, pressure, arc_i, arc_j]]), 0.0)
+
+    unit = 1.0 / (ki + kj)
+    low, high = 1e-9 * unit, 1e-9 * unit
+    while liquid_volume(problem, arc(high)) < problem.volume:
+        low, high = high, 1.5 * high
+    return arc(
+        float(brentq(lambda radius: liquid_volume(problem, arc(radius)) - problem.volume, low, high, xtol=1e-6 * low))
+    )
 
 
 def touching(problem: Problem) -> State:
@@ -112,6 +147,10 @@ def norm_weight(state: State) -> Floats:
     return np.asarray(weight, dtype=float)
 
 
+def _apart(a: State, b: State, weight: Floats) -> float:
+    return math.sqrt(float(weight @ np.append(a.x - b.x, a.separation - b.separation) ** 2))
+
+
 def unit(direction: Floats, weight: Floats) -> Floats:
     """The direction with length one in this norm."""
     return np.asarray(direction / math.sqrt(float(weight @ direction**2)), dtype=float)
@@ -164,7 +203,8 @@ def step_from(problem: Problem, point: Point, step: float, weight: Floats) -> Po
     if guess.length <= 0.0 or np.min(guess.r) <= 0.0:
         return None
     state = newton(problem, guess, heading * weight, guess)
-    if state is None:
+    # far from the guess it may lie on another branch
+    if state is None or _apart(state, guess, weight) > 0.5 * abs(step):
         return None
     try:
         direction = tangent(problem, state, weight, heading)

@@ -16,7 +16,6 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 Floats = npt.NDArray[np.float64]
 NEWTON_STEPS = 12
@@ -267,40 +266,6 @@ def tangent(problem: Problem, state: State, weight: Floats, before: Floats) -> F
     direction = _solve_scaled(np.vstack([jacobian(problem, state), before * weight]), right, scales(state))
     direction = even(problem, direction)
     return np.asarray(direction / math.sqrt(float(weight @ direction**2)), dtype=float)
-
-
-def toroid(problem: Problem) -> State:
-    """First guess at S = 0: the circular arc that meets both bodies at their angles and encloses the volume."""
-    g = grid(problem.points)
-    ci, cj = math.cos(problem.theta_i), math.cos(problem.theta_j)
-    ki, kj = problem.kappa_i, problem.kappa_j
-
-    def arc(radius: float) -> State:
-        power = 2.0 * radius * (ci + cj) / (ki + kj)  # |centre|² - radius², from the tangency with both bodies
-        zc = radius * ci - 0.5 * ki * power
-        rc = math.sqrt(power + radius**2 - zc**2)
-
-        def end(kappa: float, theta: float, height: float) -> tuple[float, float]:
-            if kappa == 0.0:
-                return rc - radius * math.sin(theta), theta
-            inner = math.atan2(radius * math.sin(theta), 1.0 / kappa + radius * math.cos(theta))
-            phi = math.atan2(rc, 1.0 / kappa + height) - inner
-            return phi / kappa, phi + theta
-
-        (arc_i, turn_i), (arc_j, turn_j) = end(ki, problem.theta_i, zc), end(kj, problem.theta_j, -zc)
-        psi = 0.5 * (math.pi - turn_i + turn_j) + 0.5 * g.nodes * (turn_j - math.pi + turn_i)
-        r, z = rc - radius * np.sin(psi), zc + radius * np.cos(psi)
-        pressure = 1.0 / float(np.min(r)) - 1.0 / radius
-        length = radius * (math.pi - turn_i - turn_j)
-        return State(np.concatenate([r, z, psi, [length, pressure, arc_i, arc_j]]), 0.0)
-
-    unit = 1.0 / (ki + kj)
-    low, high = 1e-9 * unit, 1e-9 * unit
-    while liquid_volume(problem, arc(high)) < problem.volume:
-        low, high = high, 1.5 * high
-    found = brentq(lambda log: liquid_volume(problem, arc(math.exp(log))) / problem.volume - 1.0,
-                   math.log(low), math.log(high), xtol=1e-6)  # fmt: skip
-    return arc(math.exp(float(found)))
 
 
 def refined(state: State, direction: Floats, points: int) -> tuple[State, Floats]:
