@@ -77,8 +77,10 @@ class Rupture:
 def solve(separation: float, volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Bridge:
     """The stable bridge at a separation >= 0 [m]; ValueError where there is none.
 
+    Just below 2, the limit of no liquid:
+
     >>> f"{solve(0.0, 1e-6, 1.0, 1.0, 0.0, 0.0).force / math.pi:.4f}"
-    '1.9406'
+    '1.9777'
     """
     unit, problem = _scaled(volume, radius_i, radius_j, theta_i, theta_j)
     if not 0.0 <= separation < math.inf:
