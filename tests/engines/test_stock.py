@@ -22,7 +22,9 @@ TENSION = 0.07275
 WALL = math.inf
 R = 1e-3
 V = 1e-11
-GAPS = (1e-6, 5e-5, 1.5e-4)
+RADII = (R, 3e-3, WALL)
+ANGLES = ((0.0, 0.0), (0.5, 0.5), (1.2, 0.4), (0.0, 1.0))
+CASES = [(s, V, rj, *pair) for pair in ANGLES for rj in RADII for s in (1e-6, 5e-5, 1.5e-4)]
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS is not installed")
 needs_yade = pytest.mark.skipif(shutil.which("yade") is None, reason="YADE is not installed")
 
@@ -31,6 +33,11 @@ def table(rows: list[tuple[float, ...]]) -> pd.DataFrame:
     """Points from (separation, volume, radius_j, angle_i, angle_j) for radius_i = R."""
     names = ["separation", "volume", "radius_j", "contact_angle", "contact_angle_j"]
     return pd.DataFrame(rows, columns=names).assign(radius_i=R, surface_tension=TENSION)
+
+
+def harmonic(radius_j: float) -> float:
+    """r_eff; at a wall the radius of the sphere."""
+    return R if math.isinf(radius_j) else 2 * R * radius_j / (R + radius_j)
 
 
 def rabinovich(gap: float, volume: float, radius: float, angle: float) -> float:
@@ -106,18 +113,14 @@ def rupture_of(rows: pd.DataFrame) -> float:
 
 
 @needs_liggghts
-@pytest.mark.parametrize("radius_j", [R, 2e-3, WALL])
-def test_washino_is_rabinovich_with_half_the_radius_and_the_product_of_the_angles(radius_j: float) -> None:
-    angles = [(0.0, 0.0), (0.5, 0.5), (1.2, 0.4), (0.0, 1.0)]
-    points = table([(s, V, radius_j, *pair) for pair in angles for s in GAPS])
-    found = liggghts_force(points, "washino")["force"]
-    # a wall at a gap counts as an equal sphere
-    half = R / 2 if math.isinf(radius_j) else R * radius_j / (R + radius_j)
-    want = [rabinovich(s, V, half, 0.5 * ti * tj) for ti, tj in angles for s in GAPS]
+def test_washino_is_rabinovich_with_half_the_radius_and_the_product_of_the_angles() -> None:
+    found = liggghts_force(table(CASES), "washino")["force"]
+    # at a gap a wall counts as an equal sphere
+    want = [rabinovich(s, V, 0.5 * harmonic(rj), 0.5 * ti * tj) for s, _, rj, ti, tj in CASES]
     assert found.to_numpy() == pytest.approx(want, rel=1e-8)
-    # so its force near touch is 0.56 of Rabinovich's for V* = 0.01 and no angle
-    if radius_j == R:
-        assert found[0] / rabinovich(GAPS[0], V, R, 0.0) == pytest.approx(0.56, abs=0.01)
+    # so its force near touch is 0.56 of Rabinovich's for equal spheres, V* = 0.01 and no angle
+    assert CASES[0] == (1e-6, V, R, 0.0, 0.0)
+    assert found[0] / rabinovich(1e-6, V, R, 0.0) == pytest.approx(0.56, abs=0.01)
 
 
 @needs_liggghts
@@ -137,36 +140,28 @@ def test_washino_has_no_bridge_below_a_volume() -> None:
 
 
 @needs_liggghts
-@pytest.mark.parametrize("radius_j", [R, 2e-3, WALL])
-def test_easo_is_soulie_with_the_product_of_the_angles_and_a_wall_as_an_equal_sphere(radius_j: float) -> None:
-    angles = [(0.0, 0.0), (0.5, 0.5), (1.2, 0.4), (0.0, 1.0)]
-    found = liggghts_force(table([(s, V, radius_j, *pair) for pair in angles for s in GAPS]), "easo")["force"]
-    larger = R if math.isinf(radius_j) else radius_j
-    want = [soulie(s, V, R, larger, 0.5 * ti * tj) for ti, tj in angles for s in GAPS]
+def test_easo_is_soulie_with_the_product_of_the_angles_and_a_wall_as_an_equal_sphere() -> None:
+    found = liggghts_force(table(CASES), "easo")["force"]
+    want = [soulie(s, V, R, R if math.isinf(rj) else rj, 0.5 * ti * tj) for s, _, rj, ti, tj in CASES]
     assert found.to_numpy() == pytest.approx(want, rel=1e-8)
 
 
 @needs_liggghts
 @pytest.mark.parametrize("model", ["washino", "easo"])
-@pytest.mark.parametrize("radius_j", [R, 2e-3, WALL])
-def test_liggghts_bridge_has_the_volume_asked_for(model: str, radius_j: float) -> None:
+def test_liggghts_bridge_has_the_volume_asked_for(model: str) -> None:
     # both models rupture at (1 + angle/2) V^(1/3), which tells the volume inside the engine without its force
     edge = (1 + 0.5 * 0.5 * 0.6**2) * V ** (1 / 3)
-    rows = table([(edge * share, V, radius_j, 0.6, 0.6) for share in np.linspace(0.99, 1.01, 21)])
-    assert rupture_of(liggghts_force(rows, model)) == pytest.approx(edge, rel=1e-3)
+    points = table([(edge * share, V, rj, 0.6, 0.6) for rj in RADII for share in np.linspace(0.99, 1.01, 21)])
+    for _, rows in liggghts_force(points, model).groupby("radius_j"):
+        assert rupture_of(rows) == pytest.approx(edge, rel=1e-3)
 
 
 @needs_yade
 @pytest.mark.parametrize("law", CLOSED)
-@pytest.mark.parametrize("radius_j", [R, 3e-3, WALL])
-def test_yade_is_the_closed_form_and_takes_a_wall_for_an_equal_sphere(law: str, radius_j: float) -> None:
-    points = table([(s, v, radius_j, t, t) for v in (1e-12, 1e-11) for t in (0.0, 0.3) for s in (1e-6, 5e-5)])
-    found = yade_force(points, law)["force"]
-    harmonic = R if math.isinf(radius_j) else 2 * R * radius_j / (R + radius_j)
-    want = [
-        CLOSED[law](row[0], row[1], harmonic, row[2])
-        for row in points[["separation", "volume", "contact_angle"]].values
-    ]
+def test_yade_is_the_closed_form_and_takes_a_wall_for_an_equal_sphere(law: str) -> None:
+    cases = [(s, v, rj, t, t) for rj in RADII for v in (1e-12, 1e-11) for t in (0.0, 0.3) for s in (1e-6, 5e-5)]
+    found = yade_force(table(cases), law)["force"]
+    want = [CLOSED[law](s, v, harmonic(rj), t) for s, v, rj, t, _ in cases]
     assert found.to_numpy() == pytest.approx(want, rel=1e-10)
 
 
@@ -174,8 +169,7 @@ def test_yade_is_the_closed_form_and_takes_a_wall_for_an_equal_sphere(law: str, 
 def test_yade_soulie_of_unequal_spheres_is_that_of_equal_ones() -> None:
     points = table([(s, V, 3e-3, 0.3, 0.3) for s in (1e-6, 5e-5)])
     found = yade_force(points, "Soulie")["force"].to_numpy()
-    harmonic = 1.5e-3
-    assert found == pytest.approx([soulie(s, V, harmonic, harmonic, 0.3) for s in (1e-6, 5e-5)], rel=1e-10)
+    assert found == pytest.approx([soulie(s, V, 1.5e-3, 1.5e-3, 0.3) for s in (1e-6, 5e-5)], rel=1e-10)
     # against Soulié's own form: 16 % less near touch, 21 % more at a gap of 50 micrometres
     ratio = found / [soulie(s, V, R, 3e-3, 0.3) for s in (1e-6, 5e-5)]
     assert ratio == pytest.approx([0.838, 1.207], abs=0.001)
@@ -191,14 +185,16 @@ def test_yade_has_no_force_at_an_overlap_and_half_of_it_at_a_wall() -> None:
 
 
 @needs_yade
-@pytest.mark.parametrize("radius_j", [R, 3e-3, WALL])
-def test_yade_ruptures_at_one_distance_for_all_laws(radius_j: float) -> None:
-    harmonic = R if math.isinf(radius_j) else 2 * R * radius_j / (R + radius_j)
-    root = (V / harmonic**3) ** (1 / 3)
-    edge = harmonic * (1 + 0.5 * 0.4) * (root + 0.1 * root**2)
-    rows = table([(edge * share, V, radius_j, 0.4, 0.4) for share in np.linspace(0.99, 1.01, 21)])
-    for law in ("Rabinovich", "Soulie"):
-        assert rupture_of(yade_force(rows, law)) == pytest.approx(edge, rel=1e-3)
+@pytest.mark.parametrize("law", YADE_LAWS)
+def test_yade_ruptures_at_one_distance_for_all_laws(law: str) -> None:
+    def edge(radius_j: float) -> float:
+        root = (V / harmonic(radius_j) ** 3) ** (1 / 3)
+        return harmonic(radius_j) * (1 + 0.5 * 0.4) * (root + 0.1 * root**2)
+
+    points = table([(edge(rj) * share, V, rj, 0.4, 0.4) for rj in RADII for share in np.linspace(0.99, 1.01, 21)])
+    found = yade_force(points, law)
+    for radius_j in RADII:
+        assert rupture_of(found[found["radius_j"] == radius_j]) == pytest.approx(edge(radius_j), rel=1e-3)
 
 
 @needs_yade
