@@ -9,7 +9,7 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup lint test run bench report clean
+.PHONY: help setup peers lint test run bench report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
@@ -17,12 +17,15 @@ help:  ## this list
 setup:  ## engines by apt where missing, Python in .venv, the plugin
 	@tools/setup
 
+peers: setup  ## YADE too, for comparisons, where it can be installed
+	@tools/setup --peers
+
 lint: setup  ## ruff and mypy
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 
-test: setup lint  ## lint and all tests (not those marked slow)
+test: peers lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"
 
 run: setup  ## the 18 screening cases, cross-check and report

@@ -14,7 +14,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet.engines.liggghts.deck import TEMPLATES
 from pywet.engines.stock import YADE_LAWS, liggghts_force, yade_force
+from pywet.engines.stock.liggghts import DECK
 from pywet.engines.stock.points import run_program
 from pywet.errors import PywetError
 
@@ -147,6 +149,20 @@ def test_easo_is_soulie_with_the_product_of_the_angles_and_a_wall_as_an_equal_sp
 
 
 @needs_liggghts
+def test_easo_crashes_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    deck = [
+        line for line in (TEMPLATES / DECK).read_text().splitlines() if not line.startswith("fix             wall ")
+    ]
+    text = "\n".join(deck).replace("mesh n_meshes 1 meshes wall", "primitive type 2 zplane 0.0")
+    (tmp_path / DECK).write_text(text + "\n")
+    monkeypatch.setattr("pywet.engines.stock.liggghts.TEMPLATES", tmp_path)
+    points = table([(1e-6, V, WALL, 0.0, 0.0)])
+    assert liggghts_force(points, "washino")["force"][0] == pytest.approx(rabinovich(1e-6, V, R / 2, 0.0), rel=1e-8)
+    with pytest.raises(PywetError, match="signal 11"):
+        liggghts_force(points, "easo")
+
+
+@needs_liggghts
 @pytest.mark.parametrize("model", ["washino", "easo"])
 def test_liggghts_bridge_has_the_volume_asked_for(model: str) -> None:
     # both models rupture at (1 + angle/2) V^(1/3), which tells the volume inside the engine without its force
@@ -241,6 +257,7 @@ def test_a_mistake_is_one_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     [
         ("echo '  what():  no such bridge'; exit 1", "no such bridge"),
         ("exit 3", "status 3"),
+        ("kill -SEGV $$", "signal 11"),
         ("sleep 5", "did not end"),
     ],
 )

@@ -23,6 +23,7 @@ from pywet.engines.stock.points import Floats, checked, expressible, gaps, run_p
 from pywet.errors import PywetError
 
 LIGGGHTS_MODELS = {"washino": "washino/capillary/viscous", "easo": "easo/capillary/viscous"}
+DECK = "stock_pairs.liggghts.j2"
 STEPS = 100
 TIME_STEP = 1e-6
 STIFFNESS = 1e-12
@@ -124,7 +125,7 @@ def _measure(batch: pd.DataFrame, model: str) -> Floats:
         "atoms": layout.atoms,
     }
     template = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, autoescape=False).from_string(
-        (TEMPLATES / "stock_pairs.liggghts.j2").read_text()
+        (TEMPLATES / DECK).read_text()
     )
     with tempfile.TemporaryDirectory(prefix="pywet-stock-") as name:
         folder = Path(name)

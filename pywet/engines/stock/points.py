@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -121,10 +122,13 @@ def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: f
 
 
 def _reason(output: str, folder: Path, returncode: int) -> str:
+    """The program's own error, the signal that ended it, or the last line it wrote."""
     lines = output.splitlines()
     for log in sorted(folder.glob("*.log")):
         lines += log.read_text(errors="replace").splitlines()
     for mark in ("what():", "ERROR", "Error", ""):
+        if mark == "" and returncode < 0:
+            return f"it was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
         found = [line.split("what():")[-1].strip() for line in lines if mark in line and line.strip()]
         if found:
             return found[-1]
