@@ -134,6 +134,15 @@ def test_washino_at_a_wall_is_four_times_too_weak_and_nothing_at_an_overlap() ->
 
 
 @needs_liggghts
+def test_washino_drops_a_term_at_touch() -> None:
+    before, after = liggghts_force(table([(0.0, V, R, 0.5, 0.5), (-1e-6, V, R, 0.5, 0.5)]), "washino")["force"]
+    half, angle = R / 2, 0.125
+    overlap = 1 + 1e-6 * math.sqrt(math.pi * half / (2 * V))
+    assert after == pytest.approx(2 * math.pi * TENSION * half * math.cos(angle) * overlap, rel=1e-8)
+    assert after / before == pytest.approx(0.80, abs=0.01)
+
+
+@needs_liggghts
 def test_washino_has_no_bridge_below_a_volume() -> None:
     points = table([(1e-8, 0.99e-17, 1e-4, 0.0, 0.0), (1e-8, 1.01e-17, 1e-4, 0.0, 0.0)]).assign(radius_i=1e-4)
     found = liggghts_force(points, "washino")["force"]
