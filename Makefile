@@ -3,13 +3,16 @@ CORES ?= $(shell nproc)
 SCALE ?= $(shell sed -n 's/^scale: *\([a-z]*\).*/\1/p' config/config.yaml)
 PYTHON := .venv/bin/python
 
+# Cores go to cases and tests, not to small matrices: threads that wait for each other on busy cores are 20 times slower.
+export OPENBLAS_NUM_THREADS ?= 1
+
 # Where the home cannot be written, caches stay in this folder.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
 export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup lint test run bench report clean
+.PHONY: help setup peers lint test run bench report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
@@ -17,12 +20,15 @@ help:  ## this list
 setup:  ## engines by apt where missing, Python in .venv, the plugin
 	@tools/setup
 
+peers: setup  ## YADE too, for comparisons, where it can be installed
+	@tools/setup --peers
+
 lint: setup  ## ruff and mypy
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 
-test: setup lint  ## lint and all tests (not those marked slow)
+test: peers lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"
 
 run: setup  ## the 18 screening cases, cross-check and report

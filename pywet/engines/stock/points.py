@@ -1,0 +1,135 @@
+"""The table of points a stock law is measured at, and what both programs share: checks, temporary folders, messages."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from pywet.errors import PywetError
+
+Floats = npt.NDArray[np.float64]
+COLUMNS = ("separation", "volume", "radius_i", "radius_j", "contact_angle", "surface_tension")
+"""SI units and radians; radius_j = inf is a large wall. Optional: `contact_angle_j`, the angle of j where it is not that of i."""
+TOUCH = 1e-7
+"""Gap that stands for touch, in smaller radii: at S = 0 round-off decides whether a program sees an overlap or a gap."""
+
+REACH_IN = 0.1
+"""Largest overlap that is measured, in smaller radii."""
+
+
+def checked(points: pd.DataFrame) -> pd.DataFrame:
+    """A copy of the table with contact_angle_j filled in; PywetError where a column or a number is missing or impossible."""
+    missing = [name for name in COLUMNS if name not in points.columns]
+    if missing:
+        raise PywetError(f"the table of points lacks {', '.join(missing)}; expected the columns {', '.join(COLUMNS)}")
+    table = points.copy()
+    if "contact_angle_j" not in table.columns:
+        table["contact_angle_j"] = table["contact_angle"]
+    numbers = table[[*COLUMNS, "contact_angle_j"]].to_numpy(float)
+    finite = np.isfinite(np.delete(numbers, COLUMNS.index("radius_j"), axis=1)).all(axis=1)
+    positive = (table[["volume", "radius_i", "radius_j", "surface_tension"]] > 0).all(axis=1).to_numpy()
+    bad = np.flatnonzero(~(finite & positive))
+    if len(bad):
+        raise PywetError(
+            f"row {bad[0]} of the table of points has a number that is missing or not positive; expected finite numbers,"
+            " with radius_j = inf for a wall"
+        )
+    return table
+
+
+def smaller_radius(table: pd.DataFrame) -> Floats:
+    """The smaller radius of each point [m]."""
+    return np.minimum(table["radius_i"].to_numpy(float), table["radius_j"].to_numpy(float))
+
+
+def gaps(table: pd.DataFrame) -> Floats:
+    """Separation at which each point is measured [m]: its own, but TOUCH times the smaller radius for S = 0."""
+    separation = table["separation"].to_numpy(float)
+    return np.where(separation == 0.0, TOUCH * smaller_radius(table), separation)
+
+
+def expressible(table: pd.DataFrame, one_angle: bool = False) -> dict[int, str]:
+    """Rows that no run can express, with the reason."""
+    overlap = -table["separation"].to_numpy(float)
+    refused = {
+        int(k): f"an overlap above {REACH_IN} of the smaller radius is not measured"
+        for k in np.flatnonzero(overlap > REACH_IN * smaller_radius(table))
+    }
+    if one_angle:
+        differ = table["contact_angle"].to_numpy(float) != table["contact_angle_j"].to_numpy(float)
+        refused |= {int(k): "the program refuses bodies of two contact angles" for k in np.flatnonzero(differ)}
+    return refused
+
+
+def with_force(points: pd.DataFrame, force: Floats, program: str, refused: dict[int, str]) -> pd.DataFrame:
+    """The points with their attraction [N] and, where it is nan, the reason; `refused` by row were not given to the program."""
+    result = points.copy()
+    result["force"] = np.where(np.isfinite(force), force, np.nan)
+    result["reason"] = [
+        refused.get(k, "" if np.isfinite(value) else f"{program} gave no finite force") for k, value in enumerate(force)
+    ]
+    return result
+
+
+def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: float = 600.0) -> str:
+    """Run a program in a folder; its output. PywetError where it is missing, fails or takes too long."""
+    program = command[0]
+    if shutil.which(program) is None:
+        raise PywetError(
+            f"the program {program} was not found; expected Debian's package {package}: apt-get install {package}"
+        )
+    environment = {
+        **os.environ,
+        "OMP_NUM_THREADS": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    }
+    # another Python's packages would shadow those of the program's own
+    for name in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"):
+        environment.pop(name, None)
+    try:
+        done = subprocess.run(
+            list(command),
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=timeout_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise PywetError(
+            f"{program} did not end within {timeout_s:.0f} s; expected seconds: give it fewer points"
+        ) from error
+    except OSError as error:
+        raise PywetError(
+            f"{program} could not be started ({error.strerror}); reinstall Debian's package {package}"
+        ) from error
+    output = done.stdout + done.stderr
+    if done.returncode != 0:
+        raise PywetError(f"{program} stopped: {_reason(output, folder, done.returncode)}")
+    return output
+
+
+def _reason(output: str, folder: Path, returncode: int) -> str:
+    """The program's own error, the signal that ended it, or the last line it wrote."""
+    lines = output.splitlines()
+    for log in sorted(folder.glob("*.log")):
+        lines += log.read_text(errors="replace").splitlines()
+    for mark in ("what():", "ERROR", "Error", ""):
+        if mark == "" and returncode < 0:
+            return f"it was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
+        found = [line.split("what():")[-1].strip() for line in lines if mark in line and line.strip()]
+        if found:
+            return found[-1]
+    return f"it ended with status {returncode}"
