@@ -31,7 +31,16 @@ PRESETS: dict[str, dict[str, str]] = {
         "dynamic_rupture": "pitois",
         "formation": "shi_mccarthy",
         "transfer": "parabola",
-    }
+    },
+    "exact": {
+        "capillary": "young_laplace",
+        "viscous_normal": "pitois",
+        "viscous_tangential": "goldman",
+        "rupture": "young_laplace",
+        "dynamic_rupture": "pitois",
+        "formation": "shi_mccarthy",
+        "transfer": "young_laplace",
+    },
 }
 """Name of a preset -> law of each kind."""
 BRIDGE_EFFECTS = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")

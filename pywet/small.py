@@ -30,6 +30,7 @@ PAPER = Effects(
     formation="shi_mccarthy",
     transfer="parabola",
 )
+EXACT = PAPER.model_copy(update={"capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"})
 DRY = Effects(bridges=False)
 
 

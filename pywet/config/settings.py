@@ -17,7 +17,7 @@ Switch = Literal["auto", True, False]
 class LawSettings(Strict):
     """Force laws: a preset, and laws named for single effects instead of the preset's."""
 
-    preset: Literal["paper"] = "paper"
+    preset: Literal["paper", "exact"] = "paper"
     capillary: str | None = None
     viscous_normal: str | None = None
     viscous_tangential: str | None = None

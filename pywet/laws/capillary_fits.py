@@ -67,7 +67,7 @@ def willett(
     Source: Willett et al. 2000, appendix; Elskamp & Kruggel-Emden 2018 (19), (20).
 
     >>> f"{willett(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '3.89182e-04'
+    '3.83301e-04'
     """
     r = effective_radius(radius_i, radius_j)
     if volume <= 0.0:
@@ -96,7 +96,7 @@ def willett_simple(
     Source: Willett et al. 2000 (12); Elskamp & Kruggel-Emden 2018 (21) with π in place of 2π.
 
     >>> f"{willett_simple(1e-4, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '9.55184e-05'
+    '9.66644e-05'
     """
     r = effective_radius(radius_i, radius_j)
     s = max(separation, 0.0)
@@ -125,7 +125,7 @@ def willett_simple_as_printed(
     surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0. Source: Elskamp & Kruggel-Emden 2018 (21).
 
     >>> f"{willett_simple_as_printed(1e-4, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '1.91037e-04'
+    '1.93329e-04'
     """
     r = effective_radius(radius_i, radius_j)
     s = max(separation, 0.0)
@@ -171,7 +171,7 @@ def weigert(
     Source: Elskamp & Kruggel-Emden 2018 (22)-(24), mended.
 
     >>> f"{weigert(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '3.77803e-04'
+    '3.71106e-04'
     """
     if volume <= 0.0:
         return 0.0
@@ -199,7 +199,7 @@ def weigert_as_printed(
     surface_tension σ [N/m]. Returns F [N]. S ≤ 0: S = 0. Source: Elskamp & Kruggel-Emden 2018 (22)-(24).
 
     >>> f"{weigert_as_printed(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '3.30640e-04'
+    '3.26217e-04'
     """
     if volume <= 0.0:
         return 0.0
@@ -229,7 +229,7 @@ def soulie(
     Source: Soulié et al. 2006 (4)-(7).
 
     >>> f"{soulie(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '3.84138e-04'
+    '3.84401e-04'
     """
     if volume <= 0.0:
         return 0.0
@@ -268,7 +268,7 @@ def bagheri(
     solution by the law atlas.
 
     >>> f"{bagheri(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
-    '3.88721e-04'
+    '3.88716e-04'
     """
     if volume <= 0.0:
         return 0.0

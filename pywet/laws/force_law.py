@@ -51,7 +51,9 @@ class ForceLaw:
 
     @cached_property
     def _cfunc(self) -> Any:
-        return self._compile(lambda cache: numba.cfunc(self._signature, cache=cache, fastmath=self.fastmath)(self.python))
+        return self._compile(
+            lambda cache: numba.cfunc(self._signature, cache=cache, fastmath=self.fastmath)(self.python)
+        )
 
     @cached_property
     def _ufunc(self) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.laws import capillary, formation, rupture, viscous
+from pywet.laws import capillary, capillary_fits, formation, rupture, transfer, transfer_exact, viscous, young_laplace
 from pywet.laws.force_law import ForceLaw, check
 
 GROUP = "pywet.laws"
@@ -35,6 +36,9 @@ SIGNATURES: dict[str, tuple[tuple[str, ...], ...]] = {
 """Arguments of each function of a law, by kind."""
 
 
+Progress = Callable[[int, int], None]
+
+
 @dataclass(frozen=True)
 class Law:
     """A named law: one function, or the few that make it up."""
@@ -43,12 +47,39 @@ class Law:
     kind: str
     functions: tuple[ForceLaw, ...]
 
+    def prepare(self, angles: Iterable[tuple[float, float]], progress: Progress | None = None) -> None:
+        """Have ready what compiled code will ask for: tables for pairs of contact angles (smaller body, larger body) [rad]."""
+        if any(isinstance(function, young_laplace.TableLaw) for function in self.functions):
+            young_laplace.prepare(angles, progress)
+
 
 BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
-    "capillary": {"rabinovich": (capillary.rabinovich,)},
-    "viscous_normal": {"pitois": (viscous.pitois,)},
-    "viscous_tangential": {"goldman": (viscous.goldman_translation, viscous.goldman_rotation)},
-    "rupture": {"willett_unequal": (rupture.willett_unequal,)},
+    "capillary": {
+        "rabinovich": (capillary.rabinovich,),
+        "rabinovich_small_gap": (capillary.rabinovich_small_gap,),
+        "rabinovich_as_printed": (capillary.rabinovich_as_printed,),
+        "lambert": (capillary.lambert,),
+        "willett": (capillary_fits.willett,),
+        "willett_simple": (capillary_fits.willett_simple,),
+        "willett_simple_as_printed": (capillary_fits.willett_simple_as_printed,),
+        "weigert": (capillary_fits.weigert,),
+        "weigert_as_printed": (capillary_fits.weigert_as_printed,),
+        "soulie": (capillary_fits.soulie,),
+        "bagheri": (capillary_fits.bagheri,),
+        "young_laplace": (young_laplace.young_laplace,),
+    },
+    "viscous_normal": {"pitois": (viscous.pitois,), "adams_perchard": (viscous.adams_perchard,)},
+    "viscous_tangential": {
+        "goldman": (viscous.goldman_translation, viscous.goldman_rotation),
+        "lian": (viscous.lian_translation, viscous.lian_rotation),
+    },
+    "rupture": {
+        "willett_unequal": (rupture.willett_unequal,),
+        "willett_unequal_as_printed": (rupture.willett_unequal_as_printed,),
+        "willett": (rupture.willett,),
+        "lian": (rupture.lian,),
+        "young_laplace": (young_laplace.young_laplace_rupture,),
+    },
     "dynamic_rupture": {"pitois": (rupture.pitois_dynamic,)},
     "formation": {
         "shi_mccarthy": (
@@ -58,8 +89,18 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
             formation.formation_wire,
         )
     },
-    "transfer": {"parabola": ()},
+    "transfer": {"parabola": (), "young_laplace": ()},
 }
+
+
+TRANSFER = {"parabola": transfer.transfer_table, "young_laplace": transfer_exact.exact_table}
+"""Transfer models: functions that give a table over V*, see `transfer_table`."""
+
+
+def transfer_model(name: str) -> Callable[..., transfer.Floats]:
+    """The function that tabulates a transfer model."""
+    get("transfer", name)
+    return TRANSFER[name]
 
 
 def names(kind: str) -> list[str]:

@@ -33,6 +33,62 @@ def willett_unequal(
 
 
 @force_law
+def willett_unequal_as_printed(
+    volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
+) -> float:
+    """`willett_unequal` with r = r_i at a wall, as Elskamp & Kruggel-Emden print it; spheres as `willett_unequal`.
+
+    S_rup = r (1 + (θ_i + θ_j)/8 (1 + q)) (V*^(1/3) + (q/2 − 2/5) V*^(2/3)), V* = V/r³, q = smaller/larger radius, 0 at a wall.
+
+    Arguments: volume [m3], radii [m] (r = r_eff, wall: r_i), contact angles [rad]. Returns S_rup [m].
+    Valid for V* up to about 0.1; at a wall 7 to 12 % short. Source: Elskamp & Kruggel-Emden 2018 (32).
+
+    >>> f"{willett_unequal_as_printed(1e-12, 1e-3, math.inf, 0.0, 0.0):.6e}"
+    '9.600000e-05'
+    """
+    if math.isinf(radius_j):
+        r, q = radius_i, 0.0
+    else:
+        r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
+        q = min(radius_i, radius_j) / max(radius_i, radius_j)
+    root = (volume / r**3) ** (1.0 / 3.0)
+    angles = 1.0 + 0.125 * (contact_angle_i + contact_angle_j) * (1.0 + q)
+    return r * angles * (root + (0.5 * q - 0.4) * root * root)
+
+
+@force_law
+def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
+    """Static rupture distance of Lian et al. (1993): S_rup = (1 + θ/2) V^(1/3), θ the mean contact angle.
+
+    The radii cancel: r (1 + θ/2) V*^(1/3) with V* = V/r³.
+
+    Arguments: volume [m3], radii [m] (not used), contact angles [rad]. Returns S_rup [m].
+    Valid for equal spheres, θ below about 40°, V* up to about 0.01. Source: Elskamp & Kruggel-Emden 2018 (30).
+
+    >>> f"{lian(1e-12, 1e-3, 1e-3, 0.2, 0.2):.6e}"
+    '1.100000e-04'
+    """
+    return (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * volume ** (1.0 / 3.0)
+
+
+@force_law
+def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
+    """Static rupture distance of Willett et al. (2000) for equal spheres.
+
+    S_rup = r (1 + θ/2)(V*^(1/3) + 0.1 V*^(2/3)), V* = V/r³, r = r_eff (harmonic mean; 2 r_i at a wall), θ the mean contact angle.
+
+    Arguments: volume [m3], radii [m] (radius_j = inf: wall), contact angles [rad]. Returns S_rup [m].
+    Valid for equal spheres, V* up to about 0.1. Source: Elskamp & Kruggel-Emden 2018 (31).
+
+    >>> f"{willett(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
+    '1.010000e-04'
+    """
+    r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+    root = (volume / r**3) ** (1.0 / 3.0)
+    return r * (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * (root + 0.1 * root * root)
+
+
+@force_law
 def pitois_dynamic(speed: float, viscosity: float, surface_tension: float) -> float:
     """Factor on the rupture distance of a bridge drawn at a speed (Pitois et al. 2001): 1 + √(|v| η/σ).
 

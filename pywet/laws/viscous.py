@@ -49,6 +49,26 @@ def pitois(
 
 
 @force_law
+def adams_perchard(
+    separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
+) -> float:
+    """Normal viscous force of Adams & Perchard (1985): lubrication with unlimited liquid.
+
+    F = −6π η r² v_n/S, r = r_red = r_i r_j/(r_i + r_j) (wall: r_i), S → max(S, 0) + S_min.
+
+    Arguments: separation S [m], volume (not used), radii [m], normal_velocity v_n = (v_i − v_j)·n [m/s] with n from j to i,
+    viscosity η [Pa s]. Returns the component along n of the force on i [N].
+    Valid for gaps small against the radius, and against the wetted radius. S ≤ 0: the value at S_min.
+    Source: Elskamp & Kruggel-Emden 2018 (25).
+
+    >>> f"{adams_perchard(0.0, 1e-9, 1e-3, 1e-3, 0.1, 1e-3):.5e}"
+    '-4.71239e-04'
+    """
+    r = reduced_radius(radius_i, radius_j)
+    return -6.0 * math.pi * viscosity * r * r * normal_velocity / lubricated_gap(separation, radius_i, radius_j)
+
+
+@force_law
 def goldman_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t v_t (Goldman, Cox & Brenner 1967).
 
@@ -85,3 +105,48 @@ def goldman_rotation(separation: float, radius_i: float, radius_j: float, viscos
         return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * math.log(r / s) - 0.2526)
     q = r / (s + r)
     return 6.0 * math.pi * viscosity * r * 0.125 * q**4 * (1.0 - 0.375 * q)
+
+
+@force_law
+def lian_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
+    """Coefficient c_t of the tangential viscous force −c_t (v_t + v_rot) of Lian et al. (1998).
+
+    c_t = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min.
+
+    Arguments: separation [m], radii [m], viscosity [Pa s]. Returns c_t [kg/s].
+    Valid for S below about r; S ≤ 0: the value at S_min. Source: Elskamp & Kruggel-Emden 2018 (27).
+
+    >>> f"{lian_translation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
+    '4.02745e-05'
+    """
+    r = reduced_radius(radius_i, radius_j)
+    return (
+        6.0
+        * math.pi
+        * viscosity
+        * r
+        * (8.0 / 15.0 * math.log(r / lubricated_gap(separation, radius_i, radius_j)) + 0.9588)
+    )
+
+
+@force_law
+def lian_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
+    """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins (Lian et al. 1998): that of translation.
+
+    c_r = 6π η r ((8/15) ln(r/S) + 0.9588), r = r_red (wall: r_i), S → max(S, 0) + S_min;
+    v_rot = −(r_i ω_i + r_j ω_j) × n with n from j to i. Up to eight times `goldman_rotation`.
+
+    Arguments: separation [m], radii [m], viscosity [Pa s]. Returns c_r [kg/s]. S ≤ 0: the value at S_min.
+    Source: Elskamp & Kruggel-Emden 2018 (27).
+
+    >>> f"{lian_rotation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
+    '4.02745e-05'
+    """
+    r = reduced_radius(radius_i, radius_j)
+    return (
+        6.0
+        * math.pi
+        * viscosity
+        * r
+        * (8.0 / 15.0 * math.log(r / lubricated_gap(separation, radius_i, radius_j)) + 0.9588)
+    )

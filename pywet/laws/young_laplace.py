@@ -64,12 +64,12 @@ def _prepare(small: float, large: float, progress: Callable[[int, int], None] | 
 
 def _spline(values: Floats) -> Floats:
     """Coefficients of the uniform cubic B-spline through the values along every axis (not-a-knot ends); each axis grows by 2."""
-    for axis in range(values.ndim):
-        moved = np.moveaxis(values, axis, 0)
+    for k in range(values.ndim):
+        moved: Any = np.moveaxis(values, k, 0)
         flat = moved.reshape(len(moved), -1)
         right = np.vstack([np.zeros((1, flat.shape[1])), flat, np.zeros((1, flat.shape[1]))])
         solved = np.linalg.solve(_collocation(len(moved)), right)
-        values = np.moveaxis(solved.reshape(len(moved) + 2, *moved.shape[1:]), 0, axis)
+        values = np.moveaxis(solved.reshape(len(moved) + 2, *moved.shape[1:]), 0, k)
     return np.ascontiguousarray(values)
 
 
@@ -85,26 +85,19 @@ def _collocation(nodes: int) -> Floats:
     return matrix
 
 
-@intrinsic
-def _floats_at(typing: Any, address: Any) -> Any:
-    """The address of doubles as a pointer."""
-    signature = types.CPointer(types.float64)(types.int64)
+def _pointer_to(kind: Any) -> Any:
+    """An intrinsic that takes an address for a pointer to numbers of that kind."""
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+    @intrinsic
+    def at(typing: Any, address: Any) -> Any:
+        signature = types.CPointer(kind)(types.int64)
 
-    return signature, code
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
 
+        return signature, code
 
-@intrinsic
-def _ints_at(typing: Any, address: Any) -> Any:
-    """The address of integers as a pointer."""
-    signature = types.CPointer(types.int64)(types.int64)
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-    return signature, code
+    return at
 
 
 def _reinterpret(source: Any, target: Any) -> Any:
@@ -122,10 +115,13 @@ def _reinterpret(source: Any, target: Any) -> Any:
     return bits
 
 
+_floats_at, _ints_at = _pointer_to(types.float64), _pointer_to(types.int64)
 _to_bits, _from_bits = _reinterpret(types.float64, types.int64), _reinterpret(types.int64, types.float64)
 _ANGLES_AT, _BLOCKS_AT = _ANGLES.ctypes.data, _BLOCKS.ctypes.data
 _FAST = {"contract", "reassoc", "arcp", "nsz"}
-_inline = numba.njit(inline="always", error_model="numpy", fastmath=_FAST)  # not cached: the addresses hold for this process only
+_inline = numba.njit(
+    inline="always", error_model="numpy", fastmath=_FAST
+)  # not cached: the addresses hold for this process only
 
 
 @_inline
@@ -251,9 +247,7 @@ def _force(
     return limit * ratio / (1.0 + 0.5 * s * (s + math.sqrt(s * s + 2.0 * ring)) / ring)
 
 
-def _distance(
-    volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
-) -> float:
+def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """The exact static rupture distance: the limit of stability of the Young-Laplace bridge, interpolated.
 
     A fold, or for equal bodies with contact angles above about 30° the loss of symmetry shortly before it.
@@ -296,7 +290,9 @@ class TableLaw(ForceLaw):
         """Evaluate; arrays are broadcast against each other."""
         ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in _BODY)
         swap = ri > rj
-        small, large = (np.broadcast_to(np.where(swap, b, a), np.broadcast(swap, a, b).shape) for a, b in ((ti, tj), (tj, ti)))
+        small, large = (
+            np.broadcast_to(np.where(swap, b, a), np.broadcast(swap, a, b).shape) for a, b in ((ti, tj), (tj, ti))
+        )
         prepare({(float(a), float(b)) for a, b in zip(small.ravel(), large.ravel(), strict=True)})
         return super().__call__(*arguments)
 

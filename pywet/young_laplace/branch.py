@@ -350,7 +350,11 @@ def between(
 
     Starts from interpolation in √(last − S), the shape of a fold.
     """
-    a, b, x = math.sqrt(max(last - left[GAP], 0.0)), math.sqrt(max(last - right[GAP], 0.0)), math.sqrt(max(last - gap, 0.0))
+    a, b, x = (
+        math.sqrt(max(last - left[GAP], 0.0)),
+        math.sqrt(max(last - right[GAP], 0.0)),
+        math.sqrt(max(last - gap, 0.0)),
+    )
     share = (a - x) / (a - b) if a > b else 0.0
     y = left + share * (right - left)
     y[GAP] = gap

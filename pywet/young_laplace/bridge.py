@@ -161,7 +161,7 @@ def solve(
     """The stable bridge at a separation; None beyond its rupture distance. Arguments in m, m3, rad."""
     bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
     wanted = max(separation, 0.0) / bodies.unit
-    kind, points = _trace(bodies, volume, wanted)
+    _, points = _trace(bodies, volume, wanted)
     if points[-1, GAP] < wanted:
         return None
     if wanted == 0.0:

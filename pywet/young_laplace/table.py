@@ -1,4 +1,4 @@
-"""The exact force, rupture distance and split as tables over radius ratio, volume and separation, one for each pair of contact angles.
+"""The exact force, rupture distance and split as tables over radius ratio, volume and separation, per pair of contact angles.
 
 Axes, equally spaced: x = ln V*, V* = V/r_eff³ with r_eff the harmonic mean (2 r at a plate); u = √(1 − S/S_rup), in which the
 fold is smooth; y = (q − q*(x))^(1/3) with q the smaller over the larger radius (0: plate). At q* size and wetting balance, and
@@ -90,7 +90,12 @@ def neck_force(separation: float, volume: float, r: float, cosines: float) -> fl
     if separation <= 0.0:
         return math.pi * r * cosines
     q = volume / (math.pi * r)
-    return math.pi * r * cosines / (1.0 + 0.5 * separation * (separation + math.sqrt(separation * separation + 2.0 * q)) / q)
+    return (
+        math.pi
+        * r
+        * cosines
+        / (1.0 + 0.5 * separation * (separation + math.sqrt(separation * separation + 2.0 * q)) / q)
+    )
 
 
 @jit
@@ -107,7 +112,7 @@ def branch_of(q: float, v_star: float, ti: float, tj: float) -> tuple[int, Float
 
 @jit
 def leans(q: float, v_star: float, ti: float, tj: float) -> float:
-    """Positive where the contact line on the smaller body outgrows the other's as the bridge breaks, 0 where that is not known."""
+    """Positive where the smaller body's contact line outgrows the other's as the bridge breaks, 0 where that is not known."""
     kind, points = branch_of(q, v_star, ti, tj)
     if kind == branch.LOST:
         return 0.0

@@ -24,6 +24,7 @@ import pandas as pd
 from pywet.engines.liggghts import deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, package_version, plugin_path
 from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
+from pywet.engines.liggghts.tables import prepare_laws
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.history import tables
@@ -129,6 +130,7 @@ def _check_engine() -> str:
 
 def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path) -> None:
     history = run_dir / "history"
+    prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
     if scene.walls:
         groups = wall_groups(scene)

@@ -14,7 +14,8 @@ import pandas as pd
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.errors import PywetError
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
-from pywet.laws import registry, transfer
+from pywet.laws import registry
+from pywet.laws.transfer import V_STAR_GRID
 from pywet.scene import Scene
 
 SLOTS = {
@@ -82,6 +83,7 @@ class Plugin:
             if name is None:
                 continue
             law = registry.get(kind, name)
+            law.prepare(angle_pairs(scene))
             self._keep.append(law)
             for slot, function in zip(slots, law.functions, strict=True):
                 self._check(self._library.pywet_set_law(slot.encode(), C.c_void_p(function.address)))
@@ -142,6 +144,14 @@ class Plugin:
         self._library.pywet_finish()
 
 
+def angle_pairs(scene: Scene) -> set[tuple[float, float]]:
+    """Pairs of contact angles (smaller body, larger body) of all possible bridges [rad]."""
+    pairs = {(a.contact_angle_rad, wall.contact_angle_rad) for a in scene.classes for wall in scene.walls}
+    for a in scene.classes:
+        pairs |= {(a.contact_angle_rad, b.contact_angle_rad) for b in scene.classes if a.radius_m <= b.radius_m}
+    return pairs
+
+
 def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
     """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
     groups: dict[tuple[float, float], int] = {}
@@ -156,6 +166,7 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
 
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
     """
+    table = registry.transfer_model(scene.effects.transfer or "parabola")
     rows = []
     for a in scene.classes:
         cases = [(SPHERE, b.type, b.radius_m, b.contact_angle_rad) for b in scene.classes]
@@ -163,8 +174,8 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
             wire = width < a.radius_m
             cases.append((SMALL_WALL if wire else LARGE_WALL, group, width, angle))
         for kind, other, size, angle in cases:
-            values = transfer.transfer_table(a.radius_m, size, a.contact_angle_rad, angle, kind, transfer.V_STAR_GRID)
+            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, V_STAR_GRID)
             row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
             row["part_class"] = -1 if kind == SPHERE else other
-            rows.append(pd.DataFrame({**row, "v_star": transfer.V_STAR_GRID, "transfer_i": values}))
+            rows.append(pd.DataFrame({**row, "v_star": V_STAR_GRID, "transfer_i": values}))
     return pd.concat(rows, ignore_index=True)
