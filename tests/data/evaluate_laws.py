@@ -262,13 +262,13 @@ def bridge(s, v, ri, rj, ti, tj, force_per_tension) -> dict[str, str]:
 
 
 def exact() -> Iterator[tuple[str, dict[str, str]]]:
-    for length in ("1", "1.2", "1.4", "1.6"):  # few pairs of angles: each needs a table
+    for length in ("0.8", "1", "1.2", "1.4"):  # few pairs of angles: each needs a table
         yield f"cylinder of length {length} r", cylinder(30, length)
     for neck, rj, ti, tj in (
         ("0.0002", mpf("0.001"), "0", "0"),
         ("0.0003", mpf("0.004"), "0", "0"),
-        ("0.0004", inf, "0", "0"),
-        ("0.00025", inf, "0", "0"),
+        ("0.0004", mpf("0.001"), "0", "0"),
+        ("0.0002", mpf("0.002"), "0", "0"),
         ("0.0003", mpf("0.002"), "0.2", "0.5"),
         ("0.0004", mpf("0.001"), "0.2", "0.5"),
         ("0.00025", inf, "0.2", "0.5"),
