@@ -139,9 +139,25 @@ def view(
 
 
 @app.command()
-def bridge(file: JsonFile) -> None:
-    """The exact bridge between two bodies (not built yet)."""
-    _not_built("`pywet bridge`")
+def bridge(
+    file: JsonFile,
+    engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
+) -> None:
+    """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
+    import json
+
+    from pywet import bridge_query
+
+    query = bridge_query.read(file)
+    if engine is None:
+        found = bridge_query.answer(query)
+    elif engine == "liggghts":
+        from pywet import bridge_engine
+
+        found = bridge_engine.measured(query)
+    else:
+        raise PywetError(f"there is no engine {engine}; expected liggghts")
+    typer.echo(json.dumps(found, indent=2, allow_nan=False))
 
 
 @collide.command()

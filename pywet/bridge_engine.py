@@ -1,0 +1,136 @@
+"""One bridge measured inside the engine: two bodies drawn apart at constant speed, force over separation from the contact log.
+
+Each law has its own run, because laws act as a scene's effects. What is asked and the rest of the answer: `bridge_query.py`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from pywet import small
+from pywet.bridge_query import EXACT, Query, answer
+from pywet.errors import PywetError
+from pywet.history.initial import film_volume
+from pywet.history.schema import FORMATION, RUPTURE
+from pywet.laws import registry
+from pywet.scene import ContactPair, Liquid, SphereClass
+
+STEPS = 4000
+"""Steps from touch to the largest separation; the log is interpolated between them by a cubic spline."""
+
+
+def measured(query: Query) -> dict[str, Any]:
+    """The answer with force, viscous force and rupture distance as the engine gives them."""
+    found = answer(query)
+    forces: dict[str, list[float | None]] = {}
+    viscous: dict[str, list[float | None]] = {}
+    distances: dict[str, float | None] = {}
+    rupture = query.rule
+    normal = query.named("viscous_normal")
+    runs = [(name, EXACT if name == EXACT else rupture, normal[0]) for name in query.named("capillary")]
+    runs += [(runs[0][0], runs[0][1], name) for name in normal[1:]]
+    for capillary, limit, drag in runs:
+        with tempfile.TemporaryDirectory(prefix="pywet-bridge-") as folder:
+            log, events = _pull(Path(folder), query, capillary, limit, drag)
+        forces.setdefault(capillary, _at(query, log, "capillary"))
+        viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
+        broken = events[events["kind"] == RUPTURE]
+        distances.setdefault(limit, float(broken["separation"].iloc[0]) if len(broken) else None)
+    found.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances)
+    found["volume_m3"] = float(events.loc[events["kind"] == FORMATION, "volume"].iloc[0])
+    found["measured_in"] = "liggghts"
+    return found
+
+
+def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Run the two bodies; contact log and events."""
+    ri, rj, ti, tj = query.pair
+    wall = query.bodies[1].wall is not None
+    radii, angles = ((ri,), (ti,)) if wall else ((ri, rj), (ti, tj))
+    speed = query.velocity_m_per_s if query.velocity_m_per_s > 0.0 else 1e-3
+    far = 1.02 * max(*query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj))
+    liquid = Liquid(
+        surface_tension_N_per_m=query.surface_tension_N_per_m,
+        viscosity_Pa_s=query.viscosity_Pa_s,
+        density_kg_per_m3=1000.0,
+        initial_film_thickness_m=_thickness(query),
+    )
+    start = min(0.0, *query.separations_m) - 4.0 * far / STEPS  # a new bridge acts from the next step on
+    moving = small.Sphere(1 if wall else 2, (0.0, 0.0, ri + start if wall else ri + rj + start), (0.0, 0.0, speed), driven=True)
+    bodies = [moving] if wall else [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), moving]
+    step = (far - start) / speed / STEPS
+    small.prepare(
+        folder,
+        [_class(k, r, a) for k, (r, a) in enumerate(zip(radii, angles, strict=True), start=1)],
+        bodies,
+        _dry(len(radii)),
+        liquid=liquid,
+        effects=small.PAPER.model_copy(
+            update={"capillary": capillary, "rupture": rupture, "viscous_normal": drag, "dynamic_rupture": None}
+        ),
+        walls=[small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [],
+        wall_angle_rad=tj,
+        time_step_s=step,
+        steps=STEPS + 10,
+        output_interval_s=STEPS * step,
+        box=20 * max(radii) + 2 * far,
+    )
+    small.run(folder, bodies)
+    history = folder / "history"
+    return pd.read_parquet(history / "contacts.parquet"), pd.read_parquet(history / "events.parquet")
+
+
+def _thickness(query: Query) -> float:
+    """Film on the spheres from which the law of formation draws the asked volume."""
+    ri, rj, *_ = query.pair
+    draw = registry.get("formation", "shi_mccarthy").functions[0]
+
+    def drawn(thickness: float) -> float:
+        volume = draw(film_volume(thickness, ri), ri, rj)
+        return volume if query.bodies[1].wall else volume + draw(film_volume(thickness, rj), rj, ri)
+
+    top = ri
+    while drawn(top) < query.volume_m3:
+        top *= 2.0
+    return float(brentq(lambda h: drawn(h) / query.volume_m3 - 1.0, 0.0, top, xtol=1e-18, rtol=1e-15))
+
+
+def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
+    """A column of the log at the asked separations; None beyond the bridge's life."""
+    if len(log) < 4:
+        raise PywetError("the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps")
+    gaps, values = log["separation"].to_numpy(), log[column].to_numpy()
+    apart = gaps > 0.0  # overlapping bodies have the values of touching ones
+    spline = CubicSpline([0.0, *gaps[apart]], [values[~apart][-1], *values[apart]])
+    reach = gaps[-1] + (gaps[-1] - gaps[-2])
+    return [float(spline(max(s, 0.0))) if s <= reach else None for s in query.separations_m]
+
+
+def _class(number: int, radius: float, angle: float) -> SphereClass:
+    return SphereClass(
+        name=f"body {number}", type=number, radius_m=radius, density_kg_per_m3=2500.0, contact_angle_rad=angle, count=1
+    )
+
+
+def _dry(types: int) -> list[ContactPair]:
+    """Some dry contact: the bodies are driven, it moves nothing."""
+    pairs = [(a, b) for a in range(1, types + 1) for b in (0, *range(a, types + 1))]
+    return [
+        ContactPair(
+            a=a,
+            b=b,
+            normal_stiffness_N_per_m=1.0,
+            tangential_stiffness_N_per_m=0.3,
+            friction=0.0,
+            rolling_friction_m=0.0,
+            restitution=0.5,
+        )
+        for a, b in pairs
+    ]
