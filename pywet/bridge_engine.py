@@ -9,7 +9,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
@@ -55,7 +54,9 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
     wall = query.bodies[1].wall is not None
     radii, angles = ((ri,), (ti,)) if wall else ((ri, rj), (ti, tj))
     speed = query.velocity_m_per_s if query.velocity_m_per_s > 0.0 else 1e-3
-    far = 1.02 * max(*query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj))
+    far = 1.02 * max(
+        *query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj)
+    )
     liquid = Liquid(
         surface_tension_N_per_m=query.surface_tension_N_per_m,
         viscosity_Pa_s=query.viscosity_Pa_s,
@@ -63,7 +64,9 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
         initial_film_thickness_m=_thickness(query),
     )
     start = min(0.0, *query.separations_m) - 4.0 * far / STEPS  # a new bridge acts from the next step on
-    moving = small.Sphere(1 if wall else 2, (0.0, 0.0, ri + start if wall else ri + rj + start), (0.0, 0.0, speed), driven=True)
+    moving = small.Sphere(
+        1 if wall else 2, (0.0, 0.0, ri + start if wall else ri + rj + start), (0.0, 0.0, speed), driven=True
+    )
     bodies = [moving] if wall else [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), moving]
     step = (far - start) / speed / STEPS
     small.prepare(
@@ -105,7 +108,9 @@ def _thickness(query: Query) -> float:
 def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
     """A column of the log at the asked separations; None beyond the bridge's life."""
     if len(log) < 4:
-        raise PywetError("the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps")
+        raise PywetError(
+            "the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps"
+        )
     gaps, values = log["separation"].to_numpy(), log[column].to_numpy()
     apart = gaps > 0.0  # overlapping bodies have the values of touching ones
     spline = CubicSpline([0.0, *gaps[apart]], [values[~apart][-1], *values[apart]])

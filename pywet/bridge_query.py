@@ -74,7 +74,9 @@ class Query(Strict):
 
     def named(self, kind: str) -> list[str]:
         """Laws of a kind that are asked for."""
-        wanted = [name for name in self.laws if name in registry.names(kind) or (kind == "capillary" and ".py:" in name)]
+        wanted = [
+            name for name in self.laws if name in registry.names(kind) or (kind == "capillary" and ".py:" in name)
+        ]
         return wanted or ([*registry.BUILT_IN[kind]] if not self.laws else [DEFAULT[kind]])
 
     @property
@@ -89,7 +91,9 @@ def read(path: Path) -> Query:
     try:
         given = json.loads(path.read_text())
     except OSError as error:
-        raise PywetError(f"{path} could not be read ({error.strerror}); expected a JSON file, see docs/bridge.md") from error
+        raise PywetError(
+            f"{path} could not be read ({error.strerror}); expected a JSON file, see docs/bridge.md"
+        ) from error
     except json.JSONDecodeError as error:
         raise PywetError(f"{path} is not JSON ({error}); expected the form shown in docs/bridge.md") from error
     try:
@@ -99,7 +103,9 @@ def read(path: Path) -> Query:
     known = {name for kind in DEFAULT for name in registry.names(kind)}
     for name in query.laws:
         if name not in known and ".py:" not in name:
-            raise PywetError(f"{path}: there is no law named {name}; expected some of {', '.join(sorted(known))}: mend laws")
+            raise PywetError(
+                f"{path}: there is no law named {name}; expected some of {', '.join(sorted(known))}: mend laws"
+            )
     return query
 
 
@@ -110,7 +116,9 @@ def answer(query: Query) -> dict[str, Any]:
     gaps = np.array(query.separations_m)
     limit = young_laplace.rupture(volume, ri, rj, ti, tj)
     ends = dict.fromkeys([*query.named("rupture"), query.rule])
-    distances = {name: registry.get("rupture", name).functions[0](volume, ri, rj, ti, tj) for name in ends if name != EXACT}
+    distances = {
+        name: registry.get("rupture", name).functions[0](volume, ri, rj, ti, tj) for name in ends if name != EXACT
+    }
     distances[EXACT] = limit.separation
     bridges = [young_laplace.solve(s, volume, ri, rj, ti, tj) for s in query.separations_m]
     angles = [b.half_filling_angles if b else (math.nan, math.nan) for b in bridges]

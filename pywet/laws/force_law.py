@@ -45,6 +45,11 @@ class ForceLaw:
         """Address of the compiled C function, double(double, …)."""
         return int(self._cfunc.address)
 
+    @property
+    def compiled(self) -> Any:
+        """The compiled C function as numba's own code may call it."""
+        return self._cfunc
+
     @cached_property
     def _signature(self) -> Any:
         return numba.float64(*[numba.float64] * len(self.arguments))

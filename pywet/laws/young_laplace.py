@@ -14,12 +14,12 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.core import types
-from numba.extending import intrinsic
+from numba import carray
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
 from pywet.laws.force_law import ForceLaw
+from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, to_bits
 from pywet.young_laplace import table as tables
 from pywet.young_laplace.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 
@@ -28,13 +28,19 @@ MOST_PAIRS = 256
 """Pairs of contact angles one process can hold."""
 _Y, _X, _U = Y_NODES + 2, X_NODES + 2, U_NODES + 2
 _X_STEP = (X_LAST - X_FIRST) / (X_NODES - 1)
-_HEAD = 2
-"""A block starts with the first node of y and the nodes per unit of y."""
+_HEAD = 3
+"""A block starts with the first node of y, the nodes per unit of y and π (cos θ_s + cos θ_l)."""
 _V_FIRST = math.exp(X_FIRST)
 _ANGLES = np.full((MOST_PAIRS, 2), np.nan)
 _BLOCKS = np.zeros(MOST_PAIRS + 1, dtype=np.int64)
 """Address of each pair's block; the last entry is how many there are."""
 _KEEP: list[Floats] = []
+SLOTS, SLOT = 1 << 15, 40
+_MEMO = np.zeros(SLOTS * SLOT + 8)
+_MEMO = _MEMO[(-_MEMO.ctypes.data % 64) // 8 :]
+"""What is known of bridges met before, found by their volume, radii and angles: a bridge keeps them for its life, so the sums over
+volume and radius ratio are done once. A slot: these five, 1/S_rup, 2V/(π r), F_0/σ at touch, and the spline in u; it starts
+where a line of the processor's cache does."""
 
 
 def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int], None] | None = None) -> None:
@@ -55,7 +61,8 @@ def _prepare(small: float, large: float, progress: Callable[[int, int], None] | 
     held = tables.load(small, large, progress)
     y = axis(held.balance)
     values = [_spline(v).ravel() for v in (held.balance, held.rupture, held.ratio)]
-    block = np.concatenate([[y[0], (Y_NODES - 1) / (y[-1] - y[0])], *values])
+    head = [y[0], (Y_NODES - 1) / (y[-1] - y[0]), math.pi * (math.cos(small) + math.cos(large))]
+    block = np.concatenate([head, *values])
     _KEEP.append(block)
     _ANGLES[count] = small, large
     _BLOCKS[count] = block.ctypes.data
@@ -85,68 +92,21 @@ def _collocation(nodes: int) -> Floats:
     return matrix
 
 
-def _pointer_to(kind: Any) -> Any:
-    """An intrinsic that takes an address for a pointer to numbers of that kind."""
-
-    @intrinsic
-    def at(typing: Any, address: Any) -> Any:
-        signature = types.CPointer(kind)(types.int64)
-
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-        return signature, code
-
-    return at
+_ANGLES_AT, _BLOCKS_AT, _MEMO_AT = _ANGLES.ctypes.data, _BLOCKS.ctypes.data, _MEMO.ctypes.data
 
 
-def _reinterpret(source: Any, target: Any) -> Any:
-    """An intrinsic that takes the bits of one 64-bit type for another."""
-
-    @intrinsic
-    def bits(typing: Any, value: Any) -> Any:
-        signature = target(source)
-
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.bitcast(arguments[0], context.get_value_type(target))
-
-        return signature, code
-
-    return bits
-
-
-_floats_at, _ints_at = _pointer_to(types.float64), _pointer_to(types.int64)
-_to_bits, _from_bits = _reinterpret(types.float64, types.int64), _reinterpret(types.int64, types.float64)
-_ANGLES_AT, _BLOCKS_AT = _ANGLES.ctypes.data, _BLOCKS.ctypes.data
-_FAST = {"contract", "reassoc", "arcp", "nsz"}
-_inline = numba.njit(
-    inline="always", error_model="numpy", fastmath=_FAST
-)  # not cached: the addresses hold for this process only
-
-
-@_inline
-def _cube_root(a):  # type: ignore[no-untyped-def]
-    """Cube root to 1e-14: a third of the exponent, then Halley's method twice (numba's own costs several times as much)."""
-    x = abs(a) + 1e-18
-    y = _from_bits(_to_bits(x) // 3 + 0x2A9F7893782DA1CE)
-    for _ in range(2):
-        y3 = y * y * y
-        y *= (y3 + 2.0 * x) / (2.0 * y3 + x)
-    return y if a > 0.0 else -y
-
-
-@_inline
+@inline
 def _block(small, large):  # type: ignore[no-untyped-def]
     """Address of the block of a pair of angles, 0 when it was not prepared."""
-    angles = _floats_at(_ANGLES_AT)
-    blocks = _ints_at(_BLOCKS_AT)
+    angles = floats_at(_ANGLES_AT)
+    blocks = ints_at(_BLOCKS_AT)
     for k in range(blocks[MOST_PAIRS]):
         if angles[2 * k] == small and angles[2 * k + 1] == large:
             return blocks[k]
     return 0
 
 
-@_inline
+@inline
 def _cell(t, last):  # type: ignore[no-untyped-def]
     """Cell and weights of the uniform cubic B-spline at t, nodes 0 … last."""
     k = min(max(int(t), 0), last - 1)
@@ -157,7 +117,7 @@ def _cell(t, last):  # type: ignore[no-untyped-def]
     return k, v3 / 6.0, (4.0 - 6.0 * w * w + 3.0 * w3) / 6.0, (4.0 - 6.0 * v * v + 3.0 * v3) / 6.0, w3 / 6.0
 
 
-@_inline
+@inline
 def _order(radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
     """Radius ratio q, harmonic mean (2 r at a plate) and the contact angles of the smaller and the larger body."""
     if math.isinf(radius_j):
@@ -168,27 +128,90 @@ def _order(radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignor
     return radius_j / radius_i, r, contact_angle_j, contact_angle_i
 
 
-@_inline
+@inline
 def _along(data, at, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
     """Four coefficients under four weights."""
     return x0 * data[at] + x1 * data[at + 1] + x2 * data[at + 2] + x3 * data[at + 3]
 
 
-@_inline
+@inline
 def _place(data, q, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
     """Place of the radius ratio on the axis y, in nodes."""
-    return (_cube_root(q - _along(data, _HEAD + kx, x0, x1, x2, x3)) - data[0]) * data[1]
+    return (cube_root(q - _along(data, _HEAD + kx, x0, x1, x2, x3)) - data[0]) * data[1]
 
 
-@_inline
+@inline
 def _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3):  # type: ignore[no-untyped-def]
     """S_rup/(r_eff √V*) by the spline."""
-    total = 0.0
     at = _HEAD + (1 + ky) * _X + kx
+    a0 = a1 = a2 = a3 = 0.0  # four sums side by side: the processor adds them in one instruction
     for weight in (y0, y1, y2, y3):
-        total += weight * _along(data, at, x0, x1, x2, x3)
+        a0 += weight * data[at]
+        a1 += weight * data[at + 1]
+        a2 += weight * data[at + 2]
+        a3 += weight * data[at + 3]
         at += _X
-    return total
+    return x0 * a0 + x1 * a1 + x2 * a2 + x3 * a3
+
+
+@inline
+def _place_of(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
+    """Where in the memo a bridge belongs."""
+    bits = to_bits(volume) + 3 * to_bits(radius_i) + 5 * to_bits(radius_j) + 7 * to_bits(contact_angle_i)
+    mixed = (bits + 11 * to_bits(contact_angle_j)) * 0x1E3779B97F4A7C15
+    return ((mixed >> 40) & (SLOTS - 1)) * SLOT
+
+
+@numba.njit(error_model="numpy", fastmath=FAST)
+def _remember(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
+    """The slot of a bridge, filled if it is new; −1 when its angles were not prepared."""
+    memo = carray(floats_at(_MEMO_AT), SLOTS * SLOT)
+    slot = _place_of(volume, radius_i, radius_j, contact_angle_i, contact_angle_j)
+    if (
+        memo[slot] == volume
+        and memo[slot + 1] == radius_i
+        and memo[slot + 2] == radius_j
+        and memo[slot + 3] == contact_angle_i
+        and memo[slot + 4] == contact_angle_j
+    ):
+        return slot
+    q, r, small, large = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)
+    address = _block(small, large)
+    if address == 0:
+        return -1
+    data = floats_at(address)
+    v, kx, x0, x1, x2, x3, scale = _volume(volume, r)
+    ky, y0, y1, y2, y3 = _cell(_place(data, q, kx, x0, x1, x2, x3), Y_NODES - 1)
+    rupture = scale * _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3)
+    for n in range(_U):
+        memo[slot + 8 + n] = 0.0
+    row = _HEAD + (1 + _Y) * _X + (ky * _X + kx) * _U
+    for wy in (y0, y1, y2, y3):
+        at = row
+        for wx in (x0, x1, x2, x3):
+            weight = wy * wx
+            for n in range(_U):
+                memo[slot + 8 + n] += weight * data[at + n]
+            at += _U
+        row += _X * _U
+    ring = v * r * r / math.pi
+    memo[slot + 5], memo[slot + 6], memo[slot + 7] = 1.0 / rupture, 2.0 * ring, r * data[2]
+    memo[slot], memo[slot + 1], memo[slot + 2] = volume, radius_i, radius_j
+    memo[slot + 3], memo[slot + 4] = contact_angle_i, contact_angle_j
+    return slot
+
+
+@inline
+def _volume(volume, r):  # type: ignore[no-untyped-def]
+    """V* within the table, its cell and weights on the axis x, and r √V* (carried on by its known limit below the table)."""
+    v = min(volume / (r * r * r), 0.5)
+    x = (math.log(v) - X_FIRST) / _X_STEP
+    scale = r * math.sqrt(v)
+    if x < 0.0:
+        scale *= (_V_FIRST / v) ** (1.0 / 6.0)
+        x = 0.0
+    k, x0, x1, x2, x3 = _cell(x, X_NODES - 1)
+    return v, k, x0, x1, x2, x3, scale
 
 
 def _force(
@@ -211,40 +234,27 @@ def _force(
     >>> f"{young_laplace(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.4e}"
     '3.8898e-04'
     """
-    q, r, small, large = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)
     s = max(separation, 0.0)
-    limit = math.pi * surface_tension * r * (math.cos(small) + math.cos(large))
     if volume <= 0.0:
-        return limit if s == 0.0 else 0.0
-    address = _block(small, large)
-    if address == 0:
+        r = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)[1]
+        cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
+        return math.pi * surface_tension * r * cosines if s == 0.0 else 0.0
+    slot = _remember(volume, radius_i, radius_j, contact_angle_i, contact_angle_j)
+    if slot < 0:
         return math.nan
-    data = _floats_at(address)
-    v = min(volume / (r * r * r), 0.5)
-    x = (math.log(v) - X_FIRST) / _X_STEP
-    scale = r * math.sqrt(v)
-    if x < 0.0:
-        scale *= (_V_FIRST / v) ** (1.0 / 6.0)
-        x = 0.0
-    kx, x0, x1, x2, x3 = _cell(x, X_NODES - 1)
-    ky, y0, y1, y2, y3 = _cell(_place(data, q, kx, x0, x1, x2, x3), Y_NODES - 1)
-    share = s / (scale * _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3))
+    memo = carray(floats_at(_MEMO_AT), SLOTS * SLOT)
+    share = s * memo[slot + 5]
     u = 0.0
     if share < 1.0:
         u = math.sqrt(1.0 - share)
     else:
         s /= share
-    ku, u0, u1, u2, u3 = _cell(u * (U_NODES - 1), U_NODES - 1)
-    ratio = 0.0
-    row = _HEAD + (1 + _Y) * _X + (ky * _X + kx) * _U + ku
-    for wy in (y0, y1, y2, y3):
-        at = row
-        for wx in (x0, x1, x2, x3):
-            ratio += wy * wx * _along(data, at, u0, u1, u2, u3)
-            at += _U
-        row += _X * _U
-    ring = v * r * r / math.pi
-    return limit * ratio / (1.0 + 0.5 * s * (s + math.sqrt(s * s + 2.0 * ring)) / ring)
+    k, u0, u1, u2, u3 = _cell(u * (U_NODES - 1), U_NODES - 1)
+    k += slot + 8
+    ratio = u0 * memo[k] + u1 * memo[k + 1] + u2 * memo[k + 2] + u3 * memo[k + 3]
+    return (
+        surface_tension * memo[slot + 9] * ratio / (1.0 + s * (s + math.sqrt(s * s + memo[slot + 7])) * memo[slot + 8])
+    )
 
 
 def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
@@ -264,14 +274,8 @@ def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: 
     address = _block(small, large)
     if address == 0:
         return math.nan
-    data = _floats_at(address)
-    v = min(volume / (r * r * r), 0.5)
-    x = (math.log(v) - X_FIRST) / _X_STEP
-    scale = r * math.sqrt(v)
-    if x < 0.0:
-        scale *= (_V_FIRST / v) ** (1.0 / 6.0)
-        x = 0.0
-    kx, x0, x1, x2, x3 = _cell(x, X_NODES - 1)
+    data = floats_at(address)
+    _, kx, x0, x1, x2, x3, scale = _volume(volume, r)
     ky, y0, y1, y2, y3 = _cell(_place(data, q, kx, x0, x1, x2, x3), Y_NODES - 1)
     return scale * _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3)
 
@@ -280,7 +284,7 @@ class TableLaw(ForceLaw):
     """A law that reads prepared tables; calls from Python prepare what they need."""
 
     cached = False
-    fastmath = _FAST
+    fastmath = FAST
 
     def __init__(self, function: Callable[..., float], name: str) -> None:
         super().__init__(function)

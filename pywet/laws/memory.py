@@ -1,0 +1,59 @@
+"""Low-level pieces of laws that read tables by address: pointers, bits of a number, a cube root. Compiled code only."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+from numba.core import types
+from numba.extending import intrinsic
+
+FAST = {"contract", "reassoc", "arcp", "nsz"}
+"""Liberties the compiler may take in table laws: order of sums and reciprocals, not NaN or infinity."""
+inline = numba.njit(inline="always", error_model="numpy", fastmath=FAST)
+"""Decorator of their helpers; not cached, because addresses hold for one process only."""
+
+
+def _pointer_to(kind: Any) -> Any:
+    """An intrinsic that takes an address for a pointer to numbers of that kind."""
+
+    @intrinsic
+    def at(typing: Any, address: Any) -> Any:
+        signature = types.CPointer(kind)(types.int64)
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+        return signature, code
+
+    return at
+
+
+def _reinterpret(source: Any, target: Any) -> Any:
+    """An intrinsic that takes the bits of one 64-bit type for another."""
+
+    @intrinsic
+    def bits(typing: Any, value: Any) -> Any:
+        signature = target(source)
+
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.bitcast(arguments[0], context.get_value_type(target))
+
+        return signature, code
+
+    return bits
+
+
+floats_at, ints_at = _pointer_to(types.float64), _pointer_to(types.int64)
+to_bits, from_bits = _reinterpret(types.float64, types.int64), _reinterpret(types.int64, types.float64)
+
+
+@inline
+def cube_root(a):  # type: ignore[no-untyped-def]
+    """Cube root to 1e-14: a third of the exponent, then Halley's method twice (numba's own costs several times as much)."""
+    x = abs(a) + 1e-18
+    y = from_bits(to_bits(x) // 3 + 0x2A9F7893782DA1CE)
+    for _ in range(2):
+        y3 = y * y * y
+        y *= (y3 + 2.0 * x) / (2.0 * y3 + x)
+    return y if a > 0.0 else -y
