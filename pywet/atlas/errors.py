@@ -45,14 +45,14 @@ def force_errors(forces: pd.DataFrame) -> pd.DataFrame:
 def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
     """Median, 95 % and worst |error| per law, bodies and gap, and where the worst is."""
     rows = []
-    for law in errors:
+    for law in map(str, errors.columns):
         for bodies, chosen in REGIONS.items():
             for gap, (low, high) in GAPS.items():
                 at = chosen(forces) & (forces["share"] >= low) & (forces["share"] <= high)
                 size = errors.loc[at, law].abs().dropna()
                 if len(size) == 0:
                     continue
-                worst = forces.loc[size.idxmax()]
+                worst = forces.iloc[int(np.flatnonzero(forces.index == size.idxmax())[0])]
                 where = (
                     f"V* {worst['v_star']:.0e}, θ {worst['angle_i_deg']:g}/{worst['angle_j_deg']:g}°, "
                     f"S/S_rup {worst['share']:g}, q {worst['ratio']:g}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pandas as pd
 
 from pywet.atlas.points import SIGMA
@@ -26,7 +28,9 @@ def measure(forces: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
     """Relative error per program and law: columns program, law, ratio, angle, v_star, share, error; and what was not measured."""
     points = chosen(forces)
     rows, missing = [], []
-    programs = [("LIGGGHTS", law, liggghts_force) for law in LIGGGHTS_MODELS]
+    programs: list[tuple[str, str, Callable[..., pd.DataFrame]]] = [
+        ("LIGGGHTS", law, liggghts_force) for law in LIGGGHTS_MODELS
+    ]
     programs += [("YADE", law, yade_force) for law in YADE_LAWS]
     for program, law, force in programs:
         try:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba import carray
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
@@ -24,6 +23,7 @@ from pywet.young_laplace import table as tables
 from pywet.young_laplace.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 
 Floats = NDArray[np.float64]
+carray: Any = numba.carray  # type: ignore[attr-defined]
 MOST_PAIRS = 256
 """Pairs of contact angles one process can hold."""
 _Y, _X, _U = Y_NODES + 2, X_NODES + 2, U_NODES + 2
@@ -38,8 +38,8 @@ _KEEP: list[Floats] = []
 SLOTS, SLOT = 1 << 15, 40
 _MEMO = np.zeros(SLOTS * SLOT + 8)
 _MEMO = _MEMO[(-_MEMO.ctypes.data % 64) // 8 :]
-"""What is known of bridges met before, found by their volume, radii and angles: a bridge keeps them for its life, so the sums over
-volume and radius ratio are done once. A slot: these five, 1/S_rup, 2V/(π r), F_0/σ at touch, and the spline in u; it starts
+"""What is known of bridges met before, found by their volume, radii and angles: a bridge keeps them for its life, so the sums
+over volume and radius ratio are done once. A slot: these five, 1/S_rup, 2V/(π r), F_0/σ at touch, and the spline in u; it starts
 where a line of the processor's cache does."""
 
 
@@ -252,9 +252,8 @@ def _force(
     k, u0, u1, u2, u3 = _cell(u * (U_NODES - 1), U_NODES - 1)
     k += slot + 8
     ratio = u0 * memo[k] + u1 * memo[k + 1] + u2 * memo[k + 2] + u3 * memo[k + 3]
-    return (
-        surface_tension * memo[slot + 9] * ratio / (1.0 + s * (s + math.sqrt(s * s + memo[slot + 7])) * memo[slot + 8])
-    )
+    ring = memo[slot + 6]
+    return surface_tension * memo[slot + 7] * ratio * ring / (ring + s * (s + math.sqrt(s * s + ring)))
 
 
 def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
