@@ -22,35 +22,35 @@ from pywet.collisions.model import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parame
 def _build(sources: str) -> tuple[Callable[..., Any], ...]:
     """Compiled entry points; `sources` stands in numba's cache for the text of all that they call."""
 
-    @njit(cache=True)
+    @njit(cache=True, error_model="numpy")
     def rates(phase, state, p):  # type: ignore[no-untyped-def]
         _ = sources
         out = np.empty(SIZE)
         model.rates(phase, state, p, out)
         return out
 
-    @njit(cache=True)
+    @njit(cache=True, error_model="numpy")
     def events(phase, state, p):  # type: ignore[no-untyped-def]
         _ = sources
         return model.events(phase, state, p)
 
-    @njit(cache=True)
+    @njit(cache=True, error_model="numpy")
     def rupture(h, u, p):  # type: ignore[no-untyped-def]
         _ = sources
         return model.rupture(h, u, p)
 
-    @njit(cache=True)
+    @njit(cache=True, error_model="numpy")
     def start(phase, state, p, rtol):  # type: ignore[no-untyped-def]
         _ = sources
         atol = np.empty(SIZE)
         return scales(phase, state, p, rtol, atol), atol
 
-    @njit(cache=True)
+    @njit(cache=True, error_model="numpy")
     def follow(phase, which, state, p):  # type: ignore[no-untyped-def]
         _ = sources
         return next_phase(phase, which, state, p)
 
-    @njit(cache=True)
+    @njit(cache=True, error_model="numpy")
     def volume(h, p):  # type: ignore[no-untyped-def]
         _ = sources
         return model.bridge_volume(h, p)
@@ -109,7 +109,7 @@ def _run_phase(
     # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
     options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
     try:
-        solved = solve_ivp(rhs, (0.0, 1e9 * scale), course.state, events=found, dense_output=True, **options)
+        solved: Any = solve_ivp(rhs, (0.0, 1e9 * scale), course.state.copy(), events=found, dense_output=True, **options)
     except _TooMany:
         course.code = TOO_MANY
         return NOTHING, 0.0

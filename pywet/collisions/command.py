@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -19,7 +20,6 @@ from pywet.files import atomic_write
 
 WIDE = 160
 """Columns of a table that goes into a file or a pipe."""
-out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 SHOWN = ("e_n", "e_t", "e_omega", "stuck", "omega_out", "duration_s", "refused")
 """Results in the printed table; JSON and CSV have all."""
@@ -43,7 +43,7 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
         with atomic_write(csv) as temporary:
             frame.to_csv(temporary, index=False)
     if as_table:
-        out.print(_table(frame, len(sweep.swept(content))), width=None if out.is_terminal else WIDE)
+        _print(_table(frame, len(sweep.swept(content))))
     else:
         print(json.dumps(sweep.records(frame), indent=1, allow_nan=False))
 
@@ -57,6 +57,11 @@ def _run(content: dict[str, object], file: Path) -> pd.DataFrame:
                 progress.update(task, completed=done, total=total)
 
         return sweep.table(content, str(file), threads=os.cpu_count() or 1, report=report)
+
+
+def _print(table: Table) -> None:
+    """To a terminal in its width, elsewhere in a fixed one."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDE).print(table)
 
 
 def _table(frame: pd.DataFrame, swept: int) -> Table:

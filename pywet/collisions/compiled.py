@@ -29,7 +29,7 @@ NOTHING, PASSAGE, STOP, REST = 0, 1, 2, 3
 """Which of the event functions ended a phase."""
 
 
-@njit
+@njit(error_model="numpy")
 def stages(phase, state, step, p, k, end):  # type: ignore[no-untyped-def]
     """One step from `state` with k[0] given: fills k[1..12], writes the new state into `end`."""
     for i in range(1, STAGES):
@@ -47,7 +47,7 @@ def stages(phase, state, step, p, k, end):  # type: ignore[no-untyped-def]
     model.rates(phase, end, p, k[STAGES])
 
 
-@njit
+@njit(error_model="numpy")
 def error_norm(state, end, step, k, rtol, atol):  # type: ignore[no-untyped-def]
     """scipy's estimate of the local error over the tolerance."""
     fifth = third = 0.0
@@ -64,7 +64,7 @@ def error_norm(state, end, step, k, rtol, atol):  # type: ignore[no-untyped-def]
     return abs(step) * fifth / np.sqrt((fifth + 0.01 * third) * SIZE)
 
 
-@njit
+@njit(error_model="numpy")
 def locate(which, phase, state, step, p, k, low, high):  # type: ignore[no-untyped-def]
     """Smallest fraction found, within the step, at which event function `which` is no longer negative (Illinois)."""
     trial = np.empty(SIZE)
@@ -93,7 +93,7 @@ def locate(which, phase, state, step, p, k, low, high):  # type: ignore[no-untyp
     return x1
 
 
-@njit
+@njit(error_model="numpy")
 def first_event(phase, state, step, p, k, before, after):  # type: ignore[no-untyped-def]
     """(which, fraction) of the first event of a step; a bridge is tested again where the sphere stops."""
     which, at = NOTHING, 1.0
@@ -111,7 +111,7 @@ def first_event(phase, state, step, p, k, before, after):  # type: ignore[no-unt
     return which, at
 
 
-@njit
+@njit(error_model="numpy")
 def run_phase(phase, state, p, rtol, atol, first):  # type: ignore[no-untyped-def]
     """Advance `state` to the end of the phase: (code, which event, duration, steps, evaluations of the forces)."""
     k, end = np.empty((STAGES + 1, SIZE)), np.empty(SIZE)
@@ -146,7 +146,7 @@ def run_phase(phase, state, p, rtol, atol, first):  # type: ignore[no-untyped-de
     return TOO_MANY, NOTHING, time, steps, 12 * tried
 
 
-@njit
+@njit(error_model="numpy")
 def scales(phase, state, p, rtol, atol):  # type: ignore[no-untyped-def]
     """Absolute tolerances of a phase (a thousandth of rtol, B section 3.2, of the phase's own scales); a time scale [s]."""
     speed = max(abs(state[U]), 1e-3 * np.sqrt(2.0 * p.gravity * p.layer), 1e-9 * p.speed)
@@ -165,7 +165,7 @@ def scales(phase, state, p, rtol, atol):  # type: ignore[no-untyped-def]
     return length / speed
 
 
-@njit
+@njit(error_model="numpy")
 def next_phase(phase, which, state, p):  # type: ignore[no-untyped-def]
     """The phase that follows; DONE after rupture and when the sphere stays."""
     if which != PASSAGE or phase == BRIDGE:
@@ -180,7 +180,7 @@ def next_phase(phase, which, state, p):  # type: ignore[no-untyped-def]
 def _build(sources: str) -> Callable[..., Any]:
     """Compile the outer loop. numba keeps machine code by the text of this function only; `sources` stands for all it calls."""
 
-    @njit(nogil=True, cache=True)
+    @njit(nogil=True, cache=True, error_model="numpy")
     def collide(p, state, rtol, log):  # type: ignore[no-untyped-def]
         """Run a collision; `log` gets one row per event (time, phase that ended, which event); (code, rows, steps, calls)."""
         _ = sources

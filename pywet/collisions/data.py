@@ -39,7 +39,7 @@ SPINS: dict[str, dict[float, tuple[float, float]]] = {
     "tween20_150um": {20: (-741, 102), 30: (-1125, 178), 40: (-1803, 172), 50: (-2035, 152)},
     "glycerol35_100um": {20: (-704, 96), 30: (-1330, 109), 40: (-1564, 135), 50: (-2181, 151)},
 }
-"""Table 4: collision angle [deg] -> initial spin and its standard deviation [rad/s]; the last is printed '50 % glycerol, 3 mPa s'."""
+"""Table 4: collision angle [deg] -> initial spin and its deviation [rad/s]; the last is printed '50 % glycerol, 3 mPa s'."""
 CONTACT_ANGLE_DEG = 15.0
 """For all materials and liquids (text of section 3.1)."""
 HALF_FILLING_DEG: dict[str, dict[tuple[str, int], float]] = {

@@ -54,13 +54,13 @@ class Parameters(NamedTuple):
     capillary_in_film: bool
 
 
-@njit
+@njit(error_model="numpy")
 def viscous_gap(h, p):  # type: ignore[no-untyped-def]
     """Gap of the viscous laws, bounded below by the roughness; printed: δ_l − y with y the centre's height."""
     return max(p.layer - h - p.radius if p.gap_printed else h, drag.GAP_MIN)
 
 
-@njit
+@njit(error_model="numpy")
 def viscous_normal(h, u, p):  # type: ignore[no-untyped-def]
     """The larger of drag and lubrication [N], against u."""
     speed = abs(u)
@@ -71,7 +71,7 @@ def viscous_normal(h, u, p):  # type: ignore[no-untyped-def]
     return -math.copysign(max(far, drag.near_wall(speed, viscous_gap(h, p), p.reduced, p.viscosity)), u)
 
 
-@njit
+@njit(error_model="numpy")
 def bridge_volume(h, p):  # type: ignore[no-untyped-def]
     """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
     height = (0.0 if p.volume_frozen else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
@@ -79,7 +79,7 @@ def bridge_volume(h, p):  # type: ignore[no-untyped-def]
     return bridge.volume(height, p.radius, p.half_filling, angle, p.neck_printed, p.volume_printed)
 
 
-@njit
+@njit(error_model="numpy")
 def attraction(h, surface_tension, p):  # type: ignore[no-untyped-def]
     """Capillary attraction at gap h [N]."""
     height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
@@ -88,7 +88,7 @@ def attraction(h, surface_tension, p):  # type: ignore[no-untyped-def]
     return bridge.attraction(height, rim, angle, surface_tension, p.neck_printed, p.suction_printed)
 
 
-@njit
+@njit(error_model="numpy")
 def contact_forces(state, p):  # type: ignore[no-untyped-def]
     """(normal, tangential) contact force [N]."""
     overlap = -state[H]
@@ -98,7 +98,7 @@ def contact_forces(state, p):  # type: ignore[no-untyped-def]
     return normal, tangential
 
 
-@njit
+@njit(error_model="numpy")
 def rates(phase, state, p, out):  # type: ignore[no-untyped-def]
     """Time derivative of the state into `out`; the powers are per unit of effective mass, positive when energy is lost."""
     h, u, v, w = state[H], state[U], state[V], state[W]
@@ -130,7 +130,7 @@ def rates(phase, state, p, out):  # type: ignore[no-untyped-def]
     out[WORK + 3] = weight * u * inverse
 
 
-@njit
+@njit(error_model="numpy")
 def events(phase, state, p):  # type: ignore[no-untyped-def]
     """(passage, stop, rest): each ends the phase when it rises through zero.
 
@@ -146,7 +146,7 @@ def events(phase, state, p):  # type: ignore[no-untyped-def]
     return rupture(h, u, p), -u, REST * p.speed - u if p.gravity == 0.0 else -1.0
 
 
-@njit
+@njit(error_model="numpy")
 def lubrication_loss(h, to, p):  # type: ignore[no-untyped-def]
     """Velocity that lubrication alone takes between gaps h and `to` [m/s]; drag and gravity on the way out add to it."""
     near, far = min(h, to), max(h, to)
@@ -155,7 +155,7 @@ def lubrication_loss(h, to, p):  # type: ignore[no-untyped-def]
     return 6.0 * math.pi * p.viscosity * p.reduced * p.reduced / p.mass * path
 
 
-@njit
+@njit(error_model="numpy")
 def entry_rest(h, u, p):  # type: ignore[no-untyped-def]
     """Phase I: too little energy to climb out again, too slow to reach the wall by inertia, and creeping (or at rest)."""
     slow = abs(u) / lubrication_loss(h, 0.0, p) - 1.0 if h > 0.0 else 1.0
@@ -167,7 +167,7 @@ def entry_rest(h, u, p):  # type: ignore[no-untyped-def]
     return -max(max(captured, slow), max(balance, steady))
 
 
-@njit
+@njit(error_model="numpy")
 def leaving_rest(h, u, p):  # type: ignore[no-untyped-def]
     """Phase III without gravity: so slow that lubrication holds the sphere, and practically at rest."""
     if p.gravity > 0.0:
@@ -176,7 +176,7 @@ def leaving_rest(h, u, p):  # type: ignore[no-untyped-def]
     return -max(slow, u / (REST * p.speed) - 1.0)
 
 
-@njit
+@njit(error_model="numpy")
 def contact_end(state, p):  # type: ignore[no-untyped-def]
     """Phase II ends at zero overlap (or at zero force, an option) on the way out."""
     if state[U] <= 0.0 or not p.end_at_force:
@@ -184,7 +184,7 @@ def contact_end(state, p):  # type: ignore[no-untyped-def]
     return -contact_forces(state, p)[0] if state[H] < 0.0 else 1.0
 
 
-@njit
+@njit(error_model="numpy")
 def contact_rest(h, u, p):  # type: ignore[no-untyped-def]
     """Phase II: the energy above that of lying still is spent (damped beyond turning; a turning sphere stops before)."""
     depth = max(-h, 0.0)
@@ -196,7 +196,7 @@ def contact_rest(h, u, p):  # type: ignore[no-untyped-def]
     return REST - (energy - p.gravity * depth) / (p.gravity * lying) - 0.6
 
 
-@njit
+@njit(error_model="numpy")
 def rupture(h, u, p):  # type: ignore[no-untyped-def]
     """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
     length = bridge.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)

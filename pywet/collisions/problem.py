@@ -18,6 +18,9 @@ RTOL = 1e-8
 """Default relative tolerance; docs/wall_collision.md says why."""
 
 
+STEEPEST_DEG = 170.0
+
+
 class Strict(BaseModel):
     """Unknown keys are mistakes."""
 
@@ -55,6 +58,14 @@ class Liquid(Strict):
     layer_thickness_m: Annotated[float, Field(gt=0, le=1)]
     contact_angle_deg: Annotated[float, Field(ge=0, le=90)] = 15.0
     half_filling_angle_deg: Annotated[float, Field(gt=0, le=90)]
+
+    @model_validator(mode="after")
+    def _toroid(self) -> Liquid:
+        if self.contact_angle_deg + self.half_filling_angle_deg > STEEPEST_DEG:
+            raise ValueError(
+                f"contact_angle_deg + half_filling_angle_deg of at most {STEEPEST_DEG:g} (at 180 the toroid's radius r_m is infinite)"
+            )
+        return self
 
 
 class Readings(Strict):

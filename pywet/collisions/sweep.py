@@ -127,6 +127,6 @@ def _said(chosen: dict[str, Any]) -> str:
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """The table as plain rows; None where there is no number."""
     return [
-        {key: None if pd.isna(value) else value for key, value in row.items()}
+        {str(key): None if pd.isna(value) else value for key, value in row.items()}
         for row in frame.to_dict(orient="records")
     ]

@@ -98,7 +98,7 @@ def outcome(problem: Problem, p: model.Parameters, first: np.ndarray, raw: Raw, 
     volume = float(adaptive.volume(end[model.H], p)) if in_bridge else None
     spin = problem.omega_rad_per_s + (end[model.W] - first[model.W]) * p.mass / problem.mass / p.radius
     return {
-        "e_n": 0.0 if stuck else float(end[model.U]) / p.speed,
+        "e_n": 0.0 if stuck else max(0.0, float(end[model.U])) / p.speed,
         "e_t": _ratio(end[model.V], first[model.V]),
         "e_omega": _ratio(spin, problem.omega_rad_per_s),
         "stuck": stuck,
@@ -123,8 +123,10 @@ def _energies(mass: float, first: np.ndarray, end: np.ndarray) -> dict[str, floa
 
 
 def _ratio(after: float, before: float) -> float | None:
-    """Coefficient of restitution; None where there was nothing before."""
-    return float(after / before) if before != 0.0 else None
+    """Coefficient of restitution; None where there was nothing (or nothing to speak of) before."""
+    with np.errstate(all="ignore"):
+        ratio = np.divide(after, before)
+    return float(ratio) if np.isfinite(ratio) else None
 
 
 def _length(state: np.ndarray, p: model.Parameters) -> float:
