@@ -22,7 +22,7 @@ STAGES = 12
 A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
 B = np.ascontiguousarray(DOP853.B)
 E3, E5 = np.ascontiguousarray(DOP853.E3), np.ascontiguousarray(DOP853.E5)
-MAX_STEPS = 400_000
+MAX_STEPS = 100_000
 OK, TOO_MANY, TOO_SMALL = 0, 1, 2
 """Outcome of an integration: ended by an event; more than MAX_STEPS steps; a step below round-off."""
 NOTHING, PASSAGE, STOP, REST = 0, 1, 2, 3
@@ -153,7 +153,7 @@ def scales(phase, state, p, rtol, atol):  # type: ignore[no-untyped-def]
     along = abs(state[model.V]) + abs(state[model.W])
     depth = (1.25 * p.mass * speed * speed / p.stiffness) ** 0.4
     length = depth if phase == CONTACT else min(p.layer, p.radius)
-    along = along if along > 0.0 else speed
+    along = max(along, 1e-12 * speed)
     small = max(1e-3 * rtol, 1e-15)
     atol[:] = small
     atol[H] *= length

@@ -159,12 +159,13 @@ def lubrication_loss(h, to, p):  # type: ignore[no-untyped-def]
 def entry_rest(h, u, p):  # type: ignore[no-untyped-def]
     """Phase I: too little energy to climb out again, too slow to reach the wall by inertia, and creeping (or at rest)."""
     slow = abs(u) / lubrication_loss(h, 0.0, p) - 1.0 if h > 0.0 else 1.0
+    still = abs(u) / (REST * p.speed) - 1.0
     if p.gravity == 0.0:
-        return -max(slow, abs(u) / (REST * p.speed) - 1.0)
+        return -max(slow, still)
     captured = 0.5 * u * u / (p.gravity * p.layer) + h / p.layer - 1.0
     balance = abs(viscous_normal(h, u, p) / (p.mass * p.gravity) - 1.0) / CREEP - 1.0
     steady = u * u / (p.gravity * max(h, drag.GAP_MIN)) / (0.25 * CREEP) - 1.0
-    return -max(max(captured, slow), max(balance, steady))
+    return -max(max(captured, slow), min(still, max(balance, steady)))
 
 
 @njit(error_model="numpy")
