@@ -14,7 +14,7 @@ Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5)]
 Restitution = Annotated[float, Field(ge=0, le=1)]
 Integrator = Literal["compiled", "DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA"]
-RTOL = 1e-8
+RTOL = 1e-9
 """Default relative tolerance; docs/wall_collision.md says why."""
 
 
