@@ -33,7 +33,7 @@ def cases() -> dict[str, Problem]:
     return {
         "e_n 400 µm": problem("glass_1.74mm", ("water", 400)),
         "e_n 100 µm": problem("glass_1.74mm", ("water", 100)),
-        "e_n dry": problem("glass_1.74mm", None, gravity_m_per_s2=0.0),
+        "e_n dry": problem("alumina_1.74mm", None, gravity_m_per_s2=0.0),
         "e_t dry 5°": problem("alumina_1.74mm", None, angle_deg=5.0),
         "e_t wet 20°": problem("alumina_1.74mm", ("tween20", 100), angle_deg=20.0, **tween),
         "e_t wet 85°": problem("alumina_1.74mm", ("tween20", 100), angle_deg=85.0, **tween),
