@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.laws import capillary, formation, rupture, viscous
+from pywet.laws import buck, capillary, formation, rupture, viscous
 from pywet.laws.force_law import ForceLaw, check
 
 GROUP = "pywet.laws"
@@ -45,10 +45,13 @@ class Law:
 
 
 BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
-    "capillary": {"rabinovich": (capillary.rabinovich,)},
-    "viscous_normal": {"pitois": (viscous.pitois,)},
-    "viscous_tangential": {"goldman": (viscous.goldman_translation, viscous.goldman_rotation)},
-    "rupture": {"willett_unequal": (rupture.willett_unequal,)},
+    "capillary": {"rabinovich": (capillary.rabinovich,), "buck": (buck.buck,)},
+    "viscous_normal": {"pitois": (viscous.pitois,), "buck_water": (buck.buck_water,)},
+    "viscous_tangential": {
+        "goldman": (viscous.goldman_translation, viscous.goldman_rotation),
+        "buck": (buck.buck_translation, buck.buck_rotation),
+    },
+    "rupture": {"willett_unequal": (rupture.willett_unequal,), "buck": (buck.buck_rupture,)},
     "dynamic_rupture": {"pitois": (rupture.pitois_dynamic,)},
     "formation": {
         "shi_mccarthy": (
