@@ -109,7 +109,9 @@ def _run_phase(
     # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
     options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
     try:
-        solved: Any = solve_ivp(rhs, (0.0, 1e9 * scale), course.state.copy(), events=found, dense_output=True, **options)
+        solved: Any = solve_ivp(
+            rhs, (0.0, 1e9 * scale), course.state.copy(), events=found, dense_output=True, **options
+        )
     except _TooMany:
         course.code = TOO_MANY
         return NOTHING, 0.0

@@ -1,4 +1,4 @@
-"""The lines of Figs. 6 to 13 of Buck et al. (2018), as tables: one row per point, `figure`, `panel` and `line` say where it goes."""
+"""The lines of Figs. 6 to 13 of Buck et al. (2018), as tables: one row per point; `panel` and `line` say where it goes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,9 @@ def over_velocity(particle: str, layer: Layer, velocities: Sequence[float] = tup
     ]
 
 
-def over_angle(layer: Layer, friction: float, spin: float, angles: Sequence[float] = tuple(ANGLES)) -> list[dict[str, Any]]:
+def over_angle(
+    layer: Layer, friction: float, spin: float, angles: Sequence[float] = tuple(ANGLES)
+) -> list[dict[str, Any]]:
     """Coefficients and spin after a collision of γ-Al2O3 at 1 m/s over the angle from the normal."""
     rows = []
     for angle in angles:
@@ -81,7 +83,9 @@ def normal_glass() -> pd.DataFrame:
         "c": (LARGE, [("water", 400), ("glycerol35", 400), ("glycerol50", 400)]),
         "d": (LARGE, [("water", 100), ("tween20", 100)]),
     }
-    return _table([(p, name(layer), over_velocity(particle, layer)) for p, (particle, ls) in panels.items() for layer in ls])
+    return _table(
+        [(p, name(layer), over_velocity(particle, layer)) for p, (particle, ls) in panels.items() for layer in ls]
+    )
 
 
 def normal_alumina() -> pd.DataFrame:

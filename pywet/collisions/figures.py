@@ -32,7 +32,9 @@ VELOCITY, ANGLE = "impact velocity in m/s", "angle from the normal in °"
 
 def grid(rows: int, columns: int, height: float = 3.0) -> tuple[Figure, list[Axes]]:
     """A figure in the project's look, and its axes."""
-    figure, axes = plt.subplots(rows, columns, figsize=(4.4 * columns, height * rows), squeeze=False, layout="constrained")
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(4.4 * columns, height * rows), squeeze=False, layout="constrained"
+    )
     return figure, list(axes.flat)
 
 
@@ -70,7 +72,11 @@ def dissipation(table: pd.DataFrame) -> Figure:
     figure, axes = grid(1, 2)
     for place, (panel, rows) in zip(axes, table.groupby("panel", sort=False), strict=True):
         place.stackplot(
-            rows["x"], [rows[w] for w in WORKS], labels=WORKS, colors=[WORK_COLOURS[w] for w in WORKS], edgecolor="white"
+            rows["x"],
+            [rows[w] for w in WORKS],
+            labels=WORKS,
+            colors=[WORK_COLOURS[w] for w in WORKS],
+            edgecolor="white",
         )
         place.set_title(f"({panel}) {'1.74' if panel == 'a' else '0.91'} mm, {rows['line'].iloc[0]}")
         place.set(xlabel=VELOCITY, ylabel="energy lost in J/kg")
@@ -127,7 +133,12 @@ def accuracy(table: pd.DataFrame) -> Figure:
         style = "s--" if method == "Verlet" else "o-"
         colour = ("#b3261e", *COLOURS, "#27323d")[n]
         place.loglog(
-            1e3 * rows["seconds"], np.maximum(rows["error"], 1e-13), style, color=colour, label=str(method), markersize=3.5
+            1e3 * rows["seconds"],
+            np.maximum(rows["error"], 1e-13),
+            style,
+            color=colour,
+            label=str(method),
+            markersize=3.5,
         )
     at = study.knee(table, "compiled")
     place.plot(1e3 * at["seconds"], max(at["error"], 1e-13), "o", markersize=12, fillstyle="none", color="#b3261e")
@@ -135,6 +146,17 @@ def accuracy(table: pd.DataFrame) -> Figure:
     place.axhline(study.BUDGET, color="#aab3bb", linestyle=":")
     place.set(xlabel="time for the collisions in ms", ylabel="largest error of $e_n$, $e_t$, $e_\\omega$")
     place.legend(ncols=2)
+    return figure
+
+
+def engine(table: pd.DataFrame) -> Figure:
+    """e_n over the velocity: model, engine's equations, engine."""
+    figure, (place,) = grid(1, 1, height=4.0)
+    figure.set_figwidth(6.5)
+    for colour, (line, rows) in zip(COLOURS, table.groupby("line", sort=False), strict=False):
+        place.plot(rows["x"], rows["e_n"], "o" if line == "engine" else "-", color=colour, label=str(line))
+    place.set(xlabel=VELOCITY, ylabel=LABELS["e_n"], ylim=(0.0, 1.0))
+    place.legend(loc="lower right")
     return figure
 
 
@@ -148,6 +170,7 @@ DRAW: dict[str, Callable[[pd.DataFrame], Figure]] = {
     "fig12": regimes,
     "fig13": lambda table: over_angle(table, ("e_n", "e_t", "omega_out", "e_omega")),
     "accuracy": accuracy,
+    "engine": engine,
 }
 
 

@@ -63,7 +63,8 @@ class Liquid(Strict):
     def _toroid(self) -> Liquid:
         if self.contact_angle_deg + self.half_filling_angle_deg > STEEPEST_DEG:
             raise ValueError(
-                f"contact_angle_deg + half_filling_angle_deg of at most {STEEPEST_DEG:g} (at 180 the toroid's radius r_m is infinite)"
+                f"contact_angle_deg + half_filling_angle_deg of at most {STEEPEST_DEG:g} "
+                "(at 180 the toroid's radius r_m is infinite)"
             )
         return self
 

@@ -30,7 +30,9 @@ BUDGET = 1e-6
 def examples() -> list[Problem]:
     """Rolling and sliding in one contact, wet and dry, and a rebound just above sticking, where e_n is most sensitive."""
     return [
-        problem("alumina_1.74mm", ("tween20", 100), friction=FRICTION["tween20"], angle_deg=35.0, omega_rad_per_s=-960.0),
+        problem(
+            "alumina_1.74mm", ("tween20", 100), friction=FRICTION["tween20"], angle_deg=35.0, omega_rad_per_s=-960.0
+        ),
         problem("alumina_1.74mm", None, angle_deg=20.0),
         problem("glass_1.74mm", ("water", 400), normal_velocity_m_per_s=0.65),
     ]
@@ -49,10 +51,12 @@ def cost(
     repeats: int = 3,
     report: Callable[[str], None] | None = None,
 ) -> pd.DataFrame:
-    """One row per method and tolerance (Verlet: steps per contact): largest error over the cases, seconds, calls of the forces."""
+    """One row per method and tolerance (Verlet: steps per contact): largest error over the cases, seconds, calls."""
     cases = cases or examples()
     starts = [(case.parameters(), wall.start(case, case.parameters())) for case in cases]
-    exact = [coefficients(c, wall.integrate(p, s, 1e-13, "compiled").state) for c, (p, s) in zip(cases, starts, strict=True)]
+    exact = [
+        coefficients(c, wall.integrate(p, s, 1e-13, "compiled").state) for c, (p, s) in zip(cases, starts, strict=True)
+    ]
     rows = []
     for method, last in (methods or METHODS).items():
         for power in range(LOOSEST, last + 1):
@@ -71,7 +75,12 @@ Start = tuple[Any, np.ndarray]
 
 
 def _adaptive(
-    method: str, rtol: float, cases: Sequence[Problem], starts: Sequence[Start], exact: Sequence[np.ndarray], repeats: int
+    method: str,
+    rtol: float,
+    cases: Sequence[Problem],
+    starts: Sequence[Start],
+    exact: Sequence[np.ndarray],
+    repeats: int,
 ) -> dict[str, object] | None:
     for p, s in starts:
         wall.integrate(p, s, rtol, method)  # machine code is made before the clock starts
@@ -83,7 +92,12 @@ def _adaptive(
 
 
 def _fixed(
-    n: int, cases: Sequence[Problem], starts: Sequence[Start], exact: Sequence[np.ndarray], contact: list[float], repeats: int
+    n: int,
+    cases: Sequence[Problem],
+    starts: Sequence[Start],
+    exact: Sequence[np.ndarray],
+    contact: list[float],
+    repeats: int,
 ) -> dict[str, object]:
     verlet.collide(*starts[0], contact[0] / CONTACT_STEPS[0])
     jobs = list(zip(starts, contact, strict=True))

@@ -19,7 +19,9 @@ def problem(particle: str = "glass_1.74mm", layer: tuple[str, int] | None = None
         "normal_velocity_m_per_s": 1.0,
         **given,
     }
-    return Problem.model_validate({key: value for key, value in content.items() if value is not None or key == "liquid"})
+    return Problem.model_validate(
+        {key: value for key, value in content.items() if value is not None or key == "liquid"}
+    )
 
 
 def run(particle: str = "glass_1.74mm", layer: tuple[str, int] | None = None, **given: Any) -> dict[str, Any]:

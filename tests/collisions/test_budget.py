@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -45,8 +46,7 @@ def test_works_are_those_of_the_forces_along_the_path(case: Problem) -> None:
     course = adaptive.collide(p, first, 1e-12, "DOP853", keep_path=True)
     works = np.zeros(4)
     for phase, _, solved in course.pieces:
-        times = [*solved.t[:-1], solved.t[-1]]
-        for a, b in zip(times[:-1], times[1:], strict=True):
+        for a, b in itertools.pairwise(solved.t):
             works += fixed_quad(lambda t, f=phase, s=solved: powers(case, f, s.sol(t)), a, b, n=5)[0]
     assert works * p.mass == pytest.approx(
         [x * p.mass for x in course.state[model.WORK :]], rel=0, abs=1e-7 * wall.energy(first) * p.mass
@@ -118,7 +118,7 @@ def test_a_loose_tolerance_is_tightened_until_the_budget_closes() -> None:
 
 
 def test_a_sphere_held_in_the_film_was_given_energy_by_gravity() -> None:
-    """Held in the film: what gravity gave is m g times the fall from the surface to where the sphere stops, less than the layer."""
+    """Held in the film: what gravity gave is m g times the fall from the surface to where it stops, less than the layer."""
     got = run(GLASS, ("water", 400), normal_velocity_m_per_s=0.05)
     assert [e["kind"] for e in got["events"]] == ["entry", "contact", "lift_off", "stick"]
     assert -9.81 * 400e-6 < got["energy_J"]["gravity"] / problem(GLASS).mass < 0.0

@@ -120,7 +120,13 @@ def test_corners_of_the_liquid(corner: dict[str, float], velocity: float, gravit
 def test_corners_of_restitution(restitution: float, gravity: float) -> None:
     """e → 0 comes to rest at the wall; without gravity anything below 1e-6 of the impact velocity counts as rest."""
     particle = {**data.PARTICLES[GLASS], "restitution": restitution}
-    given = {"particle": particle, "wall": data.GLASS_WALL, "liquid": None, "friction": 0.2, "normal_velocity_m_per_s": 1.0}
+    given = {
+        "particle": particle,
+        "wall": data.GLASS_WALL,
+        "liquid": None,
+        "friction": 0.2,
+        "normal_velocity_m_per_s": 1.0,
+    }
     got = collide(Problem.model_validate({**given, "gravity_m_per_s2": gravity}))
     assert got["e_n"] == pytest.approx(restitution, abs=2e-6)
     assert got["stuck"] == (restitution < 1e-5 and not (gravity == 0.0 and restitution == 1e-6))

@@ -1,4 +1,4 @@
-"""Single laws: the numbers in their docstrings (evaluated elsewhere with 40 digits), the bridge's volume by quadrature, limits."""
+"""Single laws: numbers in their docstrings (evaluated elsewhere with 40 digits), the bridge's volume by quadrature, limits."""
 
 from __future__ import annotations
 
