@@ -69,27 +69,32 @@ class Liquid(Strict):
         return self
 
 
+Print = Literal["mended", "as_printed"] | None
+
+
 class Readings(Strict):
-    """Which reading of each doubtful place of the paper is taken; the defaults are the mended ones (docs/wall_collision.md)."""
+    """Which reading of each doubtful place of the paper is taken (docs/wall_collision.md); None: that of the variant."""
 
-    shear_modulus: Literal["mended", "as_printed"] = "mended"
-    drag: Literal["mended", "as_printed"] = "mended"
-    gap: Literal["mended", "as_printed"] = "mended"
-    goldman_signs: Literal["mended", "as_printed"] = "mended"
-    suction_sign: Literal["mended", "as_printed"] = "mended"
-    neck_radius: Literal["mended", "as_printed"] = "mended"
-    volume_factors: Literal["mended", "as_printed"] = "mended"
-    bridge_volume: Literal["follows", "frozen"] = "follows"
-    contact_end: Literal["overlap", "force"] = "overlap"
-    rupture_from: Literal["film", "wall"] = "film"
-    capillary: Literal["bridge", "film_and_bridge"] = "bridge"
+    shear_modulus: Print = None
+    drag: Print = None
+    gap: Print = None
+    goldman_signs: Print = None
+    suction_sign: Print = None
+    neck_radius: Print = None
+    volume_factors: Print = None
+    bridge_volume: Literal["follows", "frozen"] | None = None
+    contact_end: Literal["overlap", "force"] | None = None
+    rupture_from: Literal["film", "wall"] | None = None
+    capillary: Literal["bridge", "film_and_bridge"] | None = None
 
 
-PRINTED = Readings(
-    shear_modulus="as_printed", drag="as_printed", gap="as_printed", goldman_signs="as_printed",
-    suction_sign="as_printed", neck_radius="as_printed", volume_factors="as_printed",
-)  # fmt: skip
-"""Every equation as the paper (or its scan) has it; the readings that are no misprints stay at their defaults."""
+MISPRINTS = ("shear_modulus", "drag", "gap", "goldman_signs", "suction_sign", "neck_radius", "volume_factors")
+NO_MISPRINTS = {"bridge_volume": "follows", "contact_end": "overlap", "rupture_from": "film", "capillary": "bridge"}
+VARIANTS = {
+    name: Readings.model_validate({**dict.fromkeys(MISPRINTS, name), **NO_MISPRINTS})
+    for name in ("mended", "as_printed")
+}
+"""All equations mended, or as the paper (or its scan) has them; readings that are no misprints are the same in both."""
 
 
 class Problem(Strict):
@@ -106,14 +111,13 @@ class Problem(Strict):
     gravity_m_per_s2: Annotated[float, Field(ge=0, le=1e4)] = 9.81
     rtol: Annotated[float, Field(ge=1e-13, le=1e-2)] = RTOL
     variant: Literal["mended", "as_printed"] = "mended"
-    readings: dict[str, str] = {}
+    readings: Readings = Readings()
     integrator: Integrator = "compiled"
 
     @model_validator(mode="after")
     def _consistent(self) -> Problem:
         if (self.wall is None) == (self.partner is None):
             raise ValueError("either wall or partner, and not both")
-        self.chosen()
         if self.liquid is not None and self.chosen().capillary != "bridge":
             c = self.particle.radius_m * (1.0 - math.cos(math.radians(self.liquid.half_filling_angle_deg)))
             if self.liquid.layer_thickness_m >= c:
@@ -125,8 +129,7 @@ class Problem(Strict):
 
     def chosen(self) -> Readings:
         """The readings of the variant, with those named one by one in their place."""
-        base = PRINTED if self.variant == "as_printed" else Readings()
-        return Readings.model_validate({**base.model_dump(), **self.readings})
+        return VARIANTS[self.variant].model_copy(update=self.readings.model_dump(exclude_none=True))
 
     @property
     def tangential_velocity(self) -> float:

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 from pywet.collisions import engine, wall
 from pywet.collisions.curves import problem
-from pywet.collisions.problem import Problem
+from pywet.collisions.problem import Problem, Readings
 from pywet.history.initial import film_volume
 from pywet.laws import registry
 from pywet.laws.force_law import ForceLaw
@@ -95,7 +95,9 @@ def ladder(case: Problem, folder: Path) -> pd.DataFrame:
     rows = []
     for said, changed in steps:
         readings |= changed
-        rows.append((said, wall.collide(case.model_copy(update={"readings": dict(readings)}))["e_n"]))
+        rows.append(
+            (said, wall.collide(case.model_copy(update={"readings": Readings.model_validate(readings)}))["e_n"])
+        )
     rows.append(
         ("gap from the wall, volume and φ from the film drawn, linear contact (twin)", normal_coefficient(case))
     )
@@ -105,7 +107,7 @@ def ladder(case: Problem, folder: Path) -> pd.DataFrame:
 
 def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)) -> pd.DataFrame:
     """e_n of 1.74 mm glass on 100 µm of water over the impact velocity: model, its nearest readings, twin and engine."""
-    near = {"bridge_volume": "frozen", "rupture_from": "wall", "capillary": "film_and_bridge"}
+    near = Readings(bridge_volume="frozen", rupture_from="wall", capillary="film_and_bridge")
     rows = []
     with TemporaryDirectory() as scratch:
         for v in np.linspace(0.15, 3.0, 58):

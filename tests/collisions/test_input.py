@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from pywet.cli import app
 from pywet.collisions import data, sweep, wall
-from pywet.collisions.problem import PRINTED, Problem, Readings
+from pywet.collisions.problem import VARIANTS, Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from tests.collisions.cases import problem
@@ -101,8 +101,8 @@ def changed(path: str, value: Any) -> dict[str, Any]:
         ("liquid.viscosity_Pa_s", None, "key liquid.viscosity_Pa_s is missing"),
         ("wall", None, "either wall or partner"),
         ("variant", "printed", "variant is 'printed', expected 'mended' or 'as_printed'"),
-        ("readings", {"gapp": "mended"}, "gapp"),
-        ("readings", {"gap": "other"}, "gap"),
+        ("readings", {"gapp": "mended"}, "key readings.gapp is not known, expected gap"),
+        ("readings", {"gap": "other"}, "readings.gap is 'other', expected 'mended' or 'as_printed'"),
         ("rtol", 1.0, "rtol is 1.0"),
         ("readings", {"capillary": "film_and_bridge"}, "expected a layer thinner than"),
         ("friction", [], "friction is an empty list"),
@@ -158,11 +158,11 @@ def test_a_refused_collision_does_not_stop_a_sweep(monkeypatch: pytest.MonkeyPat
 
 def test_variant_as_printed_is_all_printed_readings() -> None:
     case = problem("glass_1.74mm", ("water", 400), variant="as_printed")
-    assert case.chosen() == PRINTED
+    assert case.chosen() == VARIANTS["as_printed"]
     assert case.chosen().bridge_volume == "follows"
     mixed = problem("glass_1.74mm", ("water", 400), variant="as_printed", readings={"gap": "mended"})
-    assert mixed.chosen() == PRINTED.model_copy(update={"gap": "mended"})
-    assert problem("glass_1.74mm").chosen() == Readings()
+    assert mixed.chosen() == VARIANTS["as_printed"].model_copy(update={"gap": "mended"})
+    assert problem("glass_1.74mm").chosen() == VARIANTS["mended"]
 
 
 def test_two_spheres_by_reduced_mass_and_radius() -> None:
