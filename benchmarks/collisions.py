@@ -1,6 +1,6 @@
 """Collisions per second: sweeps of 1000 wet collisions by the compiled integrator, and single ones by each of scipy's.
 
-    python benchmarks/collisions.py
+python benchmarks/collisions.py
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ ROUNDS, COUNT, SINGLE = 3, 1000, 10
 def problems(integrator: str, count: int) -> list[tuple[dict[str, float], object]]:
     """Wet glass at velocities from sticking to the plateau."""
     return [
-        ({"v": float(v)}, problem("glass_1.74mm", ("water", 400), normal_velocity_m_per_s=float(v), integrator=integrator))
+        (
+            {"v": float(v)},
+            problem("glass_1.74mm", ("water", 400), normal_velocity_m_per_s=float(v), integrator=integrator),
+        )
         for v in np.linspace(0.1, 3.0, count)
     ]
 

@@ -23,35 +23,35 @@ def _build(sources: str) -> tuple[Callable[..., Any], ...]:
     """Compiled entry points; `sources` stands in numba's cache for the text of all that they call."""
 
     @njit(cache=True, error_model="numpy")
-    def rates(phase, state, p):  # type: ignore[no-untyped-def]
+    def rates(phase: int, state: np.ndarray, p: Parameters) -> np.ndarray:
         _ = sources
         out = np.empty(SIZE)
         model.rates(phase, state, p, out)
         return out
 
     @njit(cache=True, error_model="numpy")
-    def events(phase, state, p):  # type: ignore[no-untyped-def]
+    def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
         _ = sources
         return model.events(phase, state, p)
 
     @njit(cache=True, error_model="numpy")
-    def rupture(h, u, p):  # type: ignore[no-untyped-def]
+    def rupture(h: float, u: float, p: Parameters) -> float:
         _ = sources
         return model.rupture(h, u, p)
 
     @njit(cache=True, error_model="numpy")
-    def start(phase, state, p, rtol):  # type: ignore[no-untyped-def]
+    def start(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
         _ = sources
         atol = np.empty(SIZE)
         return scales(phase, state, p, rtol, atol), atol
 
     @njit(cache=True, error_model="numpy")
-    def follow(phase, which, state, p):  # type: ignore[no-untyped-def]
+    def follow(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
         _ = sources
         return next_phase(phase, which, state, p)
 
     @njit(cache=True, error_model="numpy")
-    def volume(h, p):  # type: ignore[no-untyped-def]
+    def volume(h: float, p: Parameters) -> float:
         _ = sources
         return model.bridge_volume(h, p)
 

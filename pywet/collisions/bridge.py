@@ -13,7 +13,7 @@ from numba import njit
 
 
 @njit(error_model="numpy")
-def radii(height, rim, angle, printed):  # type: ignore[no-untyped-def]
+def radii(height: float, rim: float, angle: float, printed: bool) -> tuple[float, float]:
     """(r_m, r_a): meridional radius H/(1 + cos a) and neck r_c + r_m (sin a − 1) [m]; rim r_c = R sin φ [m], angle a [rad].
 
     `printed`: r_a = r_c from a = 90° on, where the neck is then not continuous. Source: (34), (35).
@@ -28,7 +28,9 @@ def radii(height, rim, angle, printed):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def attraction(height, rim, angle, surface_tension, neck_printed, suction_printed):  # type: ignore[no-untyped-def]
+def attraction(
+    height: float, rim: float, angle: float, surface_tension: float, neck_printed: bool, suction_printed: bool
+) -> float:
     """2π σ r_c sin a + π r_c² σ (1/r_m − 1/r_a) [N], attraction positive; `suction_printed` turns the second term's sign.
 
     Not defined at H ≤ 0 or r_a ≤ 0; negative (no bridge) close to r_a = 0. Source: (31)-(33), mended.
@@ -43,7 +45,7 @@ def attraction(height, rim, angle, surface_tension, neck_printed, suction_printe
 
 
 @njit(error_model="numpy")
-def volume(height, radius, phi, angle, neck_printed, volume_printed):  # type: ignore[no-untyped-def]
+def volume(height: float, radius: float, phi: float, angle: float, neck_printed: bool, volume_printed: bool) -> float:
     """V_b = V_1 − V_2 − V_3 − V_4 [m3], see `pieces`; `volume_printed`: without the factors π lost in print. Source: (39)-(43).
 
     >>> f"{volume(3e-4, 8.7e-4, 0.6109, 0.8727, False, False):.5e}"
@@ -55,7 +57,9 @@ def volume(height, radius, phi, angle, neck_printed, volume_printed):  # type: i
 
 
 @njit(error_model="numpy")
-def pieces(height, radius, phi, angle, neck_printed):  # type: ignore[no-untyped-def]
+def pieces(
+    height: float, radius: float, phi: float, angle: float, neck_printed: bool
+) -> tuple[float, float, float, float]:
     """(V_1, V_2, V_3, V_4) [m3]: cylinder, toroid's segment, triangle, cap of the sphere; with ψ = π − a, c = R(1 − cos φ):
 
     V_1 = π R_0² H; V_2 = π r_m² ψ [R_0 − (4 r_m/(3ψ)) sin²(ψ/2)]; V_3 = π r_m² sin a cos a (r_c + (2/3) r_m sin a);
@@ -81,7 +85,9 @@ def pieces(height, radius, phi, angle, neck_printed):  # type: ignore[no-untyped
 
 
 @njit(error_model="numpy")
-def rupture_length(bridge_volume, speed, contact_angle, viscosity, surface_tension):  # type: ignore[no-untyped-def]
+def rupture_length(
+    bridge_volume: float, speed: float, contact_angle: float, viscosity: float, surface_tension: float
+) -> float:
     """l = (1 + θ/2)(1 + √Ca) V_b^{1/3} [m], Ca = μ |v_n|/σ (Pitois et al. 2001); infinite for σ = 0 and |v_n| > 0.
 
     bridge_volume [m3] (taken as 0 if negative), speed |v_n| [m/s], contact_angle [rad]. Source: (36), (37).

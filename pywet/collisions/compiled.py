@@ -16,7 +16,7 @@ from numba import njit
 from scipy.integrate import DOP853
 
 from pywet.collisions import bridge, contact, drag, model
-from pywet.collisions.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, S, U
+from pywet.collisions.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U
 
 STAGES = 12
 A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
@@ -30,7 +30,7 @@ NOTHING, PASSAGE, STOP, REST = 0, 1, 2, 3
 
 
 @njit(error_model="numpy")
-def stages(phase, state, step, p, k, end):  # type: ignore[no-untyped-def]
+def stages(phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, end: np.ndarray) -> None:
     """One step from `state` with k[0] given: fills k[1..12], writes the new state into `end`."""
     for i in range(1, STAGES):
         for n in range(SIZE):
@@ -48,7 +48,7 @@ def stages(phase, state, step, p, k, end):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def error_norm(state, end, step, k, rtol, atol):  # type: ignore[no-untyped-def]
+def error_norm(state: np.ndarray, end: np.ndarray, step: float, k: np.ndarray, rtol: float, atol: np.ndarray) -> float:
     """scipy's estimate of the local error over the tolerance."""
     fifth = third = 0.0
     for n in range(SIZE):
@@ -65,7 +65,9 @@ def error_norm(state, end, step, k, rtol, atol):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def locate(which, phase, state, step, p, k, low, high):  # type: ignore[no-untyped-def]
+def locate(
+    which: int, phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, low: float, high: float
+) -> float:
     """Smallest fraction found, within the step, at which event function `which` is no longer negative (Illinois)."""
     trial = np.empty(SIZE)
     x0, x1, f0, f1 = 0.0, 1.0, low, high
@@ -94,7 +96,15 @@ def locate(which, phase, state, step, p, k, low, high):  # type: ignore[no-untyp
 
 
 @njit(error_model="numpy")
-def first_event(phase, state, step, p, k, before, after):  # type: ignore[no-untyped-def]
+def first_event(
+    phase: int,
+    state: np.ndarray,
+    step: float,
+    p: Parameters,
+    k: np.ndarray,
+    before: tuple[float, float, float],
+    after: tuple[float, float, float],
+) -> tuple[int, float]:
     """(which, fraction) of the first event of a step; a bridge is tested again where the sphere stops."""
     which, at = NOTHING, 1.0
     for n in range(1, 4):
@@ -112,7 +122,9 @@ def first_event(phase, state, step, p, k, before, after):  # type: ignore[no-unt
 
 
 @njit(error_model="numpy")
-def run_phase(phase, state, p, rtol, atol, first):  # type: ignore[no-untyped-def]
+def run_phase(
+    phase: int, state: np.ndarray, p: Parameters, rtol: float, atol: np.ndarray, first: float
+) -> tuple[int, int, float, int, int]:
     """Advance `state` to the end of the phase: (code, which event, duration, steps, evaluations of the forces)."""
     k, end = np.empty((STAGES + 1, SIZE)), np.empty(SIZE)
     time, step, steps, tried, rejected = 0.0, first, 0, 0, False
@@ -147,7 +159,7 @@ def run_phase(phase, state, p, rtol, atol, first):  # type: ignore[no-untyped-de
 
 
 @njit(error_model="numpy")
-def scales(phase, state, p, rtol, atol):  # type: ignore[no-untyped-def]
+def scales(phase: int, state: np.ndarray, p: Parameters, rtol: float, atol: np.ndarray) -> float:
     """Absolute tolerances of a phase (a thousandth of rtol, B section 3.2, of the phase's own scales); a time scale [s]."""
     speed = max(abs(state[U]), 1e-3 * np.sqrt(2.0 * p.gravity * p.layer), 1e-9 * p.speed)
     along = abs(state[model.V]) + abs(state[model.W])
@@ -166,7 +178,7 @@ def scales(phase, state, p, rtol, atol):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def next_phase(phase, which, state, p):  # type: ignore[no-untyped-def]
+def next_phase(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
     """The phase that follows; DONE after rupture and when the sphere stays."""
     if which != PASSAGE or phase == BRIDGE:
         return DONE
@@ -181,7 +193,7 @@ def _build(sources: str) -> Callable[..., Any]:
     """Compile the outer loop. numba keeps machine code by the text of this function only; `sources` stands for all it calls."""
 
     @njit(nogil=True, cache=True, error_model="numpy")
-    def collide(p, state, rtol, log):  # type: ignore[no-untyped-def]
+    def collide(p: Parameters, state: np.ndarray, rtol: float, log: np.ndarray) -> tuple[int, int, int, int]:
         """Run a collision; `log` gets one row per event (time, phase that ended, which event); (code, rows, steps, calls)."""
         _ = sources
         atol = np.empty(SIZE)

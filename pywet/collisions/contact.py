@@ -45,7 +45,7 @@ def effective_shear(modulus_i: float, poisson_i: float, modulus_j: float, poisso
 
 
 @njit(error_model="numpy")
-def normal_force(overlap, rate, stiffness, damping):  # type: ignore[no-untyped-def]
+def normal_force(overlap: float, rate: float, stiffness: float, damping: float) -> float:
     """F = k δ^{3/2} + d δ^{1/4} δ̇ [N], repulsion positive; overlap δ [m], rate δ̇ [m/s], k = (4/3) E* √R* [N/m^1.5],
     d = α √(m* k) [kg/(s m^0.25)]. Zero at δ ≤ 0. Source: (9), (11), (12).
 
@@ -59,7 +59,9 @@ def normal_force(overlap, rate, stiffness, damping):  # type: ignore[no-untyped-
 
 
 @njit(error_model="numpy")
-def tangential_force(overlap, slip, slip_rate, shear, damping, limit):  # type: ignore[no-untyped-def]
+def tangential_force(
+    overlap: float, slip: float, slip_rate: float, shear: float, damping: float, limit: float
+) -> float:
     """F = −(k_t δ_t + d δ^{1/4} v_c) [N], clipped to ± limit; k_t = shear √δ with shear = 8 G* √R* [N/m^1.5].
 
     slip δ_t [m] is the way of the contact point over the whole contact, also while it slides; slip_rate v_c = v_t + ω R [m/s];

@@ -11,7 +11,7 @@ GAP_MIN = 0.5e-6
 
 
 @njit(error_model="numpy")
-def unbounded(speed, rim, viscosity, density):  # type: ignore[no-untyped-def]
+def unbounded(speed: float, rim: float, viscosity: float, density: float) -> float:
     """Drag far from a wall (White 2006): 6π μ r |v| (1 + Re/(4(1 + √Re)) + Re/60) [N], Re = 2 r |v| ρ/μ.
 
     speed |v| [m/s], rim r = R sin φ [m] (radius of the wetted part), viscosity [Pa s], density of the liquid [kg/m3].
@@ -32,7 +32,7 @@ def unbounded(speed, rim, viscosity, density):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def near_wall(speed, gap, radius, viscosity):  # type: ignore[no-untyped-def]
+def near_wall(speed: float, gap: float, radius: float, viscosity: float) -> float:
     """Lubrication at a wall: 6π μ R² |v|/gap [N]; gap already bounded below by the roughness, R the (reduced) radius [m].
 
     Source: (28) with the gap h = y − R (the print has δ_l − y).
@@ -44,7 +44,9 @@ def near_wall(speed, gap, radius, viscosity):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def goldman_force(along, rim_speed, log_gap, radius, viscosity, sign):  # type: ignore[no-untyped-def]
+def goldman_force(
+    along: float, rim_speed: float, log_gap: float, radius: float, viscosity: float, sign: float
+) -> float:
     """Tangential force of Goldman et al. (1967): −6π μ R [((8/15) Λ + 0.9588) v_t + ((2/15) Λ + s 0.2526) ωR] [N].
 
     along v_t and rim_speed ωR [m/s], log_gap Λ = ln(R/gap) ≥ 0, radius R [m], sign s = −1 (print: +1). Valid for gap ≪ R.
@@ -58,7 +60,9 @@ def goldman_force(along, rim_speed, log_gap, radius, viscosity, sign):  # type: 
 
 
 @njit(error_model="numpy")
-def goldman_moment(along, rim_speed, log_gap, radius, viscosity, sign):  # type: ignore[no-untyped-def]
+def goldman_moment(
+    along: float, rim_speed: float, log_gap: float, radius: float, viscosity: float, sign: float
+) -> float:
     """Moment over R of Goldman et al. (1967): −8π μ R [((1/10) Λ + s 0.1895) v_t + ((2/5) Λ + 0.3817) ωR] [N].
 
     Arguments as in `goldman_force`. Source: (30).

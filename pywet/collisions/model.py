@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from pywet.collisions import bridge, contact, drag
@@ -55,13 +56,13 @@ class Parameters(NamedTuple):
 
 
 @njit(error_model="numpy")
-def viscous_gap(h, p):  # type: ignore[no-untyped-def]
+def viscous_gap(h: float, p: Parameters) -> float:
     """Gap of the viscous laws, bounded below by the roughness; printed: δ_l − y with y the centre's height."""
     return max(p.layer - h - p.radius if p.gap_printed else h, drag.GAP_MIN)
 
 
 @njit(error_model="numpy")
-def viscous_normal(h, u, p):  # type: ignore[no-untyped-def]
+def viscous_normal(h: float, u: float, p: Parameters) -> float:
     """The larger of drag and lubrication [N], against u."""
     speed = abs(u)
     sine = math.sin(p.half_filling)
@@ -72,7 +73,7 @@ def viscous_normal(h, u, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def bridge_volume(h, p):  # type: ignore[no-untyped-def]
+def bridge_volume(h: float, p: Parameters) -> float:
     """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
     height = (0.0 if p.volume_frozen else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
     angle = p.half_filling + p.contact_angle
@@ -80,7 +81,7 @@ def bridge_volume(h, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def attraction(h, surface_tension, p):  # type: ignore[no-untyped-def]
+def attraction(h: float, surface_tension: float, p: Parameters) -> float:
     """Capillary attraction at gap h [N]."""
     height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
     rim = p.radius * math.sin(p.half_filling)
@@ -89,7 +90,7 @@ def attraction(h, surface_tension, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def contact_forces(state, p):  # type: ignore[no-untyped-def]
+def contact_forces(state: np.ndarray, p: Parameters) -> tuple[float, float]:
     """(normal, tangential) contact force [N]."""
     overlap = -state[H]
     normal = contact.normal_force(overlap, -state[U], p.stiffness, p.damping)
@@ -99,7 +100,7 @@ def contact_forces(state, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def rates(phase, state, p, out):  # type: ignore[no-untyped-def]
+def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None:
     """Time derivative of the state into `out`; the powers are per unit of effective mass, positive when energy is lost."""
     h, u, v, w = state[H], state[U], state[V], state[W]
     normal = tangential = normal_viscous = along = moment = capillary = 0.0
@@ -131,7 +132,7 @@ def rates(phase, state, p, out):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def events(phase, state, p):  # type: ignore[no-untyped-def]
+def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
     """(passage, stop, rest): each ends the phase when it rises through zero.
 
     The stop of a turning sphere and the rest of one that only comes to rest in the limit mean that it cannot get away.
@@ -147,7 +148,7 @@ def events(phase, state, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def lubrication_loss(h, to, p):  # type: ignore[no-untyped-def]
+def lubrication_loss(h: float, to: float, p: Parameters) -> float:
     """Velocity that lubrication alone takes between gaps h and `to` [m/s]; drag and gravity on the way out add to it."""
     near, far = min(h, to), max(h, to)
     floor = drag.GAP_MIN
@@ -156,7 +157,7 @@ def lubrication_loss(h, to, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def entry_rest(h, u, p):  # type: ignore[no-untyped-def]
+def entry_rest(h: float, u: float, p: Parameters) -> float:
     """Phase I: too little energy to climb out again, too slow to reach the wall by inertia, and creeping (or at rest)."""
     slow = abs(u) / lubrication_loss(h, 0.0, p) - 1.0 if h > 0.0 else 1.0
     still = abs(u) / (REST * p.speed) - 1.0
@@ -169,7 +170,7 @@ def entry_rest(h, u, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def leaving_rest(h, u, p):  # type: ignore[no-untyped-def]
+def leaving_rest(h: float, u: float, p: Parameters) -> float:
     """Phase III without gravity: so slow that lubrication holds the sphere, and practically at rest."""
     if p.gravity > 0.0:
         return -1.0
@@ -178,7 +179,7 @@ def leaving_rest(h, u, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def contact_end(state, p):  # type: ignore[no-untyped-def]
+def contact_end(state: np.ndarray, p: Parameters) -> float:
     """Phase II ends at zero overlap (or at zero force, an option) on the way out."""
     if state[U] <= 0.0 or not p.end_at_force:
         return state[H]
@@ -186,7 +187,7 @@ def contact_end(state, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def contact_rest(h, u, p):  # type: ignore[no-untyped-def]
+def contact_rest(h: float, u: float, p: Parameters) -> float:
     """Phase II: the energy above that of lying still is spent (damped beyond turning; a turning sphere stops before)."""
     depth = max(-h, 0.0)
     spring = p.stiffness / p.mass
@@ -198,7 +199,7 @@ def contact_rest(h, u, p):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def rupture(h, u, p):  # type: ignore[no-untyped-def]
+def rupture(h: float, u: float, p: Parameters) -> float:
     """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
     length = bridge.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
     beyond = h - (0.0 if p.rupture_from_wall else p.layer) - length

@@ -12,9 +12,15 @@ from pywet.collisions import curves, effects, figures, study, twin
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 
+
+def _cost() -> pd.DataFrame:
+    """The accuracy study, telling where it is (it takes a minute or two)."""
+    return study.cost(report=lambda said: print(said, flush=True))
+
+
 TABLES: dict[str, Callable[[], pd.DataFrame]] = {
     **curves.FIGURES,
-    "accuracy": study.cost,
+    "accuracy": _cost,
     "engine": twin.over_velocity,
     "readings": effects.table,
 }

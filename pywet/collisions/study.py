@@ -43,7 +43,9 @@ def examples() -> list[Problem]:
         "gravity_m_per_s2": 0.0,
     }
     return [
-        problem("alumina_1.74mm", ("tween20", 100), friction=FRICTION["tween20"], angle_deg=35.0, omega_rad_per_s=-960.0),
+        problem(
+            "alumina_1.74mm", ("tween20", 100), friction=FRICTION["tween20"], angle_deg=35.0, omega_rad_per_s=-960.0
+        ),
         problem("alumina_1.74mm", None, angle_deg=20.0),
         problem("glass_1.74mm", ("water", 400), normal_velocity_m_per_s=0.65),
         Problem.model_validate(worst),

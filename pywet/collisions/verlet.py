@@ -20,7 +20,7 @@ MOST = 20_000_000
 
 
 @njit(error_model="numpy")
-def phase_after(phase, state, p):  # type: ignore[no-untyped-def]
+def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
     """The phase of the next step, by position and velocity at the end of this one."""
     h, u = state[H], state[U]
     if phase == ENTRY:
@@ -40,7 +40,7 @@ def phase_after(phase, state, p):  # type: ignore[no-untyped-def]
 
 def _build(sources: str) -> Callable[..., Any]:
     @njit(nogil=True, cache=True, error_model="numpy")
-    def run(p, state, step):  # type: ignore[no-untyped-def]
+    def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
         """Advance `state` to the end: (steps, whether the end was reached)."""
         _ = sources
         out = np.empty(SIZE)

@@ -51,6 +51,20 @@ def with_method_normal(case: Problem, rtol: float) -> float:
     return float(wall.integrate(p, wall.start(case, p), rtol, "compiled").state[1]) / p.speed
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_toroid_in_a_thick_film_has_a_pole(rtol: float) -> None:
+    """B Fig. 6: with the capillary force in phase I too, 400 µm of water have r_m = 0 at h = δ_l − R(1 − cos φ) = 29 µm. Pulling
+    (mended) the integrator stops there; pushing (printed sign) the sphere is held: no tolerance gives a converged rebound.
+    """
+    case = problem(GLASS, ("water", 400))
+    p = case.parameters()._replace(capillary_in_film=True)
+    pole = p.layer - p.radius * (1.0 - np.cos(p.half_filling))
+    assert pole == pytest.approx(29e-6, abs=0.5e-6)
+    assert wall.integrate(p, wall.start(case, p), rtol, "RK45").code == compiled.TOO_SMALL
+    pushed = wall.integrate(p._replace(suction_printed=True), wall.start(case, p), 1e-6, "RK45")
+    assert pushed.log[-1][2] != 1  # not a rupture
+
+
 @pytest.mark.parametrize("method", ["compiled", "DOP853", "LSODA"])
 def test_events_in_order(method: str) -> None:
     got = run(GLASS, ("water", 400), integrator=method)
