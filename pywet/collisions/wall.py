@@ -20,7 +20,7 @@ from pywet.errors import PywetError
 
 CLOSURE = 1e-8
 """Largest residual of the energy budget over the initial energy."""
-TIGHTEST = 1e-13
+TIGHTEST = 1e-14
 KINDS = {model.ENTRY: "contact", model.CONTACT: "lift_off", model.LEAVING: "film_exit", model.BRIDGE: "rupture"}
 """Phase -> what ends it, unless the sphere stays."""
 

@@ -68,14 +68,15 @@ def check(content: dict[str, Any]) -> None:
     energies = got["energy_J"]
     assert all(math.isfinite(x) for x in energies.values())
     assert all(math.isfinite(got[k]) for k in ("e_n", "v_n_out", "v_t_out", "omega_out", "duration_s"))
-    # in energies of the largest turned over: at 1e-6 m/s gravity turns over 1e9 times the initial energy, beyond double precision
+    # at 1e-6 m/s gravity turns over 1e9 times the initial energy; from 1e3 times on the round-off of the steps may be the larger
     assert abs(energies["residual"]) <= CLOSURE * max(abs(x) for x in energies.values())
-    if energies["in"] > 1e-5 * max(abs(x) for x in energies.values()):
+    if energies["in"] > 1e-3 * max(abs(x) for x in energies.values()):
         assert abs(energies["residual"]) <= CLOSURE * energies["in"]
     if content["variant"] == "mended":  # the print's suction pushes and can throw a sphere out
         assert 0.0 <= got["e_n"] <= content["particle"]["restitution"] + 1e-5
-        assert energies["contact"] >= -CLOSURE * energies["in"] and energies["viscous"] >= 0.0
-        assert energies["capillary"] >= 0.0
+        assert energies["viscous"] >= 0.0 and energies["capillary"] >= 0.0
+        if content["friction"] == 0.0:  # with it see test_whole_slip_can_give_energy
+            assert energies["contact"] >= -CLOSURE * energies["in"]
     assert got["stuck"] == (got["events"][-1]["kind"] == "stick")
 
 
@@ -140,6 +141,30 @@ def test_extreme_spin_and_angle(omega: float, angle: float) -> None:
     got = run(GLASS, ("water", 400), omega_rad_per_s=omega, angle_deg=angle)
     assert got["e_n"] == pytest.approx(plain["e_n"], abs=1e-6)
     assert np.isfinite(got["omega_out"])
+
+
+def test_whole_slip_can_give_energy() -> None:
+    """The paper's spring takes the slip of the whole contact, also while the sphere slides: once the slip has turned round
+    friction can push along. Far outside its range (soft, μ = 1, 1e5 rad/s) a contact gives 0.34 of the energy it was given;
+    the budget shows it as a negative loss. Within its range (μ = 0.195, spins to −1777 rad/s) the loss is never negative.
+    """
+    soft = {"radius_m": math.exp(-10.5), "density_kg_per_m3": math.exp(5.0), "youngs_modulus_Pa": math.exp(12.0)}
+    particle = {**soft, "poisson_ratio": 0.0, "restitution": 0.999999999}
+    outside = {
+        "particle": particle,
+        "wall": data.GLASS_WALL,
+        "liquid": None,
+        "friction": 1.0,
+        "normal_velocity_m_per_s": 1.0,
+    }
+    case = Problem.model_validate({**outside, "omega_rad_per_s": 1e5, "gravity_m_per_s2": 0.0})
+    energies = collide(case)["energy_J"]
+    assert energies["contact"] / energies["in"] == pytest.approx(-0.341, abs=2e-3)
+    normal = 0.5 * (1.0 - 0.76**2) * problem("alumina_1.74mm").mass
+    for spin in (0.0, 200.0, -300.0, -960.0, -1777.0):
+        for angle in range(1, 90, 4):
+            got = run("alumina_1.74mm", angle_deg=angle, omega_rad_per_s=spin, gravity_m_per_s2=0.0)
+            assert got["energy_J"]["contact"] > normal * (1.0 - 1e-8)
 
 
 def test_without_surface_tension_the_bridge_never_ruptures() -> None:
