@@ -38,8 +38,9 @@ run: setup  ## the 18 screening cases, cross-check and report
 report: setup  ## the report, with the cases that it still needs
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
 
-bench: setup  ## cost of a step, side by side
+bench: setup  ## cost of a step, side by side; collisions per second
 	$(PYTHON) benchmarks/step_cost.py
+	$(PYTHON) benchmarks/collisions.py
 
 clean:  ## results and caches; keeps .venv
 	rm -rf results .snakemake .cache .pytest_cache .mypy_cache .ruff_cache

@@ -161,9 +161,15 @@ def bridge(
 
 
 @collide.command()
-def wall(file: JsonFile) -> None:
-    """A wet sphere against a wall (not built yet)."""
-    _not_built("`pywet collide wall`")
+def wall(
+    file: JsonFile,
+    table: Annotated[bool, typer.Option("--table", help="A sweep as a table to read, not as JSON.")] = False,
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write a sweep as CSV as well.")] = None,
+) -> None:
+    """A wet sphere against a wall; lists in place of numbers make a sweep."""
+    from pywet.collisions import command
+
+    command.wall(file, table, csv)
 
 
 @collide.command()

@@ -11,7 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.laws import capillary, capillary_fits, formation, rupture, transfer, transfer_exact, viscous, young_laplace
+from pywet.laws import (
+    buck,
+    capillary,
+    capillary_fits,
+    formation,
+    rupture,
+    transfer,
+    transfer_exact,
+    viscous,
+    young_laplace,
+)
 from pywet.laws.force_law import ForceLaw, check
 
 GROUP = "pywet.laws"
@@ -67,11 +77,17 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
         "soulie": (capillary_fits.soulie,),
         "bagheri": (capillary_fits.bagheri,),
         "young_laplace": (young_laplace.young_laplace,),
+        "buck": (buck.buck,),
     },
-    "viscous_normal": {"pitois": (viscous.pitois,), "adams_perchard": (viscous.adams_perchard,)},
+    "viscous_normal": {
+        "pitois": (viscous.pitois,),
+        "adams_perchard": (viscous.adams_perchard,),
+        "buck_water": (buck.buck_water,),
+    },
     "viscous_tangential": {
         "goldman": (viscous.goldman_translation, viscous.goldman_rotation),
         "lian": (viscous.lian_translation, viscous.lian_rotation),
+        "buck": (buck.buck_translation, buck.buck_rotation),
     },
     "rupture": {
         "willett_unequal": (rupture.willett_unequal,),
@@ -79,6 +95,7 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
         "willett": (rupture.willett,),
         "lian": (rupture.lian,),
         "young_laplace": (young_laplace.young_laplace_rupture,),
+        "buck": (buck.buck_rupture,),
     },
     "dynamic_rupture": {"pitois": (rupture.pitois_dynamic,)},
     "formation": {

@@ -313,7 +313,70 @@ def formation_sphere(film, ri, rj):
     return film / 2 * (1 - sqrt(1 - share))
 
 
+def toroid(phi, theta):
+    """B 39-43 at H = R(1 − cos φ), over R³."""
+    a, c = phi + theta, 1 - cos(phi)
+    r_c, r_m, psi = sin(phi), c / (1 + cos(a)), pi - a
+    r_0 = r_c + r_m * sin(a)
+    v1, v4 = pi * r_0**2 * c, pi / 3 * c**2 * (3 - c)
+    v2 = pi * r_m**2 * psi * (r_0 - 4 * r_m / (3 * psi) * sin(psi / 2) ** 2)
+    v3 = pi * r_m**2 * sin(a) * cos(a) * (r_c + 2 * r_m / 3 * sin(a))
+    return v1 - v2 - v3 - v4
+
+
+def embraced(v, ri, rj, theta):
+    """Radius of one half, its part of volume and gap, and φ from V at touch."""
+    r, part = (ri, mpf(1)) if isinf(rj) else (harmonic(ri, rj), mpf("0.5"))
+    return r, part, findroot(lambda x: toroid(x, theta) - part * v / r**3, (mpf("0.01"), mpf("1.2")), solver="bisect", maxsteps=200, tol=1e-60)
+
+
+def buck(s, v, ri, rj, ti, tj, sigma):
+    if s < 0:
+        return mpf(0)
+    r, part, phi = embraced(v, ri, rj, ti)
+    a, r_c = phi + ti, r * sin(phi)
+    r_m = (part * s + r * (1 - cos(phi))) / (1 + cos(a))
+    r_a = r_c + r_m * (sin(a) - 1)
+    return max(2 * pi * sigma * r_c * sin(a) + pi * r_c**2 * sigma * (1 / r_m - 1 / r_a), mpf(0)) if r_a > 0 else mpf(0)
+
+
+def buck_water(s, v, ri, rj, vn, eta):
+    if s < 0:
+        return mpf(0)
+    r, _, phi = embraced(v, ri, rj, mpf("0.2617993877991494"))
+    r_c, gap = r * sin(phi), max(s, mpf("0.5e-6"))
+    re = 2 * r_c * abs(vn) * 998 / eta
+    drag = r_c * (1 + re / (4 * (1 + sqrt(re))) + re / 60)
+    return -6 * pi * eta * vn * max(drag, reduced(ri, rj) ** 2 / gap)
+
+
+def buck_coefficient(s, ri, rj, eta, slope, offset):
+    if s < 0:
+        return mpf(0)
+    r = reduced(ri, rj)
+    return 6 * pi * eta * r * (slope * log(r / max(s, mpf("0.5e-6"))) + mpf(offset))
+
+
 LAWS += [
+    ("capillary", "buck", "buck", buck, CAPILLARY, "B 31-35"),
+    ("viscous_normal", "buck_water", "buck_water", buck_water, NORMAL, "B 25-28"),
+    (
+        "viscous_tangential",
+        "buck",
+        "buck_translation",
+        lambda s, ri, rj, eta: buck_coefficient(s, ri, rj, eta, mpf(8) / 15, "0.9588"),
+        TANGENTIAL,
+        "B 29",
+    ),
+    (
+        "viscous_tangential",
+        "buck",
+        "buck_rotation",
+        lambda s, ri, rj, eta: buck_coefficient(s, ri, rj, eta, mpf(2) / 15, "-0.2526"),
+        TANGENTIAL,
+        "B 29",
+    ),
+    ("rupture", "buck", "buck_rupture", lambda v, ri, rj, ti, tj: (1 + ti / 2) * v ** (mpf(1) / 3), RUPTURE, "B 36"),
     ("capillary", "rabinovich", "rabinovich", rabinovich, CAPILLARY, "E 14 15 mended"),
     ("viscous_normal", "pitois", "pitois", pitois, NORMAL, "E 26"),
     ("viscous_tangential", "goldman", "goldman_translation", lian_coefficient, TANGENTIAL, "E 28"),

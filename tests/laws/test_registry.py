@@ -63,7 +63,7 @@ def test_law_from_a_file(own: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "name", "says"),
     [
-        ("capillary", "nonsense", "no capillary law named nonsense; expected one of bagheri, lambert, rabinovich"),
+        ("capillary", "nonsense", "no capillary law named nonsense; expected one of .*rabinovich"),
         ("colour", "red", "no kind of law named colour; expected one of capillary"),
         ("capillary", "nowhere.py:law", "nowhere.py does not exist"),
         ("dynamic_rupture", "{own}:absent", "has no absent"),

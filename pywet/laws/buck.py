@@ -1,0 +1,156 @@
+"""The forces of Buck et al. (2018) in the form the engine takes: functions of gap and volume of one bridge.
+
+Equation numbers are theirs. The engine knows neither the layer's thickness nor the phase of a collision: the gap is counted from
+the solid wall, the half-filling angle φ follows from the bridge's volume (as the toroid has it at touch), and the forces act from
+formation to rupture, except in contact (their phase II has none). Differences are in docs/wall_collision.md.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pywet.laws.force_law import force_law, helper
+
+GAP_MIN = 0.5e-6
+"""Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""
+WATER_DENSITY = 998.0
+"""Density in the Reynolds number of `buck_water` [kg/m3] (table 2): a law is not given the liquid's density."""
+
+
+@helper
+def half_radius(radius_i: float, radius_j: float) -> float:
+    """Radius of the sphere of one half of the bridge: r_i at a wall, else r_eff = 2 r_i r_j/(r_i + r_j) [m]."""
+    return radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+
+
+@helper
+def toroid_volume(phi: float, theta: float) -> float:
+    """Volume over R³ of the toroid between touching sphere and plane, (39)-(43) at H = R(1 − cos φ), zero angle on the plane."""
+    a, cap = phi + theta, 1.0 - math.cos(phi)
+    rim, r_m, turn = math.sin(phi), cap / (1.0 + math.cos(a)), math.pi - a
+    axis, half = rim + r_m * math.sin(a), math.sin(0.5 * turn)
+    segment = math.pi * r_m * r_m * (turn * axis - 4.0 / 3.0 * r_m * half * half)
+    triangle = math.pi * r_m * r_m * math.sin(a) * math.cos(a) * (rim + 2.0 / 3.0 * r_m * math.sin(a))
+    return math.pi * axis * axis * cap - segment - triangle - math.pi / 3.0 * cap * cap * (3.0 - cap)
+
+
+@helper
+def half_filling(volume_over_cube: float, theta: float) -> float:
+    """Half-filling angle φ [rad] of a volume over R³ by bisection, between 1e-3 and 90°."""
+    low, high = 1e-3, 0.5 * math.pi
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if toroid_volume(middle, theta) < volume_over_cube:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@force_law
+def buck(
+    separation: float,
+    volume: float,
+    radius_i: float,
+    radius_j: float,
+    contact_angle_i: float,
+    contact_angle_j: float,
+    surface_tension: float,
+) -> float:
+    """Capillary force of the toroid of Buck et al. (2018); zero angle on the other side (a film), none in contact.
+
+    F = 2π σ r_c sin a + π r_c² σ (1/r_m − 1/r_a), a = φ + θ_i, r_c = R sin φ, r_m = (S + R(1 − cos φ))/(1 + cos a),
+    r_a = r_c + r_m (sin a − 1); R = r_i at a wall; spheres: two such halves with V/2, S/2 and R = r_eff. φ from V at touch.
+
+    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad] (θ_j is not used),
+    surface_tension σ [N/m]. Returns F ≥ 0 [N]; 0 where the neck closes. S < 0: 0 (phase II has no liquid force).
+    Source: (31)-(35), with the signs of docs/wall_collision.md.
+
+    >>> f"{buck(1e-4, 1e-10, 1e-3, float('inf'), 0.2618, 0.0, 0.0728):.5e}"
+    '5.10375e-04'
+    """
+    if separation < 0.0 or volume <= 0.0:
+        return 0.0
+    radius = half_radius(radius_i, radius_j)
+    share = 1.0 if math.isinf(radius_j) else 0.5
+    phi = half_filling(share * volume / radius**3, contact_angle_i)
+    a, rim = phi + contact_angle_i, radius * math.sin(phi)
+    r_m = (share * separation + radius * (1.0 - math.cos(phi))) / (1.0 + math.cos(a))
+    neck = rim + r_m * (math.sin(a) - 1.0)
+    if neck <= 0.0:
+        return 0.0
+    line = 2.0 * math.pi * surface_tension * rim * math.sin(a)
+    return max(line + math.pi * rim * rim * surface_tension * (1.0 / r_m - 1.0 / neck), 0.0)
+
+
+@force_law
+def buck_water(
+    separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
+) -> float:
+    """Normal viscous force of Buck et al. (2018) for water: the larger of drag and lubrication, none in contact.
+
+    F = −max(6π η r_c v (1 + Re/(4(1 + √Re)) + Re/60), 6π η r_red² v/max(S, 0.5 µm)), r_c = R sin φ, Re = 2 r_c |v| ρ/η with
+    ρ = 998 kg/m3; φ from V at touch with a contact angle of 15°; r_red = r_i r_j/(r_i + r_j) (wall: r_i).
+
+    Arguments: separation S [m], volume V [m3], radii [m], normal_velocity [m/s] along n from j to i, viscosity η [Pa s].
+    Returns the component along n [N]. S < 0: 0 (phase II has no liquid force). Source: (25)-(28) with the gap S.
+
+    >>> f"{buck_water(1e-4, 1e-10, 1e-3, float('inf'), 0.5, 1e-3):.5e}"
+    '-9.42478e-05'
+    """
+    if separation < 0.0 or volume <= 0.0:
+        return 0.0
+    radius = half_radius(radius_i, radius_j)
+    share = 1.0 if math.isinf(radius_j) else 0.5
+    reduced = radius * share if not math.isinf(radius_j) else radius_i
+    rim = radius * math.sin(half_filling(share * volume / radius**3, 0.2617993877991494))
+    reynolds = 2.0 * rim * abs(normal_velocity) * WATER_DENSITY / viscosity
+    drag = rim * (1.0 + 0.25 * reynolds / (1.0 + math.sqrt(reynolds)) + reynolds / 60.0)
+    return -6.0 * math.pi * viscosity * max(drag, reduced * reduced / max(separation, GAP_MIN)) * normal_velocity
+
+
+@force_law
+def buck_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
+    """Coefficient c_t of the tangential viscous force −c_t v_t, (29): 6π η r ((8/15) Λ + 0.9588), Λ = ln(r/S) ≥ 0.
+
+    Arguments: separation S → max(S, 0.5 µm) [m], radii [m], r = r_red (wall: r_i), viscosity η [Pa s]. Returns c_t [kg/s];
+    S < 0: 0. Their moment (30) cannot be had: the engine turns a sphere by lever arm times this force.
+
+    >>> f"{buck_translation(1e-4, 1e-3, float('inf'), 1e-3):.5e}"
+    '4.12211e-05'
+    """
+    if separation < 0.0:
+        return 0.0
+    r = radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+    log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
+    return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
+
+
+@force_law
+def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
+    """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins, (29): 6π η r ((2/15) Λ − 0.2526).
+
+    Arguments as in `buck_translation`. Returns c_r [kg/s]; S < 0: 0. Negative where S > 0.15 r, as theirs.
+
+    >>> f"{buck_rotation(1e-4, 1e-3, float('inf'), 1e-3):.5e}"
+    '1.02563e-06'
+    """
+    if separation < 0.0:
+        return 0.0
+    r = radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+    log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
+    return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * log - 0.2526)
+
+
+@force_law
+def buck_rupture(
+    volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
+) -> float:
+    """Static rupture distance (1 + θ_i/2) V^{1/3} (Pitois et al. 2001); with the dynamic factor `pitois` it is (36).
+
+    Arguments: volume V [m3], radii [m] (not used), contact angles [rad] (θ_j is not used: a film). Returns S_rup [m].
+
+    >>> f"{buck_rupture(1e-12, 1e-3, float('inf'), 0.2, 0.0):.5e}"
+    '1.10000e-04'
+    """
+    return (1.0 + 0.5 * contact_angle_i) * volume ** (1.0 / 3.0)
