@@ -61,10 +61,15 @@ def doctor() -> None:
 
 
 @app.command()
-def laws(atlas: Annotated[bool, typer.Option("--atlas", help="Draw every law over its range.")] = False) -> None:
-    """List the laws by kind, with the first line of what each says of itself."""
+def laws(
+    atlas: Annotated[bool, typer.Option("--atlas", help="Judge every law against the exact bridge; one page.")] = False,
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the atlas.")] = Path("results/atlas"),
+    stock: Annotated[bool, typer.Option(help="Measure stock LIGGGHTS and YADE as well.")] = True,
+) -> None:
+    """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
-        _not_built("`pywet laws --atlas`")
+        out.print(str(_atlas(folder, stock)), soft_wrap=True)
+        return
     from pywet.laws import registry
 
     table = Table("kind", "law", "what it gives", box=None, header_style="bold")
@@ -176,6 +181,19 @@ def wall(
 def spheres(file: JsonFile) -> None:
     """Wet spheres in a plane (not built yet)."""
     _not_built("`pywet collide spheres`")
+
+
+def _atlas(folder: Path, stock: bool) -> Path:
+    """The atlas with a progress bar."""
+    from rich.progress import Progress
+
+    from pywet.atlas import page
+
+    with Progress(console=err, transient=True) as bar:
+        task = bar.add_task("atlas", total=1.0)
+        return page.write(
+            folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
+        )
 
 
 def _not_built(what: str) -> NoReturn:

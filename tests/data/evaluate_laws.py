@@ -327,7 +327,17 @@ def toroid(phi, theta):
 def embraced(v, ri, rj, theta):
     """Radius of one half, its part of volume and gap, and φ from V at touch."""
     r, part = (ri, mpf(1)) if isinf(rj) else (harmonic(ri, rj), mpf("0.5"))
-    return r, part, findroot(lambda x: toroid(x, theta) - part * v / r**3, (mpf("0.01"), mpf("1.2")), solver="bisect", maxsteps=200, tol=1e-60)
+    return (
+        r,
+        part,
+        findroot(
+            lambda x: toroid(x, theta) - part * v / r**3,
+            (mpf("0.01"), mpf("1.2")),
+            solver="bisect",
+            maxsteps=200,
+            tol=1e-60,
+        ),
+    )
 
 
 def buck(s, v, ri, rj, ti, tj, sigma):
