@@ -15,8 +15,6 @@ from pywet.files import atomic_write
 TEMPLATE = Path(__file__).with_name("atlas.html.j2")
 Report = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
-LEFT_OUT = ("buck",)
-"""Laws of another model, whose bridge is not this one."""
 
 
 def write(folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True) -> Path:
@@ -24,7 +22,7 @@ def write(folder: Path, report: Report = lambda what, share: None, *, with_stock
     report("exact bridges", 0.0)
     atlas = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
     report("laws, and tables of the exact law", 0.15)
-    found = errors.force_errors(atlas.forces).drop(columns=list(LEFT_OUT), errors="ignore")
+    found = errors.force_errors(atlas.forces).drop(columns=list(cost.LEFT_OUT), errors="ignore")
     tables = {
         "forces": errors.force_table(atlas.forces, found),
         "rupture": errors.rupture_table(atlas.limits),
@@ -70,7 +68,7 @@ def context(tables: dict[str, pd.DataFrame], pictures: dict[str, str], missing: 
         "laws": laws,
         "bodies": list(errors.REGIONS),
         "gaps": list(errors.GAPS),
-        "rupture": tables["rupture"][~tables["rupture"]["law"].isin(LEFT_OUT)].to_dict("records"),
+        "rupture": tables["rupture"][~tables["rupture"]["law"].isin(cost.LEFT_OUT)].to_dict("records"),
         "transfer": _transfer(tables["transfer"]),
         "misprints": tables["misprints"].to_dict("records"),
         "stock": tables["stock"].to_dict("records"),

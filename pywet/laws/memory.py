@@ -44,7 +44,7 @@ def _reinterpret(source: Any, target: Any) -> Any:
     return bits
 
 
-floats_at, ints_at = _pointer_to(types.float64), _pointer_to(types.int64)
+floats_at, singles_at, ints_at = (_pointer_to(kind) for kind in (types.float64, types.float32, types.int64))
 to_bits, from_bits = _reinterpret(types.float64, types.int64), _reinterpret(types.int64, types.float64)
 
 
