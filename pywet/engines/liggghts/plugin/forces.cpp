@@ -1,0 +1,184 @@
+// Forces and torques of the standing bridges, and which of them rupture.
+#include "bridges.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pywet {
+
+static const double PI = 3.14159265358979323846;
+
+static double film_thickness(double volume, double r) {
+  const double q = 3.0 * volume / (4.0 * PI * r * r * r);
+  return r * std::expm1(std::log1p(q) / 3.0);  // (3L/4pi + r^3)^(1/3) - r without cancellation
+}
+
+void Bridges::set_film(int id, double volume) {
+  if (volume < -1e-12 * initial_ || !std::isfinite(volume))
+    throw Stop("the film on sphere " + std::to_string(id) + " would be " + std::to_string(1e9 * volume) + " mm3 after step " +
+               std::to_string(now_) + ", expected zero or more; the formation law draws more than it says");
+  film[id] = volume;
+  thickness_[id] = film_thickness(std::max(volume, 0.0), radius(id));
+  thicker_ = std::max(thicker_, thickness_[id] - thickness_then_[id]);
+  if (thickness_[id] > allowed_thickness(id) && volume > 0)
+    throw Stop("the film on sphere " + std::to_string(id) + " has grown to " + std::to_string(1e3 * thickness_[id]) +
+               " mm, the neighbour list sees films up to " + std::to_string(1e3 * allowed_thickness(id)) +
+               " mm; raise FILM_GROWTH in pywet/engines/liggghts/deck.py");
+}
+
+// ---- geometry -------------------------------------------------------------------------------------------------------------
+
+void Bridges::pair_geometry(int a, int b, double radius_i, double radius_j, Geometry &g) const {
+  g.xi = Vec(at_.x[a]); g.vi = Vec(at_.v[a]); g.wi = Vec(at_.omega[a]);
+  g.xj = Vec(at_.x[b]); g.vj = Vec(at_.v[b]); g.wj = Vec(at_.omega[b]);
+  g.radius_i = radius_i;
+  g.radius_j = radius_j;
+  const Vec d = g.xi - g.xj;
+  const double distance = norm(d);
+  g.separation = distance - radius_i - radius_j;
+  g.n = (1.0 / distance) * d;
+  g.triangle = -1;
+}
+
+void Bridges::wall_geometry(int a, double radius_i, int part, const Closest &c, Geometry &g) const {
+  g.xi = Vec(at_.x[a]); g.vi = Vec(at_.v[a]); g.wi = Vec(at_.omega[a]);
+  g.xj = c.point; g.vj = walls.meshes[walls.parts[part].mesh].velocity_at(c.point); g.wj = Vec();
+  g.radius_i = radius_i;
+  g.radius_j = INF;
+  const Vec d = g.xi - g.xj;
+  const double distance = norm(d);
+  g.separation = distance - radius_i;
+  g.n = (1.0 / distance) * d;
+  g.triangle = c.triangle;
+}
+
+void Bridges::geometry(Bridge &b, Geometry &g) {
+  if (b.kind == SPHERE) {
+    pair_geometry(b.a, b.b, b.radius_i, b.radius_j, g);
+    return;
+  }
+  const Closest c = walls.closest(b.j, Vec(at_.x[b.a]), b.site, margin_);
+  b.triangle = c.triangle;
+  wall_geometry(b.a, b.radius_i, b.j, c, g);
+}
+
+void Bridges::check_overlap(const Geometry &g, int kind, int i, int j) const {
+  const double smaller = std::min(g.radius_i, g.radius_j);
+  if (g.separation >= -largest_overlap * smaller) return;
+  throw std::runtime_error("sphere " + std::to_string(i) + " overlaps " + (kind == SPHERE ? "sphere " : "wall part ") +
+                           std::to_string(j) + " by " + std::to_string(-g.separation / smaller) + " of its radius at step " +
+                           std::to_string(now_) + ", allowed is " + std::to_string(largest_overlap) +
+                           "; likely too large a time step or too soft a contact");
+}
+
+// ---- what a bridge is ------------------------------------------------------------------------------------------------------
+
+double Bridges::reduced_volume(const Bridge &b) const {
+  const double ri = radius(b.i);
+  const double r = b.kind == SPHERE ? 2 * ri * radius(b.j) / (ri + radius(b.j)) : ri;
+  return b.volume / (r * r * r);
+}
+
+double Bridges::share(const Bridge &b) const {
+  const int other = b.kind == SPHERE ? type_of[b.j] : walls.parts[b.j].group;
+  return b.volume * transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));
+}
+
+double Bridges::rupture_limit(const Bridge &b, const Geometry &g) const {
+  if (!laws.dynamic_rupture) return b.rupture_distance;
+  return b.rupture_distance * laws.dynamic_rupture(norm(g.vi - g.vj), laws.viscosity, laws.surface_tension);
+}
+
+// ---- forces ---------------------------------------------------------------------------------------------------------------
+
+// 1/m of the relative motion [1/kg] with each sphere's mass split evenly among its bridges; a driven body counts as immovable.
+double Bridges::inverse_mass(const Bridge &b, Contact &c) const {
+  c.sharing_i = at_.free(b.a) ? standing_[b.i] : 0;
+  c.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
+  double sum = c.sharing_i / at_.mass[b.a];
+  if (c.sharing_j > 0) sum += c.sharing_j / at_.mass[b.b];
+  return sum;
+}
+
+void Bridges::act(const Bridge &b, const Geometry &g, bool log) {
+  const double eta = laws.viscosity;
+  const Vec v = g.vi - g.vj;
+  const double vn = dot(v, g.n);
+  const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
+  Contact c = {};
+  Vec tangential;
+  if (laws.capillary)
+    c.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, laws.surface_tension);
+  c.factor_normal = c.factor_tangential = 1;
+  const double kick = semi_implicit ? at_.dt * inverse_mass(b, c) : 0.0;  // change of relative speed per force
+  if (laws.viscous_normal) {
+    c.viscous_normal = c.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);
+    if (semi_implicit) {
+      const double drag = -laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, 1.0, eta);
+      c.factor_normal = 1 / (1 + drag * kick);
+      c.viscous_normal = (c.viscous_law + drag * kick * c.capillary) * c.factor_normal;
+    }
+  }
+  if (laws.translation) {
+    const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj);
+    const double slide = laws.translation(g.separation, g.radius_i, g.radius_j, eta);
+    const double roll = laws.rotation(g.separation, g.radius_i, g.radius_j, eta);
+    c.factor_tangential = 1 / (1 + (slide + 2.5 * roll) * kick);  // r^2/I = 2.5/m
+    tangential = (-slide * c.factor_tangential) * (v - vn * g.n) + (-roll * c.factor_tangential) * spin;
+  }
+  const Vec force = (c.viscous_normal - c.capillary) * g.n + tangential;
+  const Vec turn = cross(g.n, tangential);
+  const Vec torque_i = (-g.radius_i) * turn, torque_j = (-rj) * turn;
+  if (!std::isfinite(dot(force, force)))
+    throw std::runtime_error("a force law gave a value that is not finite for the bridge of sphere " + std::to_string(b.i) +
+                             (b.kind == SPHERE ? " and sphere " : " and wall part ") + std::to_string(b.j) + " at step " +
+                             std::to_string(now_) + " (separation " + std::to_string(g.separation) + " m)");
+  if (owned(b.a)) {
+    accumulate(at_.f[b.a], force);
+    accumulate(at_.torque[b.a], torque_i);
+    energy_.add(b.a, (-c.capillary) * g.n, c.viscous_normal * g.n, tangential, torque_i);
+  }
+  if (owned(b.b)) {
+    accumulate(at_.f[b.b], (-1.0) * force);
+    accumulate(at_.torque[b.b], torque_j);
+    energy_.add(b.b, c.capillary * g.n, (-c.viscous_normal) * g.n, (-1.0) * tangential, torque_j);
+  }
+  if (b.kind != SPHERE) {
+    const double along = dot(g.vj, g.n);
+    energy_.wall_power[CAPILLARY] -= c.capillary * along;
+    energy_.wall_power[VISCOUS_NORMAL] += c.viscous_normal * along;
+    energy_.wall_power[VISCOUS_TANGENTIAL] += dot(tangential, g.vj);
+  }
+  if (!log || !owned(b.a)) return;
+  c.step = now_; c.time = time_; c.partner_kind = b.kind; c.i = b.i; c.j = b.j; c.triangle = g.triangle;
+  store(g.xi, c.xi); store(g.vi, c.vi); store(g.wi, c.wi);
+  store(g.xj, c.xj); store(g.vj, c.vj); store(g.wj, c.wj);
+  c.volume = b.volume; c.separation = g.separation; c.rupture_distance = rupture_limit(b, g);
+  store(tangential, c.viscous_tangential); store(force, c.force_i);
+  store(torque_i, c.torque_i); store(torque_j, c.torque_j);
+  contact_log_.write(c);
+}
+
+void Bridges::stand_or_rupture(bool decide, bool log) {
+  for (Bridge &b : bridges_) {
+    if (!b.here) continue;
+    Geometry g;
+    geometry(b, g);
+    check_overlap(g, b.kind, b.i, b.j);
+    if (decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g)) {
+      if (!owned(b.a)) continue;
+      Event e = {};
+      e.step = now_; e.time = time_; e.kind = RUPTURE; e.partner_kind = b.kind;
+      e.i = b.i; e.j = b.j; e.triangle = g.triangle;
+      e.volume = b.volume;
+      e.share_i = share(b);
+      e.share_j = b.volume - e.share_i;
+      e.separation = g.separation; e.rupture_distance = b.rupture_distance; e.speed = norm(g.vi - g.vj);
+      events_.push_back(e);
+      continue;
+    }
+    act(b, g, log);
+  }
+}
+
+}  // namespace pywet
