@@ -76,6 +76,7 @@ def execute(
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+        "OMPI_MCA_mpi_yield_when_idle": "1",  # the cores may be shared
     }
     with open(folder / "output.log", "w") as output:
         child = subprocess.Popen(

@@ -69,6 +69,13 @@ struct Geometry {
   int triangle;
 };
 
+// Forces of one bridge: capillary attracts, viscous acts along n on i, tangential on i.
+struct Terms {
+  double capillary = 0, viscous = 0, viscous_law = 0, factor_normal = 1, factor_tangential = 1;
+  int sharing_i = 0, sharing_j = 0;
+  Vec tangential;
+};
+
 // A run that has to stop, known to every rank alike.
 struct Stop : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -139,6 +146,7 @@ class Bridges {
   void read_mesh_motion(bool all);
   bool read_mesh(size_t m, double *out) const;
   void find_pair_candidates();
+  void store_contact_springs();
   void inside_the_box() const;
 
   // formation.cpp
@@ -161,7 +169,8 @@ class Bridges {
   double share(const Bridge &b) const;
   double angle_j(int kind, int j) const { return kind == SPHERE ? angle(j) : walls.parts[j].contact_angle; }
   double rupture_limit(const Bridge &b, const Geometry &g) const;
-  double inverse_mass(const Bridge &b, Contact &c) const;
+  double inverse_mass(const Bridge &b, Terms &t) const;
+  Terms terms(const Bridge &b, const Geometry &g) const;
   void act(const Bridge &b, const Geometry &g, bool log);
   void stand_or_rupture(bool decide, bool log);
 
@@ -181,6 +190,8 @@ class Bridges {
   // output.cpp
   void open_logs();
   bool logging() const;
+  void write_contact(const Bridge &b, const Geometry &g, const Terms &t, const Vec &force, const Vec &torque_i,
+                     const Vec &torque_j);
   void write_ledger();
   void write_energy();
   void snapshot();

@@ -66,6 +66,7 @@ void rename_to(const std::string &from, const std::string &to) {
 // Called at the end of the plugin's part of a step; forces are complete.
 void Bridges::save_state() {
   flush();
+  store_contact_springs();
   std::vector<double> forces(6 * film.size(), 0.0), all(forces.size());
   for (int a = 0; a < at_.nlocal; a++) {
     std::copy(at_.f[a], at_.f[a] + 3, &forces[6 * at_.tag[a]]);

@@ -92,43 +92,46 @@ double Bridges::rupture_limit(const Bridge &b, const Geometry &g) const {
 // ---- forces ---------------------------------------------------------------------------------------------------------------
 
 // 1/m of the relative motion [1/kg] with each sphere's mass split evenly among its bridges; a driven body counts as immovable.
-double Bridges::inverse_mass(const Bridge &b, Contact &c) const {
-  c.sharing_i = at_.free(b.a) ? standing_[b.i] : 0;
-  c.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
-  double sum = c.sharing_i / at_.mass[b.a];
-  if (c.sharing_j > 0) sum += c.sharing_j / at_.mass[b.b];
+double Bridges::inverse_mass(const Bridge &b, Terms &t) const {
+  t.sharing_i = at_.free(b.a) ? standing_[b.i] : 0;
+  t.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
+  double sum = t.sharing_i / at_.mass[b.a];
+  if (t.sharing_j > 0) sum += t.sharing_j / at_.mass[b.b];
   return sum;
 }
 
-void Bridges::act(const Bridge &b, const Geometry &g, bool log) {
+Terms Bridges::terms(const Bridge &b, const Geometry &g) const {
   const double eta = laws.viscosity;
   const Vec v = g.vi - g.vj;
   const double vn = dot(v, g.n);
-  const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
-  Contact c = {};
-  Vec tangential;
+  Terms t;
   if (laws.capillary)
-    c.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, laws.surface_tension);
-  c.factor_normal = c.factor_tangential = 1;
-  const double kick = semi_implicit ? at_.dt * inverse_mass(b, c) : 0.0;  // change of relative speed per force
+    t.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, laws.surface_tension);
+  const double kick = semi_implicit ? at_.dt * inverse_mass(b, t) : 0.0;  // change of relative speed per force
   if (laws.viscous_normal) {
-    c.viscous_normal = c.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);
+    t.viscous = t.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);
     if (semi_implicit) {
       const double drag = -laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, 1.0, eta);
-      c.factor_normal = 1 / (1 + drag * kick);
-      c.viscous_normal = (c.viscous_law + drag * kick * c.capillary) * c.factor_normal;
+      t.factor_normal = 1 / (1 + drag * kick);
+      t.viscous = (t.viscous_law + drag * kick * t.capillary) * t.factor_normal;
     }
   }
   if (laws.translation) {
+    const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
     const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj);
     const double slide = laws.translation(g.separation, g.radius_i, g.radius_j, eta);
     const double roll = laws.rotation(g.separation, g.radius_i, g.radius_j, eta);
-    c.factor_tangential = 1 / (1 + (slide + 2.5 * roll) * kick);  // r^2/I = 2.5/m
-    tangential = (-slide * c.factor_tangential) * (v - vn * g.n) + (-roll * c.factor_tangential) * spin;
+    t.factor_tangential = 1 / (1 + (slide + 2.5 * roll) * kick);  // r^2/I = 2.5/m
+    t.tangential = (-slide * t.factor_tangential) * (v - vn * g.n) + (-roll * t.factor_tangential) * spin;
   }
-  const Vec force = (c.viscous_normal - c.capillary) * g.n + tangential;
-  const Vec turn = cross(g.n, tangential);
-  const Vec torque_i = (-g.radius_i) * turn, torque_j = (-rj) * turn;
+  return t;
+}
+
+void Bridges::act(const Bridge &b, const Geometry &g, bool log) {
+  const Terms t = terms(b, g);
+  const Vec force = (t.viscous - t.capillary) * g.n + t.tangential;
+  const Vec turn = cross(g.n, t.tangential);
+  const Vec torque_i = (-g.radius_i) * turn, torque_j = b.kind == SPHERE ? (-g.radius_j) * turn : Vec();
   if (!std::isfinite(dot(force, force)))
     throw std::runtime_error("a force law gave a value that is not finite for the bridge of sphere " + std::to_string(b.i) +
                              (b.kind == SPHERE ? " and sphere " : " and wall part ") + std::to_string(b.j) + " at step " +
@@ -136,27 +139,20 @@ void Bridges::act(const Bridge &b, const Geometry &g, bool log) {
   if (owned(b.a)) {
     accumulate(at_.f[b.a], force);
     accumulate(at_.torque[b.a], torque_i);
-    energy_.add(b.a, (-c.capillary) * g.n, c.viscous_normal * g.n, tangential, torque_i);
+    energy_.add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, torque_i);
   }
   if (owned(b.b)) {
     accumulate(at_.f[b.b], (-1.0) * force);
     accumulate(at_.torque[b.b], torque_j);
-    energy_.add(b.b, c.capillary * g.n, (-c.viscous_normal) * g.n, (-1.0) * tangential, torque_j);
+    energy_.add(b.b, t.capillary * g.n, (-t.viscous) * g.n, (-1.0) * t.tangential, torque_j);
   }
   if (b.kind != SPHERE) {
     const double along = dot(g.vj, g.n);
-    energy_.wall_power[CAPILLARY] -= c.capillary * along;
-    energy_.wall_power[VISCOUS_NORMAL] += c.viscous_normal * along;
-    energy_.wall_power[VISCOUS_TANGENTIAL] += dot(tangential, g.vj);
+    energy_.wall_power[CAPILLARY] -= t.capillary * along;
+    energy_.wall_power[VISCOUS_NORMAL] += t.viscous * along;
+    energy_.wall_power[VISCOUS_TANGENTIAL] += dot(t.tangential, g.vj);
   }
-  if (!log || !owned(b.a)) return;
-  c.step = now_; c.time = time_; c.partner_kind = b.kind; c.i = b.i; c.j = b.j; c.triangle = g.triangle;
-  store(g.xi, c.xi); store(g.vi, c.vi); store(g.wi, c.wi);
-  store(g.xj, c.xj); store(g.vj, c.vj); store(g.wj, c.wj);
-  c.volume = b.volume; c.separation = g.separation; c.rupture_distance = rupture_limit(b, g);
-  store(tangential, c.viscous_tangential); store(force, c.force_i);
-  store(torque_i, c.torque_i); store(torque_j, c.torque_j);
-  contact_log_.write(c);
+  if (log && owned(b.a)) write_contact(b, g, t, force, torque_i, torque_j);
 }
 
 void Bridges::stand_or_rupture(bool decide, bool log) {

@@ -1,4 +1,4 @@
-// Logs: events always (booking.cpp), contacts in windows (forces.cpp), the rest at output steps.
+// Logs: events always (booking.cpp), contacts in windows, the rest at output steps.
 #include "bridges.h"
 
 #include <cstdio>
@@ -21,6 +21,21 @@ bool Bridges::logging() const {
   for (size_t k = 0; k < window_first.size(); k++)
     if (now_ >= window_first[k] && now_ < window_last[k]) return true;
   return false;
+}
+
+void Bridges::write_contact(const Bridge &b, const Geometry &g, const Terms &t, const Vec &force, const Vec &torque_i,
+                            const Vec &torque_j) {
+  Contact c = {};
+  c.step = now_; c.time = time_; c.partner_kind = b.kind; c.i = b.i; c.j = b.j; c.triangle = g.triangle;
+  store(g.xi, c.xi); store(g.vi, c.vi); store(g.wi, c.wi);
+  store(g.xj, c.xj); store(g.vj, c.vj); store(g.wj, c.wj);
+  c.volume = b.volume; c.separation = g.separation; c.rupture_distance = rupture_limit(b, g);
+  c.capillary = t.capillary; c.viscous_normal = t.viscous; c.viscous_law = t.viscous_law;
+  c.factor_normal = t.factor_normal; c.factor_tangential = t.factor_tangential;
+  c.sharing_i = t.sharing_i; c.sharing_j = t.sharing_j;
+  store(t.tangential, c.viscous_tangential); store(force, c.force_i);
+  store(torque_i, c.torque_i); store(torque_j, c.torque_j);
+  contact_log_.write(c);
 }
 
 void Bridges::write_ledger() {
