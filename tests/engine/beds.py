@@ -11,7 +11,7 @@ import pandas as pd
 from pywet import small
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import Surface, make_surface
-from pywet.scene import Scene, Slide, Vibration
+from pywet.scene import Output, Scene, Slide, Vibration
 from tests.engine.scenes import WATER, contacts, spheres_of
 
 RADIUS = 2.5e-3
@@ -50,7 +50,7 @@ def bed(side: tuple[int, int, int], seed: int = 1) -> list[small.Sphere]:
 def prepare(run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints: int = 0, outputs: int = 10) -> Scene:
     """A moist bed of two sizes on a vibrating floor, with a plate drawn through it."""
     half = 0.03
-    scene = small.prepare(
+    return small.prepare(
         run_dir,
         spheres_of(RADIUS, 2e-3),
         spheres,
@@ -61,22 +61,14 @@ def prepare(run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints:
         wall_angle_rad=math.radians(45.0),
         time_step_s=STEP,
         steps=steps,
-        log_every_step=False,
-        output_interval_s=steps // outputs * STEP,
         gravity=(0.0, 0.0, -9.81),
         box=0.15,
+        vibration=Vibration(amplitude_m=(1e-4, 0.0, 5e-4), phase_rad=(0.5, 0.0, 0.3), frequency_Hz=50.0),
+        slide=Slide(velocity_m_per_s=(0.2, 0.0, 0.0), opens_at_s=0.3 * steps * STEP, travel_s=0.5 * steps * STEP),
+        output=Output(
+            interval_s=steps // outputs * STEP, contact_windows=2, contact_window_steps=20, checkpoints=checkpoints
+        ),
     )
-    moving = scene.model_copy(
-        update={
-            "vibration": Vibration(amplitude_m=(1e-4, 0.0, 5e-4), phase_rad=(0.5, 0.0, 0.3), frequency_Hz=50.0),
-            "slide": Slide(velocity_m_per_s=(0.2, 0.0, 0.0), opens_at_s=0.3 * steps * STEP, travel_s=0.5 * steps * STEP),
-            "output": scene.output.model_copy(
-                update={"checkpoints": checkpoints, "contact_windows": 2, "contact_window_steps": 20}
-            ),
-        }
-    )
-    (run_dir / "scene.json").write_text(moving.model_dump_json())
-    return moving
 
 
 def table(run_dir: Path, name: str) -> pd.DataFrame:
