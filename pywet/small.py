@@ -150,7 +150,7 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
     return tuple(lines), "free"
 
 
-def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1) -> driver.RunInfo:
+def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
     """Run a prepared small scene."""
     extra, free = drive(spheres)
-    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free)
+    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)

@@ -71,16 +71,18 @@ def check(run: Run) -> list[Quantity]:
     slide, roll = laws.goldman(gap, ri, rj, wall, eta)
     if effects.get("capillary"):
         capillary = laws.rabinovich(gap, volume, ri, rj, wall, ti, tj, sigma)
-    kick = relative_kick(run, table)
+    kick, push = relative_kick(run, table), vectors(table, "push")
     law, normal_factor, tangential_factor = zero, 1.0 + zero, 1.0 + zero
     if effects.get("viscous_normal"):
         law = laws.pitois(gap, volume, ri, rj, wall, vn, eta)
         drag = -laws.pitois(gap, volume, ri, rj, wall, 1.0 + zero, eta)
         normal_factor = 1.0 / (1.0 + drag * kick)
-        viscous = -drag * (vn - kick * capillary) * normal_factor
+        viscous = -drag * (vn + (push * n).sum(axis=1)) * normal_factor
     if effects.get("viscous_tangential"):
         tangential_factor = 1.0 / (1.0 + (slide + 2.5 * roll) * kick)
-        tangential = -tangential_factor[:, None] * (slide[:, None] * sideways + roll[:, None] * spin_slip)
+        pushed = sideways + push - (push * n).sum(axis=1)[:, None] * n
+        pushed_spin = spin_slip - np.cross(vectors(table, "spin_push"), n)
+        tangential = -tangential_factor[:, None] * (slide[:, None] * pushed + roll[:, None] * pushed_spin)
     force = (viscous - capillary)[:, None] * n + tangential
     torque = -ri[:, None] * np.cross(n, tangential)
     torque_j = np.where(wall, 0.0, -rj)[:, None] * np.cross(n, tangential)
@@ -93,10 +95,10 @@ def check(run: Run) -> list[Quantity]:
     # that the inputs give, |v| for viscous terms, and against the whole force for its components.
     speed = np.sqrt((relative**2).sum(axis=1))
     explicit_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, np.maximum(speed, 1e-300), eta))
-    pulled = np.maximum(speed + kick * capillary, 1e-300)
+    pulled = np.maximum(speed + np.sqrt((push**2).sum(axis=1)), 1e-300)
     normal_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, pulled, eta)) * normal_factor
-    spin_size = np.sqrt((spin**2).sum(axis=1))
-    tangential_size = (np.abs(slide) * speed + np.abs(roll) * spin_size) * tangential_factor
+    spin_size = np.sqrt((spin**2).sum(axis=1)) + np.sqrt((vectors(table, "spin_push") ** 2).sum(axis=1))
+    tangential_size = (np.abs(slide) * pulled + np.abs(roll) * spin_size) * tangential_factor
     whole = np.maximum(capillary + normal_size + tangential_size, 1e-300)
     arms = np.where(wall, 1.0, rj)
 
@@ -109,7 +111,9 @@ def check(run: Run) -> list[Quantity]:
         compare("capillary", "itself", column("capillary"), capillary, np.maximum(capillary, 1e-300), table),
         compare("viscous_law", "its value at |v|", column("viscous_law"), law, explicit_size, table),
         compare("factor_normal", "itself", column("factor_normal"), normal_factor, normal_factor, table),
-        compare("factor_tangential", "itself", column("factor_tangential"), tangential_factor, tangential_factor, table),
+        compare(
+            "factor_tangential", "itself", column("factor_tangential"), tangential_factor, tangential_factor, table
+        ),
         compare("viscous_normal", "its value at |v|", column("viscous_normal"), viscous, normal_size, table),
         compare(
             "viscous_tangential",

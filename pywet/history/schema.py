@@ -68,6 +68,8 @@ CONTACT = np.dtype(
         ("factor_tangential", "<f8"),
         ("sharing_i", "<i4"),  # semi-implicit: bridges that share the mass of i; 0 for a driven sphere, and explicit
         ("sharing_j", "<i4"),
+        ("push", "<f8", 3),  # semi-implicit: change of v_i - v_j in the step by all other forces [m/s]
+        ("spin_push", "<f8", 3),  # the same of r_i w_i + r_j w_j
     ]
 )
 

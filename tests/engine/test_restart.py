@@ -1,13 +1,12 @@
 """A moist run killed with SIGKILL at a random moment goes on from its checkpoint and ends as the unbroken run does.
 
-What is equal and why: the resumed run starts from the same numbers as the unbroken one has at the checkpoint (the engine's restart
-file and the plugin's state are binary, forces included), and the engine makes its neighbour lists anew at checkpoints in both. What
-may differ is the order of spheres in memory, hence the order of sums: round-off, which collisions amplify with time.
+What is equal and why: the resumed run starts from the same numbers as the unbroken one has at the checkpoint (the engine's
+restart file and the plugin's state are binary, forces included), and the engine makes its neighbour lists anew at checkpoints
+in both. What may differ is the order of spheres in memory, hence of sums: round-off, which collisions amplify with time.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess

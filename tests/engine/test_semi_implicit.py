@@ -14,7 +14,7 @@ from pywet import small
 from pywet.laws import registry
 from pywet.scene import Effects, Liquid
 from reference_impl.replay import replay
-from tests.engine import beds
+from tests.engine import beds, stability
 from tests.engine.scenes import contacts, spheres_of
 
 pytestmark = pytest.mark.engine
@@ -93,7 +93,9 @@ def test_a_packed_cluster_calms_down(tmp_path: Path, viscosity: float) -> None:
         at += [(a, b, 0), (a, 0, b), (0, a, b)]
     random = np.random.default_rng(2)
     bodies = [
-        small.Sphere(1, tuple(np.sqrt(2.0) * R * np.array(p)), tuple(random.normal(0, 0.05, 3)), tuple(random.normal(0, 20, 3)))
+        small.Sphere(
+            1, tuple(np.sqrt(2.0) * R * np.array(p)), tuple(random.normal(0, 0.05, 3)), tuple(random.normal(0, 20, 3))
+        )
         for p in at
     ]
     steps = 1500
@@ -113,3 +115,36 @@ def test_a_packed_cluster_calms_down(tmp_path: Path, viscosity: float) -> None:
     assert not bad and result["contacts"] > 10000
     log = beds.table(tmp_path, "history/contacts")
     assert isinstance(log, pd.DataFrame) and (log["factor_normal"] < 1.0).all() and log["sharing_i"].max() == 12
+
+
+def test_rest_is_the_balance_of_spring_and_bridge(tmp_path: Path) -> None:
+    """At 10 Pa s a pressed pair settles at the overlap F/k (1e-6): a drag does nothing to bodies at rest."""
+    _, bodies = stability.pressed_pair(tmp_path, 10.0, 1e-4, "semi_implicit")
+    overlap = 2 * R - bodies[1].position[2]
+    small.run(tmp_path, bodies)
+    end = beds.table(tmp_path, "trajectory").query("step == step.max()").sort_values("id")
+    z, speed = end["z"].to_numpy(), end["vz"].to_numpy()
+    assert 2 * R - (z[1] - z[0]) == pytest.approx(overlap, rel=1e-6) and abs(speed[1] - speed[0]) < 1e-12
+
+
+def test_ranks_agree(tmp_path: Path) -> None:
+    """Bridges across a rank boundary get the push of the other rank's sphere: the same run on one and two ranks."""
+    ends = []
+    for ranks in (1, 2):
+        run_dir = tmp_path / str(ranks)
+        bodies = [
+            small.Sphere(
+                1,
+                ((k - 2.5) * 2.02 * R, 0.1 * R * (k % 2), 0.0),
+                (0.02 * (2.5 - k), 0.0, 0.01 * k),
+                (0.0, 5.0 * k, 0.0),
+            )
+            for k in range(6)
+        ]
+        small.prepare(
+            run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid(1.0), effects=small.PAPER,
+            time_step_s=2e-5, steps=800, output_interval_s=1.6e-2, viscous_integration="semi_implicit",
+        )  # fmt: skip
+        small.run(run_dir, bodies, ranks)
+        ends.append(beds.table(run_dir, "trajectory").query("step == 800").set_index("id")[["x", "y", "z"]].to_numpy())
+    assert np.abs(ends[0] - ends[1]).max() < 1e-12 * R

@@ -135,7 +135,9 @@ def stages(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
     for stage in _all_stages(scene):
         end = start + stage["steps"]
         if done < end or done == 0:
-            within = start < done  # what the stage begins with is then set up again, what an earlier one ended with is not
+            within = (
+                start < done
+            )  # what the stage begins with is then set up again, what an earlier one ended with is not
             left.append({"before": stage["again"] if within else stage["before"], "steps": end - max(start, done)})
         start = end
     return left

@@ -31,6 +31,7 @@ void Bridges::step(int64_t n) {
     problem = e.what();
   }
   agree(problem);
+  if (semi_implicit && initial_ > 0) act_at_the_end(!again && logging());
   if (again && restore_forces_) {
     restore_forces();
     return;

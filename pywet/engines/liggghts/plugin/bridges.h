@@ -3,7 +3,7 @@
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
 // Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
-// stands near, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
+// stands near, implicit.cpp holds the semi-implicit drag, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -73,7 +73,15 @@ struct Geometry {
 struct Terms {
   double capillary = 0, viscous = 0, viscous_law = 0, factor_normal = 1, factor_tangential = 1;
   int sharing_i = 0, sharing_j = 0;
-  Vec tangential;
+  double kick = 0;
+  Vec tangential, push, spin_push;
+};
+
+// A bridge whose viscous forces wait for all other forces.
+struct Waiting {
+  const Bridge *bridge;
+  Geometry geometry;
+  Terms terms;
 };
 
 // A run that has to stop, known to every rank alike.
@@ -122,6 +130,7 @@ class Bridges {
   std::unordered_map<uint64_t, int> proposed_;    // key -> candidate, of this step
   double travel_ = 0, thicker_ = 0;               // bounds since the candidates were found: way of a sphere, growth of a film
   std::vector<Event> events_;
+  std::vector<Waiting> waiting_;
   RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
   EnergyBook energy_;
@@ -169,10 +178,14 @@ class Bridges {
   double share(const Bridge &b) const;
   double angle_j(int kind, int j) const { return kind == SPHERE ? angle(j) : walls.parts[j].contact_angle; }
   double rupture_limit(const Bridge &b, const Geometry &g) const;
-  double inverse_mass(const Bridge &b, Terms &t) const;
   Terms terms(const Bridge &b, const Geometry &g) const;
-  void act(const Bridge &b, const Geometry &g, bool log);
+  void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
+  void act(const Bridge &b, const Geometry &g, const Terms &t);
   void stand_or_rupture(bool decide, bool log);
+
+  // implicit.cpp
+  double kick_of(const Bridge &b, Terms &t) const;
+  void act_at_the_end(bool log);
 
   // booking.cpp
   void agree(const std::string &problem);
@@ -190,8 +203,7 @@ class Bridges {
   // output.cpp
   void open_logs();
   bool logging() const;
-  void write_contact(const Bridge &b, const Geometry &g, const Terms &t, const Vec &force, const Vec &torque_i,
-                     const Vec &torque_j);
+  void write_contact(const Bridge &b, const Geometry &g, const Terms &t);
   void write_ledger();
   void write_energy();
   void snapshot();

@@ -91,44 +91,39 @@ double Bridges::rupture_limit(const Bridge &b, const Geometry &g) const {
 
 // ---- forces ---------------------------------------------------------------------------------------------------------------
 
-// 1/m of the relative motion [1/kg] with each sphere's mass split evenly among its bridges; a driven body counts as immovable.
-double Bridges::inverse_mass(const Bridge &b, Terms &t) const {
-  t.sharing_i = at_.free(b.a) ? standing_[b.i] : 0;
-  t.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
-  double sum = t.sharing_i / at_.mass[b.a];
-  if (t.sharing_j > 0) sum += t.sharing_j / at_.mass[b.b];
-  return sum;
-}
-
 Terms Bridges::terms(const Bridge &b, const Geometry &g) const {
-  const double eta = laws.viscosity;
-  const Vec v = g.vi - g.vj;
-  const double vn = dot(v, g.n);
   Terms t;
   if (laws.capillary)
     t.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, laws.surface_tension);
-  const double kick = semi_implicit ? at_.dt * inverse_mass(b, t) : 0.0;  // change of relative speed per force
+  if (!semi_implicit) add_viscous(b, g, t);
+  return t;
+}
+
+// With t.kick = 0 the laws at the present speeds; else those of the end of the step, see implicit.cpp.
+void Bridges::add_viscous(const Bridge &b, const Geometry &g, Terms &t) const {
+  const double eta = laws.viscosity;
+  const Vec v = g.vi - g.vj;
+  const double vn = dot(v, g.n);
   if (laws.viscous_normal) {
     t.viscous = t.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);
     if (semi_implicit) {
       const double drag = -laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, 1.0, eta);
-      t.factor_normal = 1 / (1 + drag * kick);
-      t.viscous = (t.viscous_law + drag * kick * t.capillary) * t.factor_normal;
+      t.factor_normal = 1 / (1 + drag * t.kick);
+      t.viscous = -drag * t.factor_normal * (vn + dot(t.push, g.n));
     }
   }
   if (laws.translation) {
     const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
-    const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj);
+    const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj + t.spin_push);
     const double slide = laws.translation(g.separation, g.radius_i, g.radius_j, eta);
     const double roll = laws.rotation(g.separation, g.radius_i, g.radius_j, eta);
-    t.factor_tangential = 1 / (1 + (slide + 2.5 * roll) * kick);  // r^2/I = 2.5/m
-    t.tangential = (-slide * t.factor_tangential) * (v - vn * g.n) + (-roll * t.factor_tangential) * spin;
+    t.factor_tangential = 1 / (1 + (slide + 2.5 * roll) * t.kick);  // r^2/I = 2.5/m
+    const Vec pushed = v + t.push;
+    t.tangential = (-slide * t.factor_tangential) * (pushed - dot(pushed, g.n) * g.n) + (-roll * t.factor_tangential) * spin;
   }
-  return t;
 }
 
-void Bridges::act(const Bridge &b, const Geometry &g, bool log) {
-  const Terms t = terms(b, g);
+void Bridges::act(const Bridge &b, const Geometry &g, const Terms &t) {
   const Vec force = (t.viscous - t.capillary) * g.n + t.tangential;
   const Vec turn = cross(g.n, t.tangential);
   const Vec torque_i = (-g.radius_i) * turn, torque_j = b.kind == SPHERE ? (-g.radius_j) * turn : Vec();
@@ -152,10 +147,10 @@ void Bridges::act(const Bridge &b, const Geometry &g, bool log) {
     energy_.wall_power[VISCOUS_NORMAL] += t.viscous * along;
     energy_.wall_power[VISCOUS_TANGENTIAL] += dot(t.tangential, g.vj);
   }
-  if (log && owned(b.a)) write_contact(b, g, t, force, torque_i, torque_j);
 }
 
 void Bridges::stand_or_rupture(bool decide, bool log) {
+  waiting_.clear();
   for (Bridge &b : bridges_) {
     if (!b.here) continue;
     Geometry g;
@@ -173,7 +168,10 @@ void Bridges::stand_or_rupture(bool decide, bool log) {
       events_.push_back(e);
       continue;
     }
-    act(b, g, log);
+    Terms t = terms(b, g);
+    act(b, g, t);
+    if (semi_implicit) waiting_.push_back(Waiting{&b, g, t});
+    else if (log && owned(b.a)) write_contact(b, g, t);
   }
 }
 

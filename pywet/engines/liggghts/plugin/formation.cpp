@@ -85,6 +85,7 @@ void Bridges::move_bounds() {
     if (!(square <= fastest)) {
       fastest = square;
       which = a;
+      if (std::isnan(square)) break;
     }
   }
   const double way = at_.dt * std::sqrt(fastest);
@@ -97,6 +98,10 @@ void Bridges::move_bounds() {
 
 void Bridges::propose(int kind, int i, int j, int candidate, const Geometry &g, double drawn_i, double drawn_j) {
   const double r = kind == SPHERE ? 2 * g.radius_i * g.radius_j / (g.radius_i + g.radius_j) : g.radius_i;
+  if (!(drawn_i >= 0) || !(drawn_j >= 0))
+    throw std::runtime_error("the formation law draws a share below zero from " +
+                             std::string(drawn_i >= 0 ? "the partner of sphere " : "sphere ") + std::to_string(i) + " at step " +
+                             std::to_string(now_) + "; expected zero or more: mend the law");
   if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r)) return;
   Event e = {};
   e.step = now_; e.time = time_; e.kind = FORMATION; e.partner_kind = kind;

@@ -23,8 +23,8 @@ bool Bridges::logging() const {
   return false;
 }
 
-void Bridges::write_contact(const Bridge &b, const Geometry &g, const Terms &t, const Vec &force, const Vec &torque_i,
-                            const Vec &torque_j) {
+void Bridges::write_contact(const Bridge &b, const Geometry &g, const Terms &t) {
+  const Vec turn = cross(g.n, t.tangential);
   Contact c = {};
   c.step = now_; c.time = time_; c.partner_kind = b.kind; c.i = b.i; c.j = b.j; c.triangle = g.triangle;
   store(g.xi, c.xi); store(g.vi, c.vi); store(g.wi, c.wi);
@@ -33,8 +33,11 @@ void Bridges::write_contact(const Bridge &b, const Geometry &g, const Terms &t, 
   c.capillary = t.capillary; c.viscous_normal = t.viscous; c.viscous_law = t.viscous_law;
   c.factor_normal = t.factor_normal; c.factor_tangential = t.factor_tangential;
   c.sharing_i = t.sharing_i; c.sharing_j = t.sharing_j;
-  store(t.tangential, c.viscous_tangential); store(force, c.force_i);
-  store(torque_i, c.torque_i); store(torque_j, c.torque_j);
+  store(t.push, c.push); store(t.spin_push, c.spin_push);
+  store(t.tangential, c.viscous_tangential);
+  store((t.viscous - t.capillary) * g.n + t.tangential, c.force_i);
+  store((-g.radius_i) * turn, c.torque_i);
+  store(b.kind == SPHERE ? (-g.radius_j) * turn : Vec(), c.torque_j);
   contact_log_.write(c);
 }
 
