@@ -20,7 +20,7 @@ void Bridges::step(int64_t n) {
   begin_work();
   std::string problem;
   try {
-    if (fresh) find_candidates();
+    if (fresh && initial_ > 0) find_candidates();
     move_bounds();
     if (initial_ > 0) stand_or_rupture(!again, !again && logging());
     if (initial_ > 0 && !again) {
