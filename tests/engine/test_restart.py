@@ -85,6 +85,31 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
     compare(unbroken, tmp_path)
 
 
+def test_dry_run_goes_on_too(tmp_path: Path) -> None:
+    """A dry run goes on from the engine's own file, whose contact springs are one step old and whose first half kick is new.
+
+    Both are of the order of one step: at the first output after the resumption spheres are within 1e-3 of a radius.
+    """
+    spheres, steps = beds.bed((9, 9, 7)), 6000
+    for name in ("whole", "killed"):
+        scene = beds.prepare(tmp_path / name, spheres, steps, checkpoints=59, outputs=300)
+        dry = scene.model_copy(update={"effects": small.DRY})
+        (tmp_path / name / "scene.json").write_text(dry.model_dump_json())
+    driver.run(tmp_path / "whole", progress=False)
+    code = f"from pywet.engines.liggghts import driver; driver.run({str(tmp_path / 'killed')!r}, progress=False)"
+    child = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    folder = tmp_path / "killed" / "engine.partial"
+    while checkpoint.last_step(folder / checkpoint.LOG) < 500 and child.poll() is None:
+        time.sleep(0.01)
+    os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+    at = driver.run(tmp_path / "killed", progress=False).resumed_at_step
+    assert at is not None and at > 0
+    distance = beds.apart(tmp_path / "whole", tmp_path / "killed")
+    assert len(distance) == 301 and distance[distance.index <= at].max() == 0.0
+    assert distance[distance.index > at].iloc[0] < 1e-3 * beds.RADIUS
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(10))
 def test_ten_kills(unbroken: Path, tmp_path: Path, number: int) -> None:
