@@ -1,20 +1,20 @@
-"""Cost of a step, side by side in one run, on the same bed: prints milliseconds a step and ratios to the stock dry program.
+"""Cost of a step, side by side in one run, on the same bed: milliseconds of processor time and ratios to the stock dry program.
 
 Variants: the stock program, dry; the same through this package; the plugin attached to a bed without liquid; moist with every
 capillary law there is, and with semi-implicit drag; the stock program with its own `washino` cohesion model (capillary and
 viscous forces of a bridge whose liquid stays on the spheres: other physics, the same bed).
 
-`make bench`. Rounds take the variants in turn; `loop` is the engine's own loop time, `wall` has start-up and tables in it.
+`make bench`. Rounds take the variants in turn. A step's cost is the difference of two runs of different length, in processor time of
+the engine's process, so that neither start-up nor other work on the machine counts.
 """
 
 from __future__ import annotations
 
 import math
-import re
+import resource
 import statistics
 import subprocess
 import tempfile
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,7 @@ from pywet.engines.liggghts import deck
 from pywet.laws import registry
 from pywet.scene import ContactPair, Liquid, Scene, SphereClass
 
-RADIUS, STEPS, ROUNDS, SIDE, FILM = 2.5e-3, 10000, 3, 10, 5e-5
+RADIUS, STEPS, SHORT, ROUNDS, SIDE, FILM = 2.5e-3, 8000, 500, 3, 10, 5e-5
 ANGLE = math.radians(15.0)
 WATER = Liquid(
     surface_tension_N_per_m=0.07275, viscosity_Pa_s=1e-3, density_kg_per_m3=998.2, initial_film_thickness_m=FILM
@@ -39,7 +39,7 @@ fix p_angle all property/global contactAngle peratomtype {ANGLE!r} {ANGLE!r}
 fix p_least all property/global minSeparationDistanceRatio scalar 1.01
 fix p_most all property/global maxSeparationDistanceRatio scalar 1.1
 """
-Times = tuple[float, float]
+Run = Callable[[int], None]
 
 
 def bed() -> list[small.Sphere]:
@@ -50,7 +50,9 @@ def bed() -> list[small.Sphere]:
     return [small.Sphere(1, (float(x), float(y), float(z))) for x, y, z in at]
 
 
-def prepare(folder: Path, spheres: list[small.Sphere], effects: small.Effects, film: float, how: str) -> Scene:
+def prepare(
+    folder: Path, spheres: list[small.Sphere], effects: small.Effects, film: float, steps: int, how: str
+) -> Scene:
     """The bed as a scene."""
     sphere = SphereClass(
         name="glass", type=1, radius_m=RADIUS, density_kg_per_m3=2500.0, contact_angle_rad=ANGLE, count=len(spheres)
@@ -64,34 +66,27 @@ def prepare(folder: Path, spheres: list[small.Sphere], effects: small.Effects, f
     ]  # fmt: skip
     return small.prepare(
         folder, [sphere], spheres, pairs, liquid=WATER.model_copy(update={"initial_film_thickness_m": film}),
-        effects=effects, walls=[small.floor(0.19)], wall_angle_rad=ANGLE, time_step_s=2e-5, steps=STEPS,
+        effects=effects, walls=[small.floor(0.19)], wall_angle_rad=ANGLE, time_step_s=2e-5, steps=steps,
         log_every_step=False, output_interval_s=1.0, gravity=(0.0, 0.0, -9.81), box=0.2, viscous_integration=how,
     )  # fmt: skip
 
 
-def loop_time(log: Path) -> float:
-    """Seconds in the engine's time loop."""
-    return sum(float(t) for t in re.findall(r"Loop time of (\S+) on", log.read_text()))
-
-
-def through_pywet(spheres: list[small.Sphere], effects: small.Effects, film: float, how: str = "explicit") -> Times:
-    """Loop and wall seconds of a run through the driver."""
+def through_pywet(spheres: list[small.Sphere], effects: small.Effects, film: float, how: str, steps: int) -> None:
+    """A run through the driver."""
     with tempfile.TemporaryDirectory() as folder:
-        prepare(Path(folder), spheres, effects, film, how)
-        wall = small.run(Path(folder), spheres).wall_s
-        return loop_time(Path(folder) / "engine" / "log.liggghts"), wall
+        prepare(Path(folder), spheres, effects, film, steps, how)
+        small.run(Path(folder), spheres)
 
 
-def stock(spheres: list[small.Sphere], cohesion: bool) -> Times:
-    """Loop and wall seconds of the stock program on the same deck, with its own cohesion model or dry."""
+def stock(spheres: list[small.Sphere], cohesion: bool, steps: int) -> None:
+    """The stock program on the same deck, with its own cohesion model or dry."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        deck.write_deck(prepare(folder, spheres, small.DRY, 0.0, "explicit"), folder, folder)
+        deck.write_deck(prepare(folder, spheres, small.DRY, 0.0, steps, "explicit"), folder, folder)
         if cohesion:
             setup = (folder / "setup.liggghts").read_text()
             setup = setup.replace("tangential history", "tangential history cohesion washino/capillary/viscous")
             (folder / "setup.liggghts").write_text(setup.replace("pair_style", WASHINO + "pair_style", 1))
-        started = time.monotonic()
         done = subprocess.run(
             ["liggghts", "-in", "in.liggghts"],
             cwd=folder,
@@ -102,40 +97,49 @@ def stock(spheres: list[small.Sphere], cohesion: bool) -> Times:
         )
         if done.returncode != 0:
             raise SystemExit("\n".join(done.stdout.splitlines()[-5:]))
-        return loop_time(folder / "log.liggghts"), time.monotonic() - started
 
 
-def variants(spheres: list[small.Sphere]) -> dict[str, Callable[[], Times]]:
-    """Name of a variant -> how to run it."""
-    found: dict[str, Callable[[], Times]] = {
+def variants(spheres: list[small.Sphere]) -> dict[str, Run]:
+    """Name of a variant -> how to run it for a number of steps."""
+    found: dict[str, Run] = {
         "stock dry": partial(stock, spheres, False),
-        "dry through pywet": partial(through_pywet, spheres, small.DRY, 0.0),
-        "plugin, no liquid": partial(through_pywet, spheres, small.PAPER, 0.0),
+        "dry through pywet": partial(through_pywet, spheres, small.DRY, 0.0, "explicit"),
+        "plugin, no liquid": partial(through_pywet, spheres, small.PAPER, 0.0, "explicit"),
     }
     for name in registry.names("capillary"):
         effects = small.PAPER.model_copy(update={"capillary": name})
-        found[f"moist, {name}"] = partial(through_pywet, spheres, effects, FILM)
+        found[f"moist, {name}"] = partial(through_pywet, spheres, effects, FILM, "explicit")
     found["moist, semi-implicit"] = partial(through_pywet, spheres, small.PAPER, FILM, "semi_implicit")
     found["stock washino"] = partial(stock, spheres, True)
     return found
+
+
+def seconds(run: Run, steps: int) -> float:
+    """Processor time of the engine's process in a run."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run(steps)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main() -> None:
     """Run all variants in turn and print medians."""
     spheres = bed()
     runs = variants(spheres)
-    times: dict[str, list[Times]] = {name: [] for name in runs}
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    start: dict[str, float] = {}
     for turn in range(ROUNDS):
-        for name, once in runs.items():
-            times[name].append(once())
-            print(f"round {turn + 1} of {ROUNDS}: {name} {times[name][-1][0]:.1f} s", flush=True)
+        for name, run in runs.items():
+            start[name] = seconds(run, SHORT)
+            times[name].append(1e3 * (seconds(run, SHORT + STEPS) - start[name]) / STEPS)
+            print(f"round {turn + 1} of {ROUNDS}: {name} {times[name][-1]:.3f} ms a step", flush=True)
     print(f"{len(spheres)} spheres, {STEPS} steps, median of {ROUNDS} rounds")
-    print(f"{'':24s}{'ms a step':>10s}{'loop':>16s}{'wall':>16s}")
     base = times["stock dry"]
     for name, values in times.items():
-        loop, wall = (statistics.median(v[k] / b[k] for v, b in zip(values, base, strict=True)) for k in (0, 1))
-        step = 1e3 * statistics.median(v[0] for v in values) / STEPS
-        print(f"{name:24s}{step:10.3f}{loop:8.2f} x stock{wall:8.2f} x stock")
+        ratio = statistics.median(v / b for v, b in zip(values, base, strict=True))
+        print(
+            f"{name:24s}{statistics.median(values):8.3f} ms a step{ratio:7.2f} x stock dry   first {SHORT} steps {start[name]:.1f} s"
+        )
 
 
 if __name__ == "__main__":
