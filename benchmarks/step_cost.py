@@ -4,8 +4,8 @@ Variants: the stock program, dry; the same through this package; the plugin atta
 capillary law there is, and with semi-implicit drag; the stock program with its own `washino` cohesion model (capillary and
 viscous forces of a bridge whose liquid stays on the spheres: other physics, the same bed).
 
-`make bench`. Rounds take the variants in turn. A step's cost is the difference of two runs of different length, in processor time of
-the engine's process, so that neither start-up nor other work on the machine counts.
+`make bench`. Rounds take the variants in turn. A step's cost is the difference of two runs of different length, in processor
+time of the engine's process, so that neither start-up nor other work on the machine counts.
 """
 
 from __future__ import annotations
@@ -137,9 +137,8 @@ def main() -> None:
     base = times["stock dry"]
     for name, values in times.items():
         ratio = statistics.median(v / b for v, b in zip(values, base, strict=True))
-        print(
-            f"{name:24s}{statistics.median(values):8.3f} ms a step{ratio:7.2f} x stock dry   first {SHORT} steps {start[name]:.1f} s"
-        )
+        cost = f"{statistics.median(values):8.3f} ms a step{ratio:7.2f} x stock dry"
+        print(f"{name:24s}{cost}   start and {SHORT} steps {start[name]:.1f} s")
 
 
 if __name__ == "__main__":
