@@ -47,7 +47,7 @@ class ForceLaw:
 
     @cached_property
     def _cfunc(self) -> Any:
-        return self._compile(lambda cache: numba.cfunc(self._signature, cache=cache)(self.python))
+        return self._compile(lambda cache: numba.cfunc(self._signature, cache=cache, error_model="numpy")(self.python))
 
     @cached_property
     def _ufunc(self) -> Any:
