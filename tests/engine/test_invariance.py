@@ -42,19 +42,27 @@ def cluster(run_dir: Path, drift: tuple[float, ...] = (0, 0, 0), turn: np.ndarra
     return beds.table(run_dir, "trajectory").query("step == @STEPS").set_index("id")
 
 
-def test_moving_frame(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def at_rest(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, pd.DataFrame]:
+    """The cluster in the frame at rest."""
+    folder = tmp_path_factory.mktemp("rest")
+    return folder, cluster(folder)
+
+
+def test_moving_frame(at_rest: tuple[Path, pd.DataFrame], tmp_path: Path) -> None:
     """The same cluster in a frame that moves: same events, positions shifted by v t to round-off of 20 ms (1e-9 of a radius)."""
-    rest, moving = cluster(tmp_path / "rest"), cluster(tmp_path / "moving", drift=DRIFT)
-    one, two = (beds.table(tmp_path / name, "history/events") for name in ("rest", "moving"))
+    folder, rest = at_rest
+    moving = cluster(tmp_path, drift=DRIFT)
+    one, two = (beds.table(path, "history/events") for path in (folder, tmp_path))
     pd.testing.assert_frame_equal(one[beds.LOOKS], two[beds.LOOKS])
     assert len(one) >= 10
     shift = np.array(DRIFT) * STEPS * 1e-5
     assert np.abs(moving[["x", "y", "z"]] - rest[["x", "y", "z"]] - shift).to_numpy().max() < 1e-9 * R
 
 
-def test_turned_frame(tmp_path: Path) -> None:
+def test_turned_frame(at_rest: tuple[Path, pd.DataFrame], tmp_path: Path) -> None:
     """The same cluster turned as a whole: positions, velocities and spins turn with it."""
-    rest, turned = cluster(tmp_path / "rest"), cluster(tmp_path / "turned", turn=TURN)
+    rest, turned = at_rest[1], cluster(tmp_path, turn=TURN)
     assert np.abs(turned[["x", "y", "z"]].to_numpy() - rest[["x", "y", "z"]].to_numpy() @ TURN.T).max() < 1e-9 * R
     for columns, size in ((["vx", "vy", "vz"], 0.1), (["wx", "wy", "wz"], 20.0)):
         assert np.abs(turned[columns].to_numpy() - rest[columns].to_numpy() @ TURN.T).max() < 1e-8 * size

@@ -82,7 +82,10 @@ def test_creeping_pair_at_any_viscosity(tmp_path: Path) -> None:
     assert gap == pytest.approx(exact_gap(tmp_path, 10.0, 8e-3), abs=1e-2 * 1e-4)
 
 
-@pytest.mark.parametrize("viscosity", [1e-4, 1.0, 10.0, 1000.0])
+@pytest.mark.parametrize(
+    "viscosity",
+    [1.0, 1000.0, pytest.param(1e-4, marks=pytest.mark.slow), pytest.param(10.0, marks=pytest.mark.slow)],
+)
 def test_a_packed_cluster_calms_down(tmp_path: Path, viscosity: float) -> None:
     """Thirteen spheres in close contact, each with up to 12 bridges, thrown about: kinetic energy never grows beyond its start.
 
