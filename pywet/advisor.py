@@ -100,8 +100,7 @@ def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, cro
 
 def advise(scene: Scene) -> Advice:
     """Every limit of a scene."""
-    crowd = PACKED if sum(c.count for c in scene.classes) >= DENSE else 1.0
-    found = [limit for pair in _present(scene) for limit in _pair_limits(scene, pair, crowd)]
+    found = _limits(scene)
     if not found:
         raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")
     return Advice(scene.time_step_s, tuple(sorted(found, key=lambda limit: limit.time_step_s)))
@@ -109,7 +108,7 @@ def advise(scene: Scene) -> Advice:
 
 def refuse_unstable(scene: Scene) -> None:
     """Raise `PywetError` when the scene's time step is beyond a stability limit."""
-    for limit in advise(scene).limits:
+    for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
         if limit.stability and scene.time_step_s > limit.time_step_s:
             implicit = scene.viscous_integration == "semi_implicit"
             alone = implicit or limit.effect == "contact"
@@ -118,6 +117,11 @@ def refuse_unstable(scene: Scene) -> None:
                 f"the time step of scene {scene.name}, {scene.time_step_s:.3g} s, would be unstable: the {limit.effect} of "
                 f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}"
             )
+
+
+def _limits(scene: Scene) -> list[Limit]:
+    crowd = PACKED if sum(c.count for c in scene.classes) >= DENSE else 1.0
+    return [limit for pair in _present(scene) for limit in _pair_limits(scene, pair, crowd)]
 
 
 def _present(scene: Scene) -> list[ContactPair]:

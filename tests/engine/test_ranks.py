@@ -94,3 +94,17 @@ def test_stretched_pair_crosses_a_boundary_and_comes_back(tmp_path: Path, monkey
     force = [f"force_i_{axis}" for axis in "xyz"]
     size = np.abs(one[force].to_numpy()).max()
     assert np.abs(one[force].to_numpy() - two[force].to_numpy()).max() < 1e-12 * size
+
+
+def test_neighbour_list_made_at_other_steps(one_rank: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With half the skin the engine makes its lists at other steps and sees other near pairs: the same run."""
+    monkeypatch.setattr(deck, "skin", lambda scene: 0.2 * min(c.radius_m for c in scene.classes))
+    other = bed(tmp_path, 1)
+    counts = [
+        int(re.findall(r"Neighbor list builds = (\d+)", (p / "engine" / "log.liggghts").read_text())[-1])
+        for p in (one_rank, other)
+    ]
+    assert counts[1] > 1.3 * counts[0]
+    events, same = (beds.table(p, "history/events") for p in (one_rank, other))
+    pd.testing.assert_frame_equal(events[beds.LOOKS], same[beds.LOOKS])
+    assert beds.apart(one_rank, other).max() < 1e-9 * beds.RADIUS
