@@ -60,7 +60,7 @@ class Advice:
     def lines(self) -> list[str]:
         """As text, one line for each effect's smallest limit."""
         shown: dict[str, Limit] = {}
-        for limit in self.limits:
+        for limit in (limit for limit in self.limits if math.isfinite(limit.time_step_s)):
             shown.setdefault(limit.effect, limit)
         lines = [
             f"{limit.effect:<20}{limit.time_step_s:9.2e} s  {limit.bodies}{'' if limit.stability else ' (resolution)'}"

@@ -156,7 +156,7 @@ def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
     return {
         "solid_fraction": choice.spheres * 4.0 / 3.0 * math.pi * r**3 / (4.0 * half**2 * top),
         "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
-        "liquid_in_bridges": float(ledger["bridges"] / ledger["initial"]),
+        "liquid_in_bridges": _share(ledger, "bridges"),
         "mean_speed_m_per_s": float(np.sqrt((end[["vx", "vy", "vz"]] ** 2).sum(axis=1)).mean()),
     }
 
@@ -187,7 +187,7 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
         "dynamic_angle_deviation_deg": float(angle.std()),
         "drum_radius_m": radius,
         "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
-        "liquid_on_walls": float(ledger["walls"] / ledger["initial"]),
+        "liquid_on_walls": _share(ledger, "walls"),
     }
 
 
@@ -218,6 +218,11 @@ def drum_walls(radius: float, width: float, sides: int = 32, thickness: float = 
         make_surface("lid_low", "wall", plate(outline, low - thickness, low), "turns"),
         make_surface("lid_high", "wall", plate(outline, high, high + thickness), "turns"),
     )
+
+
+def _share(ledger: pd.Series, holder: str) -> float:
+    """Part of the liquid that a holder has; 0 without liquid."""
+    return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
 
 
 def _lattice(choice: Choice, across: int, spacing: float, z_low: float) -> list[small.Sphere]:
