@@ -13,6 +13,7 @@ from pywet import small
 from pywet.geometry.screen import build_wires, wire_positions
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import Surface, make_surface
+from reference_impl.replay import replay
 from tests.engine import beds
 from tests.engine.scenes import WATER, contacts, spheres_of
 
@@ -166,3 +167,4 @@ def test_bridge_at_a_wire_crossing(tmp_path: Path) -> None:
     ledger = beds.table(tmp_path, "history/ledger")
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
     assert (held / ledger["initial"] - 1.0).abs().max() < 1e-12
+    assert replay(tmp_path)["ok"]  # forces at wires and the life of their liquid, by the independent reference
