@@ -144,6 +144,47 @@ def view(
 
 
 @app.command()
+def timestep(run_dir: RunFolder) -> None:
+    """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
+    from pywet import advisor
+    from pywet.scene import Scene
+
+    _need_run(run_dir)
+    for line in advisor.advise(Scene.read(run_dir / "scene.json")).lines:
+        out.print(line, soft_wrap=True, markup=False)
+
+
+@app.command()
+def scene(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="pull, collision, bed or drum.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/NAME.")] = None,
+    moisture: Annotated[float, typer.Option(min=0, help="Liquid over the mass of the spheres [%].")] = 1.0,
+    viscosity: Annotated[float, typer.Option(min=0, help="Viscosity of the liquid [Pa s].")] = 1e-3,
+    spheres: Annotated[int, typer.Option(min=1, help="Number of spheres (bed, drum).")] = 500,
+    speed: Annotated[float | None, typer.Option(help="Speed of pull or collision [m/s].")] = None,
+    rpm: Annotated[float, typer.Option(help="Turns of the drum per minute.")] = 20.0,
+    seconds: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
+    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of the engine.")] = 1,
+) -> None:
+    """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
+    from pywet import scenes
+
+    choice = scenes.Choice(
+        spheres=spheres,
+        moisture_percent=moisture,
+        viscosity_Pa_s=viscosity,
+        speed_m_per_s=speed,
+        turns_per_minute=rpm,
+        seconds=seconds,
+        ranks=ranks,
+    )
+    folder = out_dir or Path("results") / "scenes" / name
+    for key, value in scenes.run(name, folder, choice).items():
+        out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
+    out.print(f"all tables are in {folder}", soft_wrap=True)
+
+
+@app.command()
 def bridge(
     file: JsonFile,
     engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,

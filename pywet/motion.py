@@ -54,6 +54,11 @@ def velocity(vibration: Vibration, time: ArrayLike) -> Floats:
     return np.asarray(np.asarray(vibration.amplitude_m) * omega * np.cos(_angle(vibration, time)), dtype=np.float64)
 
 
+def peak_speed(vibration: Vibration) -> float:
+    """Bound of the speed [m/s]: 2 pi f times the amplitudes' root of squares."""
+    return 2.0 * math.pi * vibration.frequency_Hz * math.hypot(*vibration.amplitude_m)
+
+
 def displacement(vibration: Vibration, time: ArrayLike) -> Floats:
     """x(t) − x(0) [m], shape (…, 3): where a wall is relative to its STL file."""
     return position(vibration, time) - position(vibration, 0.0)

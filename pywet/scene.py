@@ -76,7 +76,7 @@ class WallMesh(Strict):
     holder: Holder
     stl: Path
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
-    motion: Literal["fixed", "vibrates", "slides"] = "fixed"
+    motion: Literal["fixed", "vibrates", "slides", "turns"] = "fixed"
     triangle_part: tuple[int, ...]
     """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
     part_half_width_m: tuple[float | None, ...]
@@ -89,6 +89,14 @@ class Slide(Strict):
     velocity_m_per_s: Vector
     opens_at_s: NonNegative
     travel_s: Positive
+
+
+class Rotation(Strict):
+    """How walls turn: about an axis through `origin_m`, right-handed, one turn in `period_s`, from the start of the run."""
+
+    origin_m: Vector
+    axis: Vector
+    period_s: Positive
 
 
 class Effects(Strict):
@@ -118,6 +126,8 @@ class Output(Strict):
     interval_s: Positive
     contact_windows: int = Field(default=2, ge=0)
     contact_window_steps: int = Field(default=20, ge=1)
+    checkpoints: int = Field(default=0, ge=0)
+    """How many times during the run the state is saved for a resumption, evenly spread."""
 
 
 class Scene(Strict):
@@ -131,7 +141,11 @@ class Scene(Strict):
     walls: tuple[WallMesh, ...]
     vibration: Vibration | None
     slide: Slide | None
+    rotation: Rotation | None = None
     effects: Effects
+    viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
+    largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.3
+    """Overlap over the smaller radius at which a moist run stops."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     box_low_m: Vector
     box_high_m: Vector
@@ -155,6 +169,8 @@ class Scene(Strict):
             raise ValueError(f"scene {self.name}: no contact data for the pairs {sorted(want - have)} (0 is a wall)")
         if self.effects.bridges and self.liquid is None:
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
+        if self.rotation is None and any(w.motion == "turns" for w in self.walls):
+            raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
 
     @property

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,6 +45,8 @@ class Sphere:
     spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     driven: bool = False
     """Held at its velocity whatever acts on it."""
+    wiggle: tuple[tuple[float, float, float], float] | None = None
+    """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
@@ -81,31 +84,41 @@ def prepare(
     output_interval_s: float | None = None,
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
     box: float = 0.1,
+    checkpoints: int = 0,
+    **more: Any,
 ) -> Scene:
-    """Write everything a small scene needs into `run_dir` and return it."""
-    scene = Scene(
-        name="small",
-        seed=0,
-        classes=tuple(classes),
-        pairs=tuple(pairs),
-        liquid=liquid,
-        walls=tuple(wall_mesh(w, wall_angle_rad) for w in walls),
-        vibration=None,
-        slide=None,
-        effects=effects,
-        gravity_m_per_s2=gravity,
-        box_low_m=(-box, -box, -box),
-        box_high_m=(box, box, box),
-        spheres_file=Path("spheres.parquet"),
-        time_step_s=time_step_s,
-        duration_s=steps * time_step_s,
-        output=Output(
+    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`."""
+    fields: dict[str, Any] = {
+        "name": "small",
+        "seed": 0,
+        "classes": tuple(classes),
+        "pairs": tuple(pairs),
+        "liquid": liquid,
+        "walls": tuple(wall_mesh(w, wall_angle_rad) for w in walls),
+        "vibration": None,
+        "slide": None,
+        "effects": effects,
+        "gravity_m_per_s2": gravity,
+        "box_low_m": (-box, -box, -box),
+        "box_high_m": (box, box, box),
+        "spheres_file": Path("spheres.parquet"),
+        "time_step_s": time_step_s,
+        "duration_s": steps * time_step_s,
+        "output": Output(
             interval_s=output_interval_s or time_step_s,
             contact_windows=1 if log_every_step else 0,
             contact_window_steps=2 * steps,
+            checkpoints=checkpoints,
         ),
-        bin_z_m=-box,
-    )
+        "bin_z_m": -box,
+    }
+    scene = Scene(**{**fields, **more})
+    _write(scene, spheres, walls, run_dir)
+    return scene
+
+
+def _write(scene: Scene, spheres: Sequence[Sphere], walls: Sequence[Surface], run_dir: Path) -> None:
+    """scene.json and all it refers to."""
     table = pd.DataFrame({"id": np.arange(1, len(spheres) + 1), "type": [s.kind for s in spheres]})
     for k, axis in enumerate("xyz"):
         table[axis] = [s.position[k] for s in spheres]
@@ -119,7 +132,6 @@ def prepare(
     write_initial(scene, walls, table, run_dir)
     with atomic_write(run_dir / "scene.json") as temporary:
         temporary.write_text(scene.model_dump_json(indent=1))
-    return scene
 
 
 def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
@@ -129,13 +141,17 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
         return (), "all"
     lines = []
     for k in driven:
-        v = " ".join(repr(c) for c in spheres[k - 1].velocity)
-        lines += [f"group driven_{k} id {k}", f"fix drive_{k} driven_{k} move linear {v}"]
+        sphere = spheres[k - 1]
+        if sphere.wiggle is None:
+            how = "linear " + " ".join(repr(c) for c in sphere.velocity)
+        else:
+            how = "wiggle " + " ".join(repr(c) for c in (*sphere.wiggle[0], sphere.wiggle[1]))
+        lines += [f"group driven_{k} id {k}", f"fix drive_{k} driven_{k} move {how}"]
     lines += [f"group driven id {' '.join(map(str, driven))}", "group free subtract all driven"]
     return tuple(lines), "free"
 
 
-def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1) -> driver.RunInfo:
+def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
     """Run a prepared small scene."""
     extra, free = drive(spheres)
-    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free)
+    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)

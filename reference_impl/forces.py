@@ -30,6 +30,23 @@ def _bodies_of(table: pd.DataFrame, fixed: Bodies) -> tuple[Floats, Floats, Floa
     return table["i"].map(fixed.radius).to_numpy(float), rj, table["i"].map(angle).to_numpy(float), tj
 
 
+def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
+    """Change of the relative speed in one step per force, with each sphere's mass shared by its bridges; 0 when explicit.
+
+    dt (n_i/m_i + n_j/m_j), with n the logged number of bridges that share a sphere (0 for a driven sphere and for a wall).
+    """
+    if run.meta.get("viscous_integration", "explicit") == "explicit":
+        return np.zeros(len(table))
+    mass = {t["type"]: t["density"] * 4.0 / 3.0 * np.pi * t["radius"] ** 3 for t in run.meta["types"]}
+    spheres = run.table("spheres")
+    weight = dict(zip(spheres["id"], spheres["type"].map(mass), strict=True))
+    wall = (table["partner_kind"] != SPHERE).to_numpy()
+    mi = table["i"].map(weight).to_numpy(float)
+    mj = np.where(wall, 1.0, table["j"].map(weight).fillna(1.0).to_numpy(float))
+    shared_j = np.where(wall, 0.0, table["sharing_j"].to_numpy(float))
+    return float(run.meta["time_step"]) * np.asarray(table["sharing_i"].to_numpy(float) / mi + shared_j / mj)
+
+
 def check(run: Run) -> list[Quantity]:
     """Separation, rupture distance, each force, total, torques."""
     table = run.table("contacts")
@@ -54,10 +71,18 @@ def check(run: Run) -> list[Quantity]:
     slide, roll = laws.goldman(gap, ri, rj, wall, eta)
     if effects.get("capillary"):
         capillary = laws.rabinovich(gap, volume, ri, rj, wall, ti, tj, sigma)
+    kick, push = relative_kick(run, table), vectors(table, "push")
+    law, normal_factor, tangential_factor = zero, 1.0 + zero, 1.0 + zero
     if effects.get("viscous_normal"):
-        viscous = laws.pitois(gap, volume, ri, rj, wall, vn, eta)
+        law = laws.pitois(gap, volume, ri, rj, wall, vn, eta)
+        drag = -laws.pitois(gap, volume, ri, rj, wall, 1.0 + zero, eta)
+        normal_factor = 1.0 / (1.0 + drag * kick)
+        viscous = -drag * (vn + (push * n).sum(axis=1)) * normal_factor
     if effects.get("viscous_tangential"):
-        tangential = -slide[:, None] * sideways - roll[:, None] * spin_slip
+        tangential_factor = 1.0 / (1.0 + (slide + 2.5 * roll) * kick)
+        pushed = sideways + push - (push * n).sum(axis=1)[:, None] * n
+        pushed_spin = spin_slip - np.cross(vectors(table, "spin_push"), n)
+        tangential = -tangential_factor[:, None] * (slide[:, None] * pushed + roll[:, None] * pushed_spin)
     force = (viscous - capillary)[:, None] * n + tangential
     torque = -ri[:, None] * np.cross(n, tangential)
     torque_j = np.where(wall, 0.0, -rj)[:, None] * np.cross(n, tangential)
@@ -69,9 +94,11 @@ def check(run: Run) -> list[Quantity]:
     # S is a difference of lengths and loses digits near contact, v_n is a scalar product: errors are taken against the size
     # that the inputs give, |v| for viscous terms, and against the whole force for its components.
     speed = np.sqrt((relative**2).sum(axis=1))
-    normal_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, np.maximum(speed, 1e-300), eta))
-    spin_size = np.sqrt((spin**2).sum(axis=1))
-    tangential_size = np.abs(slide) * speed + np.abs(roll) * spin_size
+    explicit_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, np.maximum(speed, 1e-300), eta))
+    pulled = np.maximum(speed + np.sqrt((push**2).sum(axis=1)), 1e-300)
+    normal_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, pulled, eta)) * normal_factor
+    spin_size = np.sqrt((spin**2).sum(axis=1)) + np.sqrt((vectors(table, "spin_push") ** 2).sum(axis=1))
+    tangential_size = (np.abs(slide) * pulled + np.abs(roll) * spin_size) * tangential_factor
     whole = np.maximum(capillary + normal_size + tangential_size, 1e-300)
     arms = np.where(wall, 1.0, rj)
 
@@ -82,6 +109,11 @@ def check(run: Run) -> list[Quantity]:
         compare("separation", "radius of i", column("separation"), gap, ri, table),
         compare("rupture_limit", "itself", column("rupture_distance"), limit, limit, table),
         compare("capillary", "itself", column("capillary"), capillary, np.maximum(capillary, 1e-300), table),
+        compare("viscous_law", "its value at |v|", column("viscous_law"), law, explicit_size, table),
+        compare("factor_normal", "itself", column("factor_normal"), normal_factor, normal_factor, table),
+        compare(
+            "factor_tangential", "itself", column("factor_tangential"), tangential_factor, tangential_factor, table
+        ),
         compare("viscous_normal", "its value at |v|", column("viscous_normal"), viscous, normal_size, table),
         compare(
             "viscous_tangential",

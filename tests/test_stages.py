@@ -88,7 +88,20 @@ def test_summary_counts_speed_events_and_ledger(tmp_path: Path) -> None:
     assert summary["events"] == {"formations": 4, "ruptures": 2, "standing_bridges": 2}
     assert summary["spheres"] == {"POM 8 mm": 1, "POM 4 mm": 2}
     assert summary["ledger_error"] <= 1e-15
+    energy = summary["energy_J"]
+    assert (energy["kinetic"], energy["gravity"], energy["contact"]) == (2e-6, 5e-6, -3e-6)
+    assert abs(energy["unaccounted"]) < 1e-18
     assert summary["versions"]["liggghts"] == "3.8.0"
+
+
+def test_summary_of_a_dry_run_knows_gravity_and_the_rest(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case01", moist=False)
+    stages.results(run)
+    energy = json.loads((run / "summary.json").read_text())["energy_J"]
+    assert energy["contact_and_wall_motion"] == pytest.approx(
+        -energy["gravity"], rel=1e-12
+    )  # the speeds stay as they are
+    assert energy["gravity"] != 0.0 and energy["unaccounted"] is None
 
 
 def test_what_is_printed_goes_to_the_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

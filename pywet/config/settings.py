@@ -45,16 +45,24 @@ class EffectSettings(Strict):
 
 
 class TimeStepSettings(Strict):
-    """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time)."""
+    """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time).
+
+    viscous_integration `semi_implicit`: lubrication is stable at any step, so that the viscous damping time does not count.
+    """
 
     fraction: RatioEntry
+    viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
 
 
 class OutputSettings(Strict):
-    """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale."""
+    """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale.
+
+    checkpoints: how many times during a run the state is saved, so that a run that was cut off goes on from there.
+    """
 
     contact_windows: Annotated[int, Field(ge=0)] = 2
     contact_window_steps: Annotated[int, Field(ge=1)] = 20
+    checkpoints: Annotated[int, Field(ge=0)] = 20
 
 
 class Settings(Strict):

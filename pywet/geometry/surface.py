@@ -21,7 +21,7 @@ from pywet.scene import Holder
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Motion = Literal["fixed", "vibrates", "slides"]
+Motion = Literal["fixed", "vibrates", "slides", "turns"]
 
 SMALLEST_ANGLE_DEG = 1.0
 """LIGGGHTS warns below 0.5 deg and stops below 0.26 deg (`EPSILON_CURVATURE` in its surface_mesh.h)."""

@@ -58,11 +58,18 @@ CONTACT = np.dtype(
         ("separation", "<f8"),
         ("rupture_distance", "<f8"),  # with the dynamic factor when that effect is on
         ("capillary", "<f8"),  # magnitude, attraction positive [N]
-        ("viscous_normal", "<f8"),  # component along n on i [N]
-        ("viscous_tangential", "<f8", 3),  # on i [N]
+        ("viscous_normal", "<f8"),  # component along n on i, as it acts [N]
+        ("viscous_tangential", "<f8", 3),  # on i, as it acts [N]
         ("force_i", "<f8", 3),  # sum of the above on i [N]
         ("torque_i", "<f8", 3),
         ("torque_j", "<f8", 3),
+        ("viscous_law", "<f8"),  # what the law of the normal viscous force gives at the velocities above [N]
+        ("factor_normal", "<f8"),  # 1/(1 + c dt/m), 1 with explicit integration
+        ("factor_tangential", "<f8"),
+        ("sharing_i", "<i4"),  # semi-implicit: bridges that share the mass of i; 0 for a driven sphere, and explicit
+        ("sharing_j", "<i4"),
+        ("push", "<f8", 3),  # semi-implicit: change of v_i - v_j in the step by all other forces [m/s]
+        ("spin_push", "<f8", 3),  # the same of r_i w_i + r_j w_j
     ]
 )
 
@@ -96,6 +103,25 @@ BRIDGE = np.dtype(  # snapshot of standing bridges
         ("xj", "<f8", 3),
     ]
 )
+ENERGY = np.dtype(  # at output steps, in joules; works are those on the spheres since the start
+    [
+        ("step", "<i8"),
+        ("time", "<f8"),
+        ("kinetic", "<f8"),  # of the spheres that are not driven
+        ("spin", "<f8"),
+        ("capillary_stored", "<f8"),  # -integral of the force from S to the static rupture distance, standing bridges
+        ("formed", "<f8"),  # the same at formation, summed over all formations
+        ("ruptured", "<f8"),  # the same at rupture, summed over all ruptures
+        ("gravity", "<f8"),
+        ("contact", "<f8"),  # dry contacts, relative motion
+        ("capillary", "<f8"),
+        ("viscous_normal", "<f8"),
+        ("viscous_tangential", "<f8"),
+        ("wall_motion", "<f8"),  # given by moving walls, through contacts and bridges
+        ("drive", "<f8"),  # given by driven spheres
+        ("half_kick", "<f8"),  # kinetic + spin - (the same at the start) - sum of the works, in exact arithmetic
+    ]
+)
 FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
 WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
 
@@ -106,5 +132,6 @@ RAW = {
     "bridges": BRIDGE,
     "films": FILM,
     "wall_films": WALL_FILM,
+    "energy": ENERGY,
 }
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""

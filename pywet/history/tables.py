@@ -18,6 +18,7 @@ SORT = {
     "bridges": ["step", "partner_kind", "i", "j"],
     "films": ["step", "id"],
     "wall_films": ["step", "triangle"],
+    "energy": ["step"],
 }
 
 

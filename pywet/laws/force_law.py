@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import itertools
+import sys
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
@@ -57,7 +58,9 @@ class ForceLaw:
     @cached_property
     def _cfunc(self) -> Any:
         return self._compile(
-            lambda cache: numba.cfunc(self._signature, cache=cache, fastmath=self.fastmath)(self.python)
+            lambda cache: numba.cfunc(self._signature, cache=cache, error_model="numpy", fastmath=self.fastmath)(
+                self.python
+            )
         )
 
     @cached_property
@@ -65,7 +68,9 @@ class ForceLaw:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        in_file = self.cached and Path(self.python.__code__.co_filename).is_file()  # numba caches next to the source
+        # numba caches next to the source, and finds again what can be imported by name
+        in_file = Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
+        in_file = in_file and self.cached
         try:
             return build(in_file)
         except Exception as error:  # numba lets through whatever the user's text makes it raise

@@ -13,6 +13,7 @@ from pywet.effects import plan as plan_effects
 from pywet.files import write_json, write_table
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill, write_stl
 from pywet.history.initial import write_initial
+from pywet.motion import peak_speed
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
 from pywet.screening import amounts
 
@@ -38,7 +39,8 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     vibration = vibration_of(config, case)
     settings = config.settings
     chosen = plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws)
-    viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal else 0.0
+    explicit = settings.time_step.viscous_integration == "explicit"
+    viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
     step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
     return Ingredients(classes, pairs, liquid, vibration, chosen, step)
 
@@ -87,6 +89,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
             travel_s=apparatus.slide_travel / speed,
         ),
         effects=made.plan.effects,
+        viscous_integration=config.settings.time_step.viscous_integration,
         box_low_m=apparatus.box_low,
         box_high_m=apparatus.box_high,
         spheres_file=Path("spheres.parquet"),
@@ -96,6 +99,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
             interval_s=scale.output_interval_s.value,
             contact_windows=output.contact_windows,
             contact_window_steps=output.contact_window_steps,
+            checkpoints=output.checkpoints,
         ),
         screen_z_m=apparatus.screen_z,
         bin_z_m=apparatus.bin_z,
@@ -171,11 +175,6 @@ def vibration_of(config: Config, case: Case) -> Vibration:
         phase_rad=(math.radians(phases[0]), math.radians(phases[1]), math.radians(phases[2])),
         frequency_Hz=motion.frequency_Hz.value,
     )
-
-
-def peak_speed(vibration: Vibration) -> float:
-    """Bound of the screen's speed [m/s]: 2 pi f times the amplitudes' root of squares."""
-    return 2.0 * math.pi * vibration.frequency_Hz * math.hypot(*vibration.amplitude_m)
 
 
 def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:

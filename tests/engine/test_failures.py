@@ -105,3 +105,73 @@ def test_disk_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(PywetError, match="No space left on device"):
         small.run(tmp_path, spheres)
     assert not (tmp_path / "engine").exists()
+
+
+def free(run_dir: Path, bodies: list[small.Sphere], **options: object) -> None:
+    """Free wet spheres."""
+    given: dict[str, object] = {"time_step_s": 2e-5, "steps": 1000, "output_interval_s": 1e-2, **options}
+    small.prepare(run_dir, spheres_of(R), bodies, contacts(1), liquid=WATER, effects=small.PAPER, **given)  # type: ignore[arg-type]
+    small.run(run_dir, bodies)
+
+
+def test_sphere_that_leaves_the_box_is_named(tmp_path: Path) -> None:
+    """A moist run names the sphere and the step, saves where everything was, and does not look finished."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (2.0, 0.0, 0.0))]
+    with pytest.raises(PywetError, match=r"sphere 2 left the simulated box before step \d+"):
+        free(tmp_path, bodies, box=0.03)
+    assert not (tmp_path / "engine").exists()
+    text = (tmp_path / "engine.partial" / "stopped.0.csv").read_text().splitlines()
+    assert text[0].startswith("# step") and text[2].startswith("1,")
+
+
+def test_too_large_an_overlap_is_named(tmp_path: Path) -> None:
+    """Two spheres pressed into each other."""
+    bodies = [
+        small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
+        small.Sphere(1, (0.0, 0.0, 2 * R), (0.0, 0.0, -0.2), driven=True),
+    ]
+    with pytest.raises(
+        PywetError, match=r"sphere 1 overlaps sphere 2 by 0\.3\d* of its radius at step \d+.*too large a time step"
+    ):
+        free(tmp_path, bodies)
+
+
+def test_too_fast_for_the_time_step(tmp_path: Path) -> None:
+    """More than a tenth of the radius in a step."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (30.0, 0.0, 0.0))]
+    with pytest.raises(PywetError, match=r"sphere 2 moves at 30\.\d+ m/s at step \d+.*lower the time step"):
+        free(tmp_path, bodies)
+
+
+def test_nan_velocity_is_named(tmp_path: Path) -> None:
+    """Not-a-number is no speed."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (float("nan"), 0.0, 0.0))]
+    with pytest.raises(PywetError, match=r"sphere 2 (moves at -?nan|left)"):
+        free(tmp_path, bodies)
+
+
+def test_film_below_zero_is_named(tmp_path: Path) -> None:
+    """A formation law that gives back more than it draws is found out when the film goes below zero."""
+    path = tmp_path / "law.py"
+    text = "from pywet.laws.force_law import force_law\n"
+    names = {"a": "film_volume_i, radius_i, radius_j", "b": "film_volume_i, radius_i, half_width"}
+    names |= {"c": "film_thickness, radius_i", "d": "film_thickness, radius_i, half_width"}
+    for name, arguments in names.items():
+        value = "0.1 * film_volume_i if radius_i < radius_j else -0.05 * film_volume_i" if name == "a" else "0.0"
+        text += f'@force_law\ndef {name}({arguments}):\n    """Test."""\n    return {value}\n\n'
+    path.write_text(text + "laws = (a, b, c, d)\n")
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(2, (0.0, 0.0, R + 2e-3))]
+    small.prepare(
+        tmp_path / "run", spheres_of(R, 2e-3), bodies, contacts(2),
+        liquid=WATER, effects=small.PAPER.model_copy(update={"formation": f"{path}:laws"}), time_step_s=2e-5, steps=200,
+    )  # fmt: skip
+    with pytest.raises(PywetError, match=r"draws a share below zero from sphere 1"):
+        small.run(tmp_path / "run", bodies)
+
+
+def test_two_runs_in_one_folder(tmp_path: Path) -> None:
+    """The second one is refused."""
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
+    with driver._alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
+        small.run(tmp_path, spheres)

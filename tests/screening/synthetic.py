@@ -12,6 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from pywet.files import write_json, write_table
+from pywet.history.schema import ENERGY
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
 
 UNIT = 1e-9
@@ -183,3 +184,9 @@ def _liquid(history: Path) -> None:
     )
     ledger[["films", "bridges", "walls", "left", "initial"]] *= UNIT
     write_table(ledger, history / "ledger.parquet")
+    names = [name for name in ENERGY.names or () if name not in ("step", "time")]
+    energy = pd.DataFrame(0.0, index=range(len(STEPS)), columns=names)
+    energy["kinetic"], energy["gravity"], energy["contact"] = [0.0, 1e-6, 2e-6], [0.0, 2e-6, 5e-6], [0.0, -1e-6, -3e-6]
+    energy.insert(0, "time", [1e-4 * step for step in STEPS])
+    energy.insert(0, "step", list(STEPS))
+    write_table(energy, history / "energy.parquet")

@@ -10,14 +10,20 @@ import jinja2
 import numpy as np
 import pandas as pd
 
+from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.laws import registry
 from pywet.motion import viblin_movers
-from pywet.scene import ContactPair, Scene, SphereClass
+from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
 
 TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
 FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
+
+
+FASTEST = 5.0
+"""Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
 
 
 def damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
@@ -71,12 +77,17 @@ def contact_distance_factor(scene: Scene) -> float:
 
 
 def longest_bridge(scene: Scene) -> float:
-    """Upper bound of a bridge's length [m]: the rupture distance of V* = 0.5 between the two largest spheres, doubled."""
-    if not scene.effects.bridges:
+    """Upper bound of a bridge's length [m] by the scene's rupture laws: V* = 0.5, the two largest spheres, drawn at 5 m/s."""
+    if not scene.effects.bridges or scene.liquid is None or scene.effects.rupture is None:
         return 0.0
     r = max(c.radius_m for c in scene.classes)
     angle = max(c.contact_angle_rad for c in scene.classes)
-    return 2.0 * r * (1.0 + 0.5 * angle) * 0.5 ** (1.0 / 3.0)
+    length = registry.get("rupture", scene.effects.rupture).functions[0](0.5 * r**3, r, r, angle, angle)
+    factor = 1.0
+    if scene.effects.dynamic_rupture is not None:
+        stretch = registry.get("dynamic_rupture", scene.effects.dynamic_rupture).functions[0]
+        factor = stretch(FASTEST, scene.liquid.viscosity_Pa_s, scene.liquid.surface_tension_N_per_m)
+    return float(length * factor)
 
 
 def skin(scene: Scene) -> float:
@@ -89,33 +100,74 @@ def output_every(scene: Scene) -> int:
     return max(1, round(scene.output.interval_s / scene.time_step_s))
 
 
+def checkpoint_every(scene: Scene) -> int:
+    """Steps between checkpoints; 0: none. The engine makes its neighbour lists anew at each, with and without a resumption."""
+    wanted = scene.output.checkpoints
+    return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
+
+
 def movers(scene: Scene) -> list[dict[str, str]]:
-    """Three viblin movers per vibrating mesh."""
-    if scene.vibration is None:
-        return []
-    return [
-        {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
-        for wall in scene.walls
-        if wall.motion == "vibrates"
-        for k, mover in enumerate(viblin_movers(scene.vibration))
-    ]
+    """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
+    found = []
+    for wall in scene.walls:
+        if wall.motion == "vibrates" and scene.vibration is not None:
+            found += [
+                {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
+                for k, mover in enumerate(viblin_movers(scene.vibration))
+            ]
+        if wall.motion == "turns" and scene.rotation is not None:
+            origin, axis = (" ".join(map(repr, v)) for v in (scene.rotation.origin_m, scene.rotation.axis))
+            words = f"rotate origin {origin} axis {axis} period {scene.rotation.period_s!r}"
+            found.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
+    return found
 
 
-def stages(scene: Scene) -> list[dict[str, Any]]:
-    """The run's stages: until the slide opens, while it is drawn, and the rest."""
+def mesh_style(scene: Scene, wall: WallMesh) -> str:
+    """A moving wall of a moist scene keeps the sum of its contact forces, from which its work follows."""
+    if not scene.effects.bridges or wall.motion == "fixed":
+        return "mesh/surface"
+    return "mesh/surface/stress"
+
+
+def stages(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
+    """The run's stages: until the slide opens, while it is drawn, and the rest; after `done` steps, what is left of them."""
+    left, start = [], 0
+    for stage in _all_stages(scene):
+        end = start + stage["steps"]
+        if done < end or done == 0:
+            within = (
+                start < done
+            )  # what the stage begins with is then set up again, what an earlier one ended with is not
+            left.append({"before": stage["again"] if within else stage["before"], "steps": end - max(start, done)})
+        start = end
+    return left
+
+
+def boundaries(scene: Scene) -> set[int]:
+    """Steps at which one stage ends and the next is set up."""
+    ends = set()
+    total = 0
+    for stage in _all_stages(scene):
+        total += stage["steps"]
+        ends.add(total)
+    return ends
+
+
+def _all_stages(scene: Scene) -> list[dict[str, Any]]:
     total = scene.steps
     sliding = [w.name for w in scene.walls if w.motion == "slides"]
     if scene.slide is None or not sliding:
-        return [{"before": [], "steps": total}]
+        return [{"before": [], "again": [], "steps": total}]
     opens = min(total, round(scene.slide.opens_at_s / scene.time_step_s))
     drawn = min(total, opens + round(scene.slide.travel_s / scene.time_step_s))
     velocity = " ".join(repr(c) for c in scene.slide.velocity_m_per_s)
     draw = [f"fix draw_{name} all move/mesh mesh {name} linear {velocity}" for name in sliding]
     stop = [f"unfix draw_{name}" for name in sliding]
+    moves = drawn > opens
     return [
-        {"before": [], "steps": opens},
-        {"before": draw if drawn > opens else [], "steps": drawn - opens},
-        {"before": stop if drawn > opens else [], "steps": total - drawn},
+        {"before": [], "again": [], "steps": opens},
+        {"before": draw if moves else [], "again": draw if moves else [], "steps": drawn - opens},
+        {"before": stop if moves else [], "again": [], "steps": total - drawn},
     ]
 
 
@@ -145,9 +197,19 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
 
 
 def write_deck(
-    scene: Scene, run_dir: Path, folder: Path, *, extra: tuple[str, ...] = (), integrate: str = "all", thermo: int = 0
+    scene: Scene,
+    run_dir: Path,
+    folder: Path,
+    *,
+    extra: tuple[str, ...] = (),
+    integrate: str = "all",
+    thermo: int = 0,
+    resume: Checkpoint | None = None,
 ) -> None:
-    """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes."""
+    """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
+
+    With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         undefined=jinja2.StrictUndefined,
@@ -167,8 +229,11 @@ def write_deck(
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
+        "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
-        "stages": stages(scene),
+        "stages": stages(scene, resume.step if resume else 0),
+        "restart_file": resume.engine.relative_to(folder) if resume else None,
+        "checkpoint_every": checkpoint_every(scene),
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),

@@ -1,19 +1,17 @@
 """Runs a prepared scene in LIGGGHTS and turns what it wrote into tables.
 
 A dry scene runs on the stock program; a moist one in worker.py with the plugin. Everything is written into `engine.partial`
-first and renamed when the run is complete, so a failed run never looks like a finished one.
+first and renamed when the run is complete, so a failed run never looks like a finished one. Where `engine.partial` holds a
+whole checkpoint of the same scene, the run goes on from there.
 """
 
 from __future__ import annotations
 
-import os
-import re
+import fcntl
 import shutil
-import signal
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,9 +19,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.engines.liggghts import deck
+from pywet import advisor
+from pywet.engines.liggghts import checkpoint, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, package_version, plugin_path
 from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
+from pywet.engines.liggghts.process import execute, progress_bar
 from pywet.engines.liggghts.tables import prepare_laws
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
@@ -32,7 +32,6 @@ from pywet.motion import engine_displacement, slide_displacement
 from pywet.scene import Scene, WallMesh
 
 PROGRAM = "liggghts"
-Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -45,6 +44,8 @@ class RunInfo:
     ranks: int
     engine_version: str
     plugin_hash: str | None
+    resumed_at_step: int | None
+    """Checkpoint this run went on from; None when it began at the start. `wall_s` counts from there."""
     ledger_error: float | None
     """|Σ films + Σ bridges + Σ walls + left − initial| / initial, the largest over all outputs; None for a dry run."""
 
@@ -69,44 +70,82 @@ def run(
     *,
     extra: tuple[str, ...] = (),
     integrate: str = "all",
+    allow_unstable: bool = False,
 ) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
+    Raises `PywetError` for a time step that would be unstable, unless `allow_unstable`.
     `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed).
     """
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
     version = _check_engine()
+    if not allow_unstable:
+        advisor.refuse_unstable(scene)
     plugin = plugin_path() if scene.effects.bridges else None
     folder = run_dir / "engine.partial"
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
     try:
-        deck.write_deck(scene, run_dir, folder, extra=extra, integrate=integrate)
-        if scene.effects.bridges:
-            _write_history_inputs(scene, run_dir, folder)
-        started = time.monotonic()
-        with _progress(scene, progress) as report:
-            _execute(_command(scene, run_dir, folder, ranks), folder, scene, report)
-        wall = time.monotonic() - started
-        spheres = _collect(scene, run_dir, folder)
+        with _alone(run_dir):
+            point = _begin(scene, folder, mark)
+            if point and progress:
+                print(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}", flush=True)
+            deck.write_deck(scene, run_dir, folder, extra=extra, integrate=integrate, resume=point)
+            if scene.effects.bridges:
+                _write_history_inputs(scene, run_dir, folder, point)
+            started = time.monotonic()
+            with progress_bar(scene, progress) as report:
+                watch = (lambda: None) if scene.effects.bridges else (lambda: checkpoint.prune(folder))
+                execute(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
+            wall = time.monotonic() - started
+            spheres = _collect(scene, run_dir, folder)
+            info = RunInfo(
+                wall_s=wall,
+                steps=scene.steps,
+                spheres=spheres,
+                ranks=ranks,
+                engine_version=version,
+                plugin_hash=plugin.stem.removeprefix("libpywet-") if plugin else None,
+                resumed_at_step=point.step if point else None,
+                ledger_error=ledger_error(run_dir) if scene.effects.bridges else None,
+            )
+            _finish(run_dir, folder, info)
     except OSError as error:
         raise PywetError(
             f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
         ) from error
-    info = RunInfo(
-        wall_s=wall,
-        steps=scene.steps,
-        spheres=spheres,
-        ranks=ranks,
-        engine_version=version,
-        plugin_hash=plugin.stem.removeprefix("libpywet-") if plugin else None,
-        ledger_error=ledger_error(run_dir) if scene.effects.bridges else None,
-    )
+    return info
+
+
+@contextmanager
+def _alone(run_dir: Path) -> Iterator[None]:
+    """Hold the run directory; the lock goes with the process, also when that is killed."""
+    with open(run_dir / ".engine.lock", "w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise PywetError(f"another run is at work in {run_dir}; wait for it or stop it") from error
+        yield
+
+
+def _begin(scene: Scene, folder: Path, mark: str) -> checkpoint.Checkpoint | None:
+    """A folder cut back to the latest whole checkpoint of the same scene, or an empty one."""
+    point = checkpoint.find(folder, mark, scene.effects.bridges)
+    if point is None:
+        shutil.rmtree(folder, ignore_errors=True)
+        checkpoint.start(folder, mark)
+    else:
+        checkpoint.cut_back(folder, point.step, deck.output_every(scene))
+    return point
+
+
+def _finish(run_dir: Path, folder: Path, info: RunInfo) -> None:
+    """The run is whole: checkpoints go, the folder gets its name."""
+    shutil.rmtree(folder / checkpoint.FOLDER)
+    (folder / checkpoint.FINGERPRINT).unlink()
     write_json(folder / "run.json", asdict(info))
     shutil.rmtree(run_dir / "engine", ignore_errors=True)
     folder.rename(run_dir / "engine")
-    return info
 
 
 def ledger_error(run_dir: Path) -> float:
@@ -128,7 +167,7 @@ def _check_engine() -> str:
     return version or ENGINE_VERSION
 
 
-def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path) -> None:
+def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: checkpoint.Checkpoint | None) -> None:
     history = run_dir / "history"
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
@@ -147,6 +186,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path) -> None:
         "surface_tension": liquid.surface_tension_N_per_m,
         "viscosity": liquid.viscosity_Pa_s,
         "time_step": scene.time_step_s,
+        "viscous_integration": scene.viscous_integration,
         "effects": scene.effects.model_dump(),
         "types": [
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
@@ -155,7 +195,11 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path) -> None:
         "output_steps": steps,
     }
     write_json(history / "meta.json", meta)
-    write_json(folder / "schedule.json", {"output_steps": steps, "windows": contact_windows(scene)})
+    resume = None
+    if point is not None:
+        resume = {"state": str(point.state), "restore_forces": point.step not in deck.boundaries(scene)}
+    schedule = {"output_steps": steps, "windows": contact_windows(scene), "resume": resume}
+    write_json(folder / "schedule.json", schedule)
 
 
 def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]:
@@ -166,99 +210,6 @@ def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]
     if ranks > 1:
         return ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(ranks), *program]
     return program
-
-
-@contextmanager
-def _progress(scene: Scene, wanted: bool) -> Iterator[Report]:
-    """A bar with the time to go in a terminal, a line for each tenth of the run in a log file."""
-    if not wanted:
-        yield lambda done, total: None
-    elif sys.stdout.isatty():
-        from rich.progress import (
-            BarColumn,
-            Progress,
-            TaskProgressColumn,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
-
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-        with Progress(*columns, TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn()) as bar:
-            task = bar.add_task(scene.name, total=scene.steps)
-            yield lambda done, total: bar.update(task, completed=done, total=total)
-    else:
-        yield _line_reporter(scene)
-
-
-def _line_reporter(scene: Scene) -> Report:
-    started, shown = time.monotonic(), -1
-
-    def report(done: int, total: int) -> None:
-        nonlocal shown
-        tenth = 10 * done // max(total, 1)
-        if tenth == shown:
-            return
-        shown = tenth
-        elapsed = time.monotonic() - started
-        tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
-        print(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}", flush=True)
-
-    return report
-
-
-def _execute(command: list[str], folder: Path, scene: Scene, report: Report) -> None:
-    environment = {
-        **os.environ,
-        "OMP_NUM_THREADS": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-        "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
-    }
-    with open(folder / "output.log", "w") as output:
-        child = subprocess.Popen(command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, env=environment)
-        try:
-            while child.poll() is None:
-                time.sleep(0.2)
-                report(_step_reached(folder), scene.steps)
-        except BaseException:
-            child.kill()
-            raise
-    if child.returncode != 0:
-        raise PywetError(
-            f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})"
-        )
-
-
-def _step_reached(folder: Path) -> int:
-    """Last step that the engine's thermo output shows; reads only the end of the log."""
-    path = folder / "log.liggghts"
-    if not path.exists():
-        return 0
-    with open(path, "rb") as log:
-        log.seek(max(0, path.stat().st_size - 4096))
-        lines = log.read().decode(errors="replace").splitlines()
-    steps = [int(m.group(1)) for line in lines if (m := re.match(r"^\s*(\d+)\s+\d+\s+\S+\s+\S+\s*$", line))]
-    return steps[-1] if steps else 0
-
-
-def _reason(folder: Path, returncode: int) -> str:
-    """The engine's first ERROR line, without its decoration; else the last line there is."""
-    lines: list[str] = []
-    for name in ("output.log", "screen.log", "log.liggghts"):
-        path = folder / name
-        if path.exists():
-            lines += path.read_text(errors="replace").splitlines()
-    errors = [line for line in lines if "ERROR" in line]
-    if not errors:
-        if returncode < 0:
-            return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
-        return lines[-1] if lines else "it wrote nothing"
-    text = re.sub(r"^.*?ERROR[^:]*:\s*", "", errors[0])
-    text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
-    if "Lost atoms" in text:
-        return f"spheres left the simulated box ({text}); enlarge the box or lower the time step"
-    return text
 
 
 def _collect(scene: Scene, run_dir: Path, folder: Path) -> int:

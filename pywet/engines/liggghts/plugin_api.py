@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts.build import engine_version, plugin_path
+from pywet.engines.liggghts.deck import checkpoint_every
 from pywet.errors import PywetError
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
@@ -46,7 +47,7 @@ class Plugin:
 
     def __init__(self, path: Path | None = None) -> None:
         self._library = C.CDLL(str(path or plugin_path()), mode=C.RTLD_GLOBAL)
-        for name in ("pywet_version", "pywet_set_law", "pywet_add_mesh", "pywet_attach"):
+        for name in ("pywet_version", "pywet_set_law", "pywet_add_mesh", "pywet_attach", "pywet_resume"):
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
         if built_for != engine_version():
@@ -76,6 +77,13 @@ class Plugin:
             self._add_mesh(wall, nodes[wall.name], groups)
         ids, types, films = _ints(spheres["id"]), _ints(spheres["type"]), _doubles(spheres["film"])
         self._library.pywet_set_spheres(C.c_int(len(ids)), _pointer(ids), _pointer(types), _pointer(films))
+        gravity = _doubles(scene.gravity_m_per_s2)
+        self._library.pywet_set_rules(
+            _pointer(gravity),
+            C.c_double(scene.largest_overlap),
+            C.c_int(scene.viscous_integration == "semi_implicit"),
+            C.c_int64(checkpoint_every(scene)),
+        )
 
     def _set_laws(self, scene: Scene) -> None:
         for kind, slots in SLOTS.items():
@@ -138,6 +146,10 @@ class Plugin:
     def attach(self, engine: C.c_void_p, folder: Path) -> None:
         """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
         self._check(self._library.pywet_attach(engine, b"pywet", str(folder).encode()))
+
+    def resume(self, state: Path, restore_forces: bool) -> None:
+        """Go on from a checkpoint's state file; `restore_forces` unless an unbroken run is set up anew at that step."""
+        self._check(self._library.pywet_resume(str(state).encode(), C.c_int(restore_forces)))
 
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""

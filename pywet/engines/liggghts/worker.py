@@ -7,6 +7,7 @@ rank runs this program.
 from __future__ import annotations
 
 import ctypes as C
+import json
 import os
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts.plugin_api import Plugin
+from pywet.engines.liggghts.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.scene import Scene
 
@@ -30,7 +32,7 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set the engine up, attach the plugin, run all stages."""
     scene = Scene.read(run_dir / "scene.json")
-    schedule = pd.read_json(folder / "schedule.json", typ="series")
+    schedule = json.loads((folder / "schedule.json").read_text())
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
@@ -45,6 +47,8 @@ def run(run_dir: Path, folder: Path) -> None:
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
     library.lammps_file(engine, b"setup.liggghts")
     plugin.attach(engine, folder)
+    if schedule["resume"]:
+        plugin.resume(Path(schedule["resume"]["state"]), schedule["resume"]["restore_forces"])
     library.lammps_file(engine, b"run.liggghts")
     library.lammps_close(engine)
     plugin.finish()
@@ -52,6 +56,7 @@ def run(run_dir: Path, folder: Path) -> None:
 
 def main() -> int:
     """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER`."""
+    die_with_parent()
     try:
         run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve())
     except PywetError as error:

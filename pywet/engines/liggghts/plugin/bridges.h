@@ -1,7 +1,9 @@
-// The life of the liquid: films, bridges, formation, forces, rupture, sharing out, ledger, logs.
+// The life of the liquid: films, bridges, formation, forces, rupture, sharing out, ledger, logs, checkpoints.
 //
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
+// Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
+// stands near, implicit.cpp holds the semi-implicit drag, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -10,26 +12,52 @@
 #include <unordered_map>
 #include <vector>
 
+#include "energy.h"
 #include "laws.h"
 #include "records.h"
 #include "walls.h"
 
 namespace LAMMPS_NS {
 class LAMMPS;
-}
+class FixMeshSurface;
+}  // namespace LAMMPS_NS
 
 namespace pywet {
 
+extern const double INF;
+
+// What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
+struct View {
+  double **x = nullptr, **v = nullptr, **omega = nullptr, **f = nullptr, **torque = nullptr;
+  double *mass = nullptr;
+  int *tag = nullptr, *mask = nullptr;
+  int nlocal = 0, nall = 0, free_group = 0;
+  double dt = 0;
+  bool free(int a) const { return mask[a] & free_group; }  // moved by its forces, not driven
+};
+
+// `a`, `b`: indices of i and j on this rank (-1: not here), valid until the engine makes its neighbour list anew.
 struct Bridge {
   int kind, i, j;                        // j: sphere id or wall part
   double volume, rupture_distance;       // static
   int triangle = -1;
   int candidate = -1;                    // index into the local candidates of its kind, or -1
+  int a = -1, b = -1;
+  bool here = false;                     // this rank owns an end
+  double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
   Site site;
 };
 
 struct Candidate {
   int i, j;                              // ids (j: part for walls)
+  int a, b;
+  bool active;                           // has no bridge
+  double radii;                          // sum of radii
+  double gap;                            // between the films when the candidates were found
+};
+
+struct WallCandidate {
+  int i, j, a;
   bool active;
   Site site;
 };
@@ -41,6 +69,26 @@ struct Geometry {
   int triangle;
 };
 
+// Forces of one bridge: capillary attracts, viscous acts along n on i, tangential on i.
+struct Terms {
+  double capillary = 0, viscous = 0, viscous_law = 0, factor_normal = 1, factor_tangential = 1;
+  int sharing_i = 0, sharing_j = 0;
+  double kick = 0;
+  Vec tangential, push, spin_push;
+};
+
+// A bridge whose viscous forces wait for all other forces.
+struct Waiting {
+  const Bridge *bridge;
+  Geometry geometry;
+  Terms terms;
+};
+
+// A run that has to stop, known to every rank alike.
+struct Stop : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class Bridges {
  public:
   Laws laws;
@@ -50,26 +98,45 @@ class Bridges {
   std::vector<int> type_of;                       // index: sphere id
   std::vector<double> film;                       // index: sphere id [m3]
   std::vector<int64_t> output_steps, window_first, window_last;
+  Vec gravity;
+  double largest_overlap = 0.3;                   // of the smaller radius; beyond, the run stops
+  bool semi_implicit = false;
+  int64_t checkpoint_every = 0;                   // steps; 0: none
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
+  void resume(const std::string &state_file, bool restore_forces);
   void step(int64_t n);
   void flush();
+  void save_stop(const std::string &why) const;
+  int rank() const { return rank_; }
 
  private:
   LAMMPS_NS::LAMMPS *lmp_ = nullptr;
   MPI_Comm world_ = MPI_COMM_NULL;
   int rank_ = 0, ranks_ = 1;
-  int64_t now_ = -1;
+  std::string directory_;
+  View at_;
+  int64_t now_ = -1, spheres_ = 0;
   double time_ = 0, initial_ = 0, margin_ = 0;
   int64_t formations_ = 0, ruptures_ = 0;
   std::vector<double> thickness_;                 // of the film on each sphere
+  std::vector<double> thickness_then_;            // when the candidates were found
+  std::vector<int> standing_;                     // number of bridges on each sphere
   std::vector<double> part_thickness_;            // the largest since the candidates were made, per part
   std::vector<Bridge> bridges_;
   std::unordered_map<uint64_t, int> index_;       // key -> bridge
-  std::vector<Candidate> pairs_, wall_pairs_;
+  std::vector<Candidate> pairs_;                  // by gap
+  std::vector<WallCandidate> wall_pairs_;
   std::unordered_map<uint64_t, int> proposed_;    // key -> candidate, of this step
+  double travel_ = 0, thicker_ = 0;               // bounds since the candidates were found: way of a sphere, growth of a film
   std::vector<Event> events_;
-  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_;
+  std::vector<Waiting> waiting_;
+  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_;
+  std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
+  EnergyBook energy_;
+  int64_t unfinished_checkpoint_ = -1;
+  bool restore_forces_ = false;
+  std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
 
   static uint64_t key(int kind, int i, int j) {
     return (uint64_t(kind == SPHERE ? 0 : 1) << 62) | (uint64_t(uint32_t(i)) << 31) | uint64_t(uint32_t(j));
@@ -77,32 +144,74 @@ class Bridges {
   double radius(int id) const { return type_radius[type_of[id] - 1]; }
   double angle(int id) const { return type_angle[type_of[id] - 1]; }
   double reach(int id) const { return radius(id) + thickness_[id]; }
-  void set_film(int id, double volume);
+  bool owned(int a) const { return a >= 0 && a < at_.nlocal; }
+
+  // engine.cpp
   int local(int id) const;
-  bool owned(int id) const;
-  void read_mesh_motion();
-  void find_candidates();
+  double allowed_thickness(int id) const;
+  double skin() const;
+  void look();
+  bool lists_are_new() const;
+  void read_mesh_motion(bool all);
+  bool read_mesh(size_t m, double *out) const;
   void find_pair_candidates();
+  void store_contact_springs();
+  void inside_the_box() const;
+
+  // formation.cpp
+  void find_candidates();
   void find_wall_candidates();
-  bool pair_geometry(int i, int j, Geometry &g) const;
-  void wall_geometry(int i, int part, const Closest &c, Geometry &g) const;
-  bool geometry(Bridge &b, Geometry &g);
+  void place(Bridge &b);
+  void add_pair(int a, int b);
+  void move_bounds();
+  void propose_pairs();
+  void propose_walls();
+  void propose(int kind, int i, int j, int candidate, const Geometry &g, double drawn_i, double drawn_j);
+
+  // forces.cpp
+  void set_film(int id, double volume);
+  void pair_geometry(int a, int b, double radius_i, double radius_j, Geometry &g) const;
+  void wall_geometry(int a, double radius_i, int part, const Closest &c, Geometry &g) const;
+  void geometry(Bridge &b, Geometry &g);
+  void check_overlap(const Geometry &g, int kind, int i, int j) const;
   double reduced_volume(const Bridge &b) const;
   double share(const Bridge &b) const;
   double angle_j(int kind, int j) const { return kind == SPHERE ? angle(j) : walls.parts[j].contact_angle; }
   double rupture_limit(const Bridge &b, const Geometry &g) const;
-  void act(const Bridge &b, const Geometry &g, bool log);
+  Terms terms(const Bridge &b, const Geometry &g) const;
+  void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
+  void act(const Bridge &b, const Geometry &g, const Terms &t);
   void stand_or_rupture(bool decide, bool log);
-  void propose_pairs();
-  void propose_walls();
-  void propose(int kind, int i, int j, int candidate, const Geometry &g, double drawn_i, double drawn_j);
+
+  // implicit.cpp
+  double kick_of(const Bridge &b, Terms &t) const;
+  void act_at_the_end(bool log);
+
+  // booking.cpp
+  void agree(const std::string &problem);
   void gather_events();
   void book();
   void book_formations();
   void book_ruptures();
-  void snapshot();
-  void write_ledger();
+
+  // energy.cpp
+  void begin_work();
+  void add_work(bool first, bool again);
+  double stored(const Bridge &b, double separation) const;
+  void book_energy_of_events();
+
+  // output.cpp
+  void open_logs();
   bool logging() const;
+  void write_contact(const Bridge &b, const Geometry &g, const Terms &t);
+  void write_ledger();
+  void write_energy();
+  void snapshot();
+
+  // checkpoint.cpp
+  void save_state();
+  void finish_checkpoint();
+  void restore_forces();
 };
 
 }  // namespace pywet

@@ -22,15 +22,27 @@ std::unique_ptr<pywet::Bridges> state;
 LAMMPS_NS::LAMMPS *engine = nullptr;
 std::string message;
 
+// Saves what there is and says why; MPI_Abort loses what the engine has buffered.
+void stop(const char *why) {
+  try {
+    state->flush();
+  } catch (const std::exception &) {
+  }
+  state->save_stop(why);
+  fprintf(stderr, "ERROR: %s\n", why);
+  fflush(nullptr);
+}
+
 // The fix adds `extra` to the forces after the call and never sets it: it is zeroed here, the bridges act on f and torque.
 void callback(void *, LAMMPS_NS::bigint step, int n, int *, double **, double **extra) {
   if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
   try {
     state->step(step);
+  } catch (const pywet::Stop &e) {  // all ranks are here, with the same words
+    stop(e.what());
+    engine->error->all(FLERR, e.what());
   } catch (const std::exception &e) {
-    state->flush();
-    fprintf(stderr, "ERROR: %s\n", e.what());  // MPI_Abort loses what the engine has buffered
-    fflush(nullptr);
+    stop(e.what());
     engine->error->one(FLERR, e.what());
   }
 }
@@ -130,6 +142,18 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
   state->output_steps.assign(steps, steps + n);
   state->window_first.assign(first, first + windows);
   state->window_last.assign(last, last + windows);
+}
+
+EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every) {
+  state->gravity = pywet::Vec(gravity);
+  state->largest_overlap = largest_overlap;
+  state->semi_implicit = semi_implicit != 0;
+  state->checkpoint_every = checkpoint_every;
+}
+
+// After pywet_attach: go on from a state file. `restore_forces`: the step is not one at which an unbroken run is set up anew.
+EXPORT const char *pywet_resume(const char *state_file, int restore_forces) {
+  return guarded([&] { state->resume(state_file, restore_forces != 0); });
 }
 
 EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *directory) {

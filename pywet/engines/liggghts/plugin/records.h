@@ -26,6 +26,9 @@ struct Contact {
   double xi[3], vi[3], wi[3], xj[3], vj[3], wj[3];
   double volume, separation, rupture_distance, capillary, viscous_normal;
   double viscous_tangential[3], force_i[3], torque_i[3], torque_j[3];
+  double viscous_law, factor_normal, factor_tangential;
+  int32_t sharing_i, sharing_j;
+  double push[3], spin_push[3];
 };
 struct Ledger {
   int64_t step;
@@ -37,6 +40,11 @@ struct BridgeSnapshot {
   int32_t partner_kind, i, j, triangle;
   double volume, share_i, separation, xi[3], xj[3];
 };
+struct Energy {
+  int64_t step;
+  double time, kinetic, spin, capillary_stored, formed, ruptured;
+  double gravity, contact, capillary, viscous_normal, viscous_tangential, wall_motion, drive, half_kick;
+};
 struct Film {
   int64_t step;
   int32_t id, pad;
@@ -44,9 +52,10 @@ struct Film {
 };
 #pragma pack(pop)
 static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
-static_assert(sizeof(Contact) == 312, "records must match pywet/history/schema.py");
+static_assert(sizeof(Contact) == 392, "records must match pywet/history/schema.py");
 static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py");
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
+static_assert(sizeof(Energy) == 120, "records must match pywet/history/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
 
 // An append-only file of one kind of record; a failed write (disk full) is an error, never silence.

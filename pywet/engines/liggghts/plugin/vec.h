@@ -25,6 +25,46 @@ struct Triangle {
   Vec a, b, c;
 };
 
+// A rotation, rows of the matrix.
+struct Turn {
+  Vec x, y, z;
+  Turn() : x(1, 0, 0), y(0, 1, 0), z(0, 0, 1) {}
+  Vec operator()(const Vec &a) const { return Vec(dot(x, a), dot(y, a), dot(z, a)); }
+  Vec back(const Vec &a) const { return a.x * x + a.y * y + a.z * z; }
+};
+
+// Right-handed unit axes of a triangle, as rows.
+inline Turn axes_of(const Triangle &t) {
+  Turn axes;
+  axes.x = t.b - t.a;
+  axes.x = (1.0 / norm(axes.x)) * axes.x;
+  axes.z = cross(t.b - t.a, t.c - t.a);
+  axes.z = (1.0 / norm(axes.z)) * axes.z;
+  axes.y = cross(axes.z, axes.x);
+  return axes;
+}
+
+// The rotation that takes triangle `rest` into the directions of `now`.
+inline Turn turn_between(const Triangle &rest, const Triangle &now) {
+  const Turn from = axes_of(rest), to = axes_of(now);
+  Turn turn;  // sum over the axes of (to-axis)(from-axis)^T
+  turn.x = to.x.x * from.x + to.y.x * from.y + to.z.x * from.z;
+  turn.y = to.x.y * from.x + to.y.y * from.y + to.z.y * from.z;
+  turn.z = to.x.z * from.x + to.y.z * from.y + to.z.z * from.z;
+  return turn;
+}
+
+// Angular velocity of a rigid triangle from its corners' velocities: w = n (n.w) + n x (n.w)' with the normal n.
+inline Vec spin_of(const Triangle &at, const Vec &va, const Vec &vb, const Vec &vc) {
+  const Vec e = at.b - at.a, g = at.c - at.a, de = vb - va, dg = vc - va;
+  Vec n = cross(e, g);
+  const double area = norm(n);
+  n = (1.0 / area) * n;
+  const Vec dn = (1.0 / area) * (cross(de, g) + cross(e, dg));  // its part along n vanishes for a rigid triangle
+  const double about_n = dot(cross(e, de), n) / dot(e, e) ;
+  return cross(n, dn) + about_n * n;
+}
+
 // Point of triangle t closest to p, by the Voronoi regions of its corners, edges and face.
 inline Vec closest_point(const Vec &p, const Triangle &t) {
   const Vec ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;

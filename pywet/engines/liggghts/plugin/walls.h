@@ -1,4 +1,4 @@
-// Wall parts: geometry at rest, the translation of each mesh taken from the engine, closest points, films per triangle.
+// Wall parts: geometry at rest, the motion of each mesh taken from the engine, closest points, films per triangle.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -18,10 +18,17 @@ struct Part {
   Vec low, high;                        // bounds at rest
 };
 
+// A rigid body: x = turn(y) + shift takes the rest position y of a point to the present one.
 struct Mesh {
   std::string name;
   int first = 0, count = 0;             // its triangles, in file order
-  Vec shift, velocity;                  // of the present step
+  Vec shift, velocity;                  // velocity: of the point at y = 0
+  bool turns = false;
+  Turn turn;
+  Vec spin;
+  Vec to_rest(const Vec &x) const { return turns ? turn.back(x - shift) : x - shift; }
+  Vec to_world(const Vec &y) const { return turns ? turn(y) + shift : y + shift; }
+  Vec velocity_at(const Vec &x) const { return turns ? velocity + cross(spin, x - shift) : velocity; }
 };
 
 // A sphere near a part: the triangles that can be closest while the sphere moves less than `margin` relative to the mesh.
@@ -58,13 +65,13 @@ class Walls {
   Closest closest(int p, const Vec &x, Site &site, double margin) const {
     const Part &part = parts[p];
     const Mesh &mesh = meshes[part.mesh];
-    const Vec y = x - mesh.shift;
+    const Vec y = mesh.to_rest(x);
     Closest best;
     if (site.distance_then >= 0) {
       const Vec moved = y - site.reference;
       if (dot(moved, moved) < margin * margin) {
         for (int k : site.near) consider(k, y, best);
-        best.point = best.point + mesh.shift;
+        best.point = mesh.to_world(best.point);
         return best;
       }
     }
@@ -81,13 +88,13 @@ class Walls {
       if (distance[k] <= best.distance + 2 * margin) site.near.push_back(part.triangles[k]);
     site.reference = y;
     site.distance_then = best.distance;
-    best.point = best.point + mesh.shift;
+    best.point = mesh.to_world(best.point);
     return best;
   }
 
   bool near_bounds(int p, const Vec &x, double reach) const {
     const Part &part = parts[p];
-    const Vec y = x - meshes[part.mesh].shift;
+    const Vec y = meshes[part.mesh].to_rest(x);
     return y.x > part.low.x - reach && y.x < part.high.x + reach && y.y > part.low.y - reach &&
            y.y < part.high.y + reach && y.z > part.low.z - reach && y.z < part.high.z + reach;
   }

@@ -1,0 +1,101 @@
+// Energy and work. The engine kicks a sphere by half a step before and half a step after the forces of step n are known, so
+// that a full kick changes its kinetic energy by exactly dt F_n v_n, with v_n the speed in the middle of the kick. Added up for
+// all spheres, effect by effect, with half a kick at the first and the last step, this leaves
+//
+//     kinetic(N) - kinetic(0) = sum of the works + half_kick,   half_kick = (dt^2/8) [sum F^2/m at 0 - the same at N],
+//
+// to round-off: the works close the budget to second order in dt, and the part left out is known.
+#include "bridges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace pywet {
+
+void Bridges::begin_work() {
+  energy_.acting.assign(at_.nlocal, Acting{});
+  for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) energy_.wall_power[e] = 0;
+}
+
+static double power_of(const double *f, const Vec &v) { return f[0] * v.x + f[1] * v.y + f[2] * v.z; }
+
+// `resting`: the speeds are those of the step itself (set-up of a run), not half a step back.
+void Bridges::add_work(bool first, bool resting) {
+  Sums &s = energy_.sums;
+  double power[EFFECTS] = {}, kick = 0;
+  energy_.kinetic = energy_.spin = 0;
+  for (int a = 0; a < at_.nlocal; a++) {
+    const double m = at_.mass[a], r = radius(at_.tag[a]), inertia = 0.4 * m * r * r;
+    const bool free = at_.free(a);
+    const double half = free && !resting ? 0.5 * at_.dt : 0.0;
+    const Vec f(at_.f[a]), t(at_.torque[a]);
+    const Vec v = Vec(at_.v[a]) + (half / m) * f, w = Vec(at_.omega[a]) + (half / inertia) * t;
+    const Acting &on = energy_.acting[a];
+    const double weight = m * dot(gravity, v), all = dot(f, v) + dot(t, w);
+    const double c = power_of(on.capillary, v), n = power_of(on.normal, v);
+    const double side = power_of(on.tangential, v) + power_of(on.torque, w);
+    power[GRAVITY] += weight;
+    power[CAPILLARY] += c;
+    power[VISCOUS_NORMAL] += n;
+    power[VISCOUS_TANGENTIAL] += side;
+    power[CONTACT] += all - weight - c - n - side;
+    if (!free) {
+      power[DRIVE] -= all;
+      continue;
+    }
+    kick += 0.125 * at_.dt * at_.dt * (dot(f, f) / m + dot(t, t) / inertia);
+    energy_.kinetic += 0.5 * m * dot(v, v);
+    energy_.spin += 0.5 * inertia * dot(w, w);
+  }
+  for (int e : {CONTACT, CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) {
+    power[e] -= energy_.wall_power[e];
+    power[WALL] += energy_.wall_power[e];
+  }
+  if (!first && !resting) {
+    for (int e = 0; e < EFFECTS; e++) s.work[e] += 0.5 * at_.dt * (s.power[e] + power[e]);
+    s.half_kick += s.pending_kick - kick;
+  }
+  std::copy(power, power + EFFECTS, s.power);
+  s.pending_kick = kick;
+}
+
+// Nodes and weights of Gauss and Legendre on [0, 1].
+static std::vector<std::pair<double, double> > gauss(int n) {
+  std::vector<std::pair<double, double> > rule;
+  for (int k = 0; k < n; k++) {
+    double x = std::cos(3.14159265358979323846 * (k + 0.75) / (n + 0.5)), slope = 1;
+    for (int turn = 0; turn < 50; turn++) {
+      double p = 1, before = 0;
+      for (int j = 1; j <= n; j++) {
+        const double next = ((2 * j - 1) * x * p - (j - 1) * before) / j;
+        before = p;
+        p = next;
+      }
+      slope = n * (x * p - before) / (x * x - 1);
+      x -= p / slope;
+    }
+    rule.push_back({0.5 * (1 + x), 1 / ((1 - x * x) * slope * slope)});
+  }
+  return rule;
+}
+
+// Capillary energy of a bridge, - integral of the force from S to the static rupture distance (zero there). In s = u^2 the
+// square-root start of some laws is smooth.
+double Bridges::stored(const Bridge &b, double separation) const {
+  static const std::vector<std::pair<double, double> > rule = gauss(24);
+  if (!laws.capillary) return 0;
+  auto force = [&](double s) {
+    return laws.capillary(s, b.volume, radius(b.i), b.kind == SPHERE ? radius(b.j) : INF, angle(b.i), angle_j(b.kind, b.j),
+                          laws.surface_tension);
+  };
+  const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
+  double sum = separation < 0 ? -separation * force(0) : 0;
+  for (const auto &node : rule) {
+    const double u = low + (high - low) * node.first;
+    sum += node.second * (high - low) * 2 * u * force(u * u);
+  }
+  return -sum;
+}
+
+}  // namespace pywet

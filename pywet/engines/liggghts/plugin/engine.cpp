@@ -1,0 +1,179 @@
+// What the engine is asked for: arrays, neighbour lists, motion of the meshes. The only file of the bridges with its headers.
+#include "bridges.h"
+
+#include <algorithm>
+#include <cmath>
+
+// engine headers, in the order in which they compile outside the engine's own tree
+#include "mpi.h"
+#include "fix_insert_stream.h"
+#include "global_properties.h"
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "fix_mesh_surface.h"
+#include "force.h"
+#include "lammps.h"
+#include "mesh_module_stress.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "pair.h"
+#include "tri_mesh.h"
+#include "update.h"
+
+namespace pywet {
+
+const double INF = std::numeric_limits<double>::infinity();
+
+void Bridges::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
+  lmp_ = lmp;
+  world_ = lmp->world;
+  directory_ = directory;
+  MPI_Comm_rank(world_, &rank_);
+  MPI_Comm_size(world_, &ranks_);
+  thickness_.assign(film.size(), 0.0);
+  thickness_then_ = thickness_;
+  standing_.assign(film.size(), 0);
+  long double sum = 0;
+  for (size_t id = 1; id < film.size(); id++)
+    if (type_of[id] > 0) {
+      set_film(int(id), film[id]);
+      sum += film[id];
+      spheres_++;
+    }
+  initial_ = double(sum);
+  walls.finish();
+  part_thickness_.assign(walls.parts.size(), 0.0);
+  margin_ = 0.1 * *std::min_element(type_radius.begin(), type_radius.end());
+  LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
+  if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
+  at_.free_group = integrate->groupbit;
+  for (const Mesh &mesh : walls.meshes) {
+    LAMMPS_NS::Fix *fix = lmp->modify->find_fix_id(mesh.name.c_str());
+    LAMMPS_NS::FixMeshSurface *surface = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix);
+    if (!surface) throw std::runtime_error("the deck has no fix mesh/surface named " + mesh.name);
+    surfaces_.push_back(surface);
+  }
+  open_logs();
+}
+
+int Bridges::local(int id) const { return lmp_->atom->map(id); }
+
+double Bridges::allowed_thickness(int id) const { return (lmp_->neighbor->contactDistanceFactor - 1.0) * radius(id); }
+
+double Bridges::skin() const { return lmp_->neighbor->skin; }
+
+void Bridges::look() {
+  LAMMPS_NS::Atom *atom = lmp_->atom;
+  at_.x = atom->x; at_.v = atom->v; at_.omega = atom->omega;
+  at_.f = atom->f; at_.torque = atom->torque;
+  at_.mass = atom->rmass;
+  at_.tag = atom->tag; at_.mask = atom->mask;
+  at_.nlocal = atom->nlocal;
+  at_.nall = atom->nlocal + atom->nghost;
+  at_.dt = lmp_->update->dt;
+}
+
+bool Bridges::lists_are_new() const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == now_; }
+
+// ---- meshes ---------------------------------------------------------------------------------------------------------------
+
+static const int NUMBERS = 24;  // shift, velocity, turn, spin, force, torque
+
+// What this rank sees of a mesh; false where it holds no triangle of it.
+bool Bridges::read_mesh(size_t m, double *out) const {
+  const Mesh &mesh = walls.meshes[m];
+  LAMMPS_NS::TriMesh *tri = surfaces_[m]->triMesh();
+  if (tri->sizeGlobal() != mesh.count)
+    throw std::runtime_error("mesh " + mesh.name + " has " + std::to_string(tri->sizeGlobal()) +
+                             " triangles in the engine, expected " + std::to_string(mesh.count));
+  if (tri->sizeLocal() == 0) return false;
+  const Triangle &rest = walls.triangles[mesh.first + tri->id(0)];
+  double node[3][3];
+  for (int k = 0; k < 3; k++) tri->node(0, k, node[k]);
+  const Triangle now{Vec(node[0]), Vec(node[1]), Vec(node[2])};
+  LAMMPS_NS::MultiVectorContainer<double, 3, 3> *v =
+      tri->prop().getElementProperty<LAMMPS_NS::MultiVectorContainer<double, 3, 3> >("v");
+  Vec shift = now.a - rest.a, velocity, spin;
+  if (v) velocity = Vec((*v)(0)[0]);
+  Turn turn;
+  if (mesh.turns) {
+    turn = turn_between(rest, now);
+    shift = now.a - turn(rest.a);
+    if (v) spin = spin_of(now, Vec((*v)(0)[0]), Vec((*v)(0)[1]), Vec((*v)(0)[2]));
+    velocity = velocity - cross(spin, now.a - shift);
+  }
+  const Vec parts[6] = {shift, velocity, turn.x, turn.y, turn.z, spin};
+  for (int k = 0; k < 6; k++) store(parts[k], out + 3 * k);
+  return true;
+}
+
+// Meshes that move in this step, or all of them (their places are then known also where a mover has been taken away).
+void Bridges::read_mesh_motion(bool all) {
+  std::vector<size_t> which;
+  for (size_t m = 0; m < walls.meshes.size(); m++) {
+    const bool moving = surfaces_[m]->triMesh()->isMoving();
+    if (all) walls.meshes[m].turns = walls.meshes[m].turns || surfaces_[m]->triMesh()->isRotating();
+    if (all || moving) which.push_back(m);
+  }
+  std::vector<double> mine(NUMBERS * which.size(), -INF), found;
+  for (size_t k = 0; k < which.size(); k++) read_mesh(which[k], &mine[NUMBERS * k]);
+  if (ranks_ > 1 && !which.empty()) {
+    found.resize(mine.size());
+    MPI_Allreduce(mine.data(), found.data(), int(mine.size()), MPI_DOUBLE, MPI_MAX, world_);
+  } else {
+    found = mine;
+  }
+  energy_.wall_power[CONTACT] = 0;
+  for (size_t k = 0; k < which.size(); k++) {
+    Mesh &mesh = walls.meshes[which[k]];
+    const double *p = &found[NUMBERS * k];
+    mesh.shift = Vec(p);
+    mesh.velocity = Vec(p + 3);
+    mesh.turn.x = Vec(p + 6); mesh.turn.y = Vec(p + 9); mesh.turn.z = Vec(p + 12);
+    mesh.spin = Vec(p + 15);
+    LAMMPS_NS::MeshModuleStress *stress =
+        dynamic_cast<LAMMPS_NS::MeshModuleStress *>(surfaces_[which[k]]->get_module("stress"));
+    if (!stress) continue;  // of this rank's spheres on the mesh, about the point at y = 0
+    const Vec force(stress->f_total_ptr());
+    double about[3];
+    surfaces_[which[k]]->triMesh()->prop().getGlobalProperty<LAMMPS_NS::VectorContainer<double, 3> >("p_ref")->get(0, about);
+    const Vec torque = Vec(stress->torque_total_ptr()) + cross(Vec(about) - mesh.shift, force);
+    energy_.wall_power[CONTACT] -= dot(force, mesh.velocity) + (mesh.turns ? dot(torque, mesh.spin) : 0.0);
+  }
+}
+
+// ---- spheres --------------------------------------------------------------------------------------------------------------
+
+void Bridges::find_pair_candidates() {
+  const LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
+  for (int q = 0; q < list->inum; q++) {
+    const int a = list->ilist[q];
+    for (int k = 0; k < list->numneigh[a]; k++) add_pair(a, list->firstneigh[a][k] & NEIGHMASK);
+  }
+}
+
+// The engine's restart file takes the springs of the sphere contacts from arrays that are filled only when the neighbour list is
+// made, before the forces of the step: they would be one step old.
+void Bridges::store_contact_springs() {
+  LAMMPS_NS::Fix *history = lmp_->modify->find_fix_id("contacthistory");
+  if (history) history->setup_pre_exchange();
+}
+
+// A sphere outside the box is dropped by the engine when it makes its lists: here it is still known which one.
+void Bridges::inside_the_box() const {
+  int here = at_.nlocal, all = here;
+  if (ranks_ > 1) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, world_);
+  if (all == spheres_) return;
+  std::vector<int> mine(type_of.size(), 0), seen(type_of.size(), 0);
+  for (int a = 0; a < at_.nlocal; a++) mine[at_.tag[a]] = 1;
+  MPI_Allreduce(mine.data(), seen.data(), int(mine.size()), MPI_INT, MPI_MAX, world_);
+  for (size_t id = 1; id < seen.size(); id++)
+    if (type_of[id] > 0 && !seen[id])
+      throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(now_) + " (" +
+                 std::to_string(spheres_ - all) + " lost in all); enlarge the box or lower the time step");
+}
+
+}  // namespace pywet

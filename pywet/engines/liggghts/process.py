@@ -1,0 +1,120 @@
+"""Starts the engine's process, watches it, shows progress, and says in one sentence why it stopped."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pywet.engines.liggghts.checkpoint import LOG, last_step
+from pywet.errors import PywetError
+from pywet.scene import Scene
+
+Report = Callable[[int, int], None]
+DEATH_SIGNAL = 1
+"""PR_SET_PDEATHSIG of prctl(2)."""
+
+
+def die_with_parent() -> None:
+    """Let the kernel end this process when the one that started it is gone, so that no orphan writes on."""
+    ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
+
+
+@contextmanager
+def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
+    """A bar with the time to go in a terminal, a line for each tenth of the run in a log file."""
+    if not wanted:
+        yield lambda done, total: None
+    elif sys.stdout.isatty():
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        with Progress(*columns, TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn()) as bar:
+            task = bar.add_task(scene.name, total=scene.steps)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+    else:
+        yield _line_reporter(scene)
+
+
+def _line_reporter(scene: Scene) -> Report:
+    started, shown = time.monotonic(), -1
+
+    def report(done: int, total: int) -> None:
+        nonlocal shown
+        tenth = 10 * done // max(total, 1)
+        if tenth == shown:
+            return
+        shown = tenth
+        elapsed = time.monotonic() - started
+        tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
+        print(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}", flush=True)
+
+    return report
+
+
+def execute(
+    command: list[str], folder: Path, scene: Scene, report: Report, watch: Callable[[], None] = lambda: None
+) -> None:
+    """Run the engine in `folder` to its end; `watch` is called a few times a second."""
+    environment = {
+        **os.environ,
+        "OMP_NUM_THREADS": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+        "OMPI_MCA_mpi_yield_when_idle": "1",  # the cores may be shared
+    }
+    with open(folder / "output.log", "w") as output:
+        child = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            preexec_fn=die_with_parent,
+        )
+        try:
+            while child.poll() is None:
+                time.sleep(0.2)
+                report(last_step(folder / LOG), scene.steps)
+                watch()
+        except BaseException:
+            child.kill()
+            raise
+    if child.returncode != 0:
+        raise PywetError(
+            f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})"
+        )
+
+
+def _reason(folder: Path, returncode: int) -> str:
+    """The engine's first ERROR line, without its decoration; else the last line there is."""
+    lines: list[str] = []
+    for name in ("output.log", "screen.log", LOG):
+        path = folder / name
+        if path.exists():
+            lines += path.read_text(errors="replace").splitlines()
+    errors = [line for line in lines if "ERROR" in line]
+    if not errors:
+        if returncode < 0:
+            return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
+        return lines[-1] if lines else "it wrote nothing"
+    text = re.sub(r"^.*?ERROR[^:]*:\s*", "", errors[0])
+    text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
+    if "Lost atoms" in text:
+        return f"spheres left the simulated box ({text}); enlarge the box or lower the time step"
+    return text
