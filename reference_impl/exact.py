@@ -48,6 +48,7 @@ def counted(body: Body) -> Body:
     return min(volume, LARGEST * r**3), ri, rj, ti, tj
 
 
+@cache
 def force(gap: float, body: Body) -> float:
     """Force over surface tension [m]; S < 0 as S = 0, beyond rupture (a drawn bridge) the force there, NaN without a bridge."""
     try:
