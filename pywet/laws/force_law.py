@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import itertools
+import sys
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
@@ -60,7 +61,8 @@ class ForceLaw:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        in_file = self.cached and Path(self.python.__code__.co_filename).is_file()  # numba caches next to the source
+        # numba caches next to the source, and finds again what can be imported by name
+        in_file = self.cached and Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
         try:
             return build(in_file)
         except Exception as error:  # numba lets through whatever the user's text makes it raise
