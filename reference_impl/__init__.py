@@ -1,1 +1,6 @@
 """Independent replay of a run: liquid and forces recomputed from the logs with the papers' equations; needs no pywet."""
+
+import os
+
+# before numpy is imported: the matrices of the exact bridge are too small to share among threads
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -24,6 +24,8 @@ class Quantity:
     median: float
     tolerance: float
     worst: dict[str, Any] = field(default_factory=dict)
+    sample_of: int | None = None
+    """Number of records of which `count` were taken; None where all were."""
 
     @property
     def ok(self) -> bool:
@@ -39,6 +41,7 @@ class Quantity:
             "median": self.median,
             "tolerance": self.tolerance,
             "ok": self.ok,
+            "sample_of": self.sample_of,
             "worst": self.worst,
         }
 

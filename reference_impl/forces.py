@@ -2,143 +2,180 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 
-from reference_impl import laws
+from reference_impl import capillary, coverage, exact, laws, standing
 from reference_impl.compare import Floats, Quantity, compare
+from reference_impl.implicit import relative_kick
 from reference_impl.io import Run, vectors
 from reference_impl.liquid import Bodies, bodies
 
-SPHERE = laws.SPHERE
-KNOWN = {
-    "capillary": "rabinovich",
-    "viscous_normal": "pitois",
-    "viscous_tangential": "goldman",
-    "rupture": "willett_unequal",
-    "dynamic_rupture": "pitois",
-}
-"""The laws this reference knows, by effect; an effect that is off is named null in meta.json."""
+TINY = 1e-300
+"""Scale of a term that is zero, so that anything logged there counts."""
 
 
-def _bodies_of(table: pd.DataFrame, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
+@dataclass(frozen=True)
+class Contacts:
+    """The contact log as arrays: bodies (at a wall radius_j is a dummy), and motion along n and across."""
+
+    table: pd.DataFrame
+    wall: Floats
+    ri: Floats
+    rj: Floats
+    ti: Floats
+    tj: Floats
+    volume: Floats
+    n: Floats
+    gap: Floats
+    speed: Floats
+    vn: Floats
+    sideways: Floats
+    spin: Floats
+
+    def column(self, name: str) -> Floats:
+        """A logged column."""
+        return self.table[name].to_numpy(float)
+
+
+@dataclass(frozen=True)
+class Term:
+    """A force as the totals take it, the size its errors are held against, and its check (none for a law not known here)."""
+
+    value: Floats
+    size: Floats
+    found: list[Quantity]
+
+
+def angles(table: pd.DataFrame, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
     """Radii and contact angles of both partners; at a wall radius_j is a dummy."""
-    wall = (table["partner_kind"] != SPHERE).to_numpy()
+    wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
     angle = {i: fixed.angle(i) for i in fixed.radius}
     rj = np.where(wall, 1.0, table["j"].map(fixed.radius).fillna(1.0).to_numpy(float))
     tj = np.where(wall, table["j"].map(fixed.wall_angle).fillna(0.0), table["j"].map(angle).fillna(0.0)).astype(float)
     return table["i"].map(fixed.radius).to_numpy(float), rj, table["i"].map(angle).to_numpy(float), tj
 
 
-def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
-    """Change of the relative speed in one step per force, with each sphere's mass shared by its bridges; 0 when explicit.
+def contacts(run: Run) -> Contacts:
+    """Geometry and motion of every logged contact."""
+    table = run.table("contacts")
+    wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
+    ri, rj, ti, tj = angles(table, bodies(run))
+    arm = np.where(wall, 0.0, rj)
+    apart = vectors(table, "xi") - vectors(table, "xj")
+    distance = np.sqrt((apart**2).sum(axis=1))
+    n = apart / distance[:, None]
+    relative = vectors(table, "vi") - vectors(table, "vj")
+    vn = (relative * n).sum(axis=1)
+    return Contacts(
+        table, wall, ri, rj, ti, tj, table["volume"].to_numpy(float), n, distance - ri - arm,
+        speed=np.sqrt((relative**2).sum(axis=1)), vn=vn, sideways=relative - vn[:, None] * n,
+        spin=ri[:, None] * vectors(table, "wi") + arm[:, None] * vectors(table, "wj"),
+    )  # fmt: skip
 
-    dt (n_i/m_i + n_j/m_j), with n the logged number of bridges that share a sphere (0 for a driven sphere and for a wall).
+
+def capillary_term(run: Run, c: Contacts) -> Term:
+    """Own value for a closed form; the logged one where the exact bridge was sampled or the law is not known."""
+    name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
+    if coverage.solved(run, "capillary"):
+        found = exact.check_force(c.table, c.gap, sigma, c.wall, c.ri, c.rj, c.ti, c.tj)
+        return Term(logged, np.abs(logged), [found])
+    if not coverage.known(run, "capillary"):
+        return Term(logged, np.abs(logged), [])
+    own, least = np.zeros(len(c.table)), np.full(len(c.table), TINY)
+    if name is not None:
+        own = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
+        # some fits pass through zero
+        least = 1e-3 * capillary.limit_at_touch(c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
+    size = np.maximum(np.abs(own), least)
+    scale = "itself, or 1e-3 of the small-volume limit at touch"
+    return Term(own, np.abs(own), [compare("capillary", scale, logged, own, size, c.table)])
+
+
+def normal_term(run: Run, c: Contacts) -> Term:
+    """v·n is a difference of products: errors are taken against the force at the full relative speed.
+
+    A semi-implicit drag acts at the speed after all other forces (logged `push`) and is weakened by its own work in the step.
     """
-    if run.meta.get("viscous_integration", "explicit") == "explicit":
-        return np.zeros(len(table))
-    mass = {t["type"]: t["density"] * 4.0 / 3.0 * np.pi * t["radius"] ** 3 for t in run.meta["types"]}
-    spheres = run.table("spheres")
-    weight = dict(zip(spheres["id"], spheres["type"].map(mass), strict=True))
-    wall = (table["partner_kind"] != SPHERE).to_numpy()
-    mi = table["i"].map(weight).to_numpy(float)
-    mj = np.where(wall, 1.0, table["j"].map(weight).fillna(1.0).to_numpy(float))
-    shared_j = np.where(wall, 0.0, table["sharing_j"].to_numpy(float))
-    return float(run.meta["time_step"]) * np.asarray(table["sharing_i"].to_numpy(float) / mi + shared_j / mj)
+    name, logged = coverage.law(run, "viscous_normal"), c.column("viscous_normal")
+    if not coverage.known(run, "viscous_normal"):
+        return Term(logged, np.abs(logged), [])
+    zero = np.zeros(len(c.table))
+    own, bare, size, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
+    if name is not None:
+        law, eta, push = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], vectors(c.table, "push")
+        bare = law(c.gap, c.volume, c.ri, c.rj, c.wall, c.vn, eta)
+        bare_size = np.abs(law(c.gap, c.volume, c.ri, c.rj, c.wall, np.maximum(c.speed, TINY), eta))
+        drag = -law(c.gap, c.volume, c.ri, c.rj, c.wall, 1.0 + zero, eta)
+        factor = 1.0 / (1.0 + drag * relative_kick(run, c.table))
+        own = -drag * (c.vn + (push * c.n).sum(axis=1)) * factor
+        size = drag * factor * np.maximum(c.speed + np.sqrt((push**2).sum(axis=1)), TINY)
+    found = [
+        compare("viscous_law", "its value at |v|", c.column("viscous_law"), bare, bare_size, c.table),
+        compare("factor_normal", "itself", c.column("factor_normal"), factor, factor, c.table),
+        compare("viscous_normal", "its value at |v|", logged, own, size, c.table),
+    ]
+    return Term(own, size, found)
+
+
+def tangential_term(run: Run, c: Contacts) -> Term:
+    """Sliding and spin parts; errors against their sizes at the full speeds. Semi-implicit as in `normal_term`."""
+    name, logged = coverage.law(run, "viscous_tangential"), vectors(c.table, "viscous_tangential")
+    if not coverage.known(run, "viscous_tangential"):
+        return Term(logged, np.sqrt((logged**2).sum(axis=1)), [])
+    own, size, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
+    if name is not None:
+        slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, run.meta["viscosity"])
+        push, spin_push = vectors(c.table, "push"), vectors(c.table, "spin_push")
+        factor = 1.0 / (1.0 + (slide + 2.5 * roll) * relative_kick(run, c.table))
+        slip = c.sideways + push - (push * c.n).sum(axis=1)[:, None] * c.n
+        turn = np.cross(c.spin + spin_push, c.n)
+        own = -factor[:, None] * (slide[:, None] * slip - roll[:, None] * turn)
+        pulled = c.speed + np.sqrt((push**2).sum(axis=1))
+        turning = np.sqrt((c.spin**2).sum(axis=1)) + np.sqrt((spin_push**2).sum(axis=1))
+        size = factor * (np.abs(slide) * pulled + np.abs(roll) * turning)
+    found = [
+        compare("factor_tangential", "itself", c.column("factor_tangential"), factor, factor, c.table),
+        compare("viscous_tangential", "its value at |v|", logged, own, size, c.table),
+    ]
+    return Term(own, size, found)
+
+
+def rupture_terms(run: Run, c: Contacts) -> list[Quantity]:
+    """Limits of all bridges, and the checks of the contact log against the event log."""
+    own = standing.formed(run)
+    name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
+    static = own["rupture_distance"].to_numpy(float)
+    if name in laws.RUPTURE:
+        static = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
+    limit, found = logged, []
+    if coverage.known(run, "dynamic_rupture"):
+        limit = static
+        if coverage.law(run, "dynamic_rupture"):
+            limit = static * laws.pitois_factor(c.speed, run.meta["viscosity"], run.meta["surface_tension"])
+        found = [compare("rupture_limit", "itself", logged, limit, limit, c.table)]
+    return [*found, *standing.check(run, static, limit, c.gap, own)]
 
 
 def check(run: Run) -> list[Quantity]:
     """Separation, rupture distance, each force, total, torques."""
-    table = run.table("contacts")
-    effects = run.meta["effects"]
-    sigma, eta = run.meta["surface_tension"], run.meta["viscosity"]
-    wall = (table["partner_kind"] != SPHERE).to_numpy()
-    ri, rj, ti, tj = _bodies_of(table, bodies(run))
-    volume = table["volume"].to_numpy(float)
-
-    apart = vectors(table, "xi") - vectors(table, "xj")
-    distance = np.sqrt((apart**2).sum(axis=1))
-    n = apart / distance[:, None]
-    gap = distance - ri - np.where(wall, 0.0, rj)
-    relative = vectors(table, "vi") - vectors(table, "vj")
-    vn = (relative * n).sum(axis=1)
-    sideways = relative - vn[:, None] * n
-    spin = ri[:, None] * vectors(table, "wi") + np.where(wall, 0.0, rj)[:, None] * vectors(table, "wj")
-    spin_slip = -np.cross(spin, n)
-
-    zero = np.zeros(len(table))
-    capillary, viscous, tangential = zero, zero, np.zeros((len(table), 3))
-    slide, roll = laws.goldman(gap, ri, rj, wall, eta)
-    if effects.get("capillary"):
-        capillary = laws.rabinovich(gap, volume, ri, rj, wall, ti, tj, sigma)
-    kick, push = relative_kick(run, table), vectors(table, "push")
-    law, normal_factor, tangential_factor = zero, 1.0 + zero, 1.0 + zero
-    if effects.get("viscous_normal"):
-        law = laws.pitois(gap, volume, ri, rj, wall, vn, eta)
-        drag = -laws.pitois(gap, volume, ri, rj, wall, 1.0 + zero, eta)
-        normal_factor = 1.0 / (1.0 + drag * kick)
-        viscous = -drag * (vn + (push * n).sum(axis=1)) * normal_factor
-    if effects.get("viscous_tangential"):
-        tangential_factor = 1.0 / (1.0 + (slide + 2.5 * roll) * kick)
-        pushed = sideways + push - (push * n).sum(axis=1)[:, None] * n
-        pushed_spin = spin_slip - np.cross(vectors(table, "spin_push"), n)
-        tangential = -tangential_factor[:, None] * (slide[:, None] * pushed + roll[:, None] * pushed_spin)
-    force = (viscous - capillary)[:, None] * n + tangential
-    torque = -ri[:, None] * np.cross(n, tangential)
-    torque_j = np.where(wall, 0.0, -rj)[:, None] * np.cross(n, tangential)
-
-    limit = laws.willett_rupture(volume, ri, rj, wall, ti, tj)
-    if effects.get("dynamic_rupture"):
-        limit = limit * laws.pitois_factor(np.sqrt((relative**2).sum(axis=1)), eta, sigma)
-
-    # S is a difference of lengths and loses digits near contact, v_n is a scalar product: errors are taken against the size
-    # that the inputs give, |v| for viscous terms, and against the whole force for its components.
-    speed = np.sqrt((relative**2).sum(axis=1))
-    explicit_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, np.maximum(speed, 1e-300), eta))
-    pulled = np.maximum(speed + np.sqrt((push**2).sum(axis=1)), 1e-300)
-    normal_size = np.abs(laws.pitois(gap, volume, ri, rj, wall, pulled, eta)) * normal_factor
-    spin_size = np.sqrt((spin**2).sum(axis=1)) + np.sqrt((vectors(table, "spin_push") ** 2).sum(axis=1))
-    tangential_size = (np.abs(slide) * pulled + np.abs(roll) * spin_size) * tangential_factor
-    whole = np.maximum(capillary + normal_size + tangential_size, 1e-300)
-    arms = np.where(wall, 1.0, rj)
-
-    def column(name: str) -> Floats:
-        return table[name].to_numpy(float)
-
+    c = contacts(run)
+    normal, pull, drag = normal_term(run, c), capillary_term(run, c), tangential_term(run, c)
+    force = (normal.value - pull.value)[:, None] * c.n + drag.value
+    turn = np.cross(c.n, drag.value)
+    # S is a difference of lengths and loses digits near contact: components are held against the whole force
+    whole = np.maximum(pull.size + normal.size + drag.size, TINY)
+    arm, scale = np.where(c.wall, 1.0, c.rj), "r times the tangential size"
+    torque_i, torque_j = -c.ri[:, None] * turn, np.where(c.wall, 0.0, -c.rj)[:, None] * turn
     return [
-        compare("separation", "radius of i", column("separation"), gap, ri, table),
-        compare("rupture_limit", "itself", column("rupture_distance"), limit, limit, table),
-        compare("capillary", "itself", column("capillary"), capillary, np.maximum(capillary, 1e-300), table),
-        compare("viscous_law", "its value at |v|", column("viscous_law"), law, explicit_size, table),
-        compare("factor_normal", "itself", column("factor_normal"), normal_factor, normal_factor, table),
-        compare(
-            "factor_tangential", "itself", column("factor_tangential"), tangential_factor, tangential_factor, table
-        ),
-        compare("viscous_normal", "its value at |v|", column("viscous_normal"), viscous, normal_size, table),
-        compare(
-            "viscous_tangential",
-            "its value at |v|",
-            vectors(table, "viscous_tangential"),
-            tangential,
-            tangential_size,
-            table,
-        ),
-        compare("force", "sum of the terms' sizes", vectors(table, "force_i"), force, whole, table),
-        compare(
-            "torque_i", "r times the tangential size", vectors(table, "torque_i"), torque, ri * tangential_size, table
-        ),
-        compare(
-            "torque_j",
-            "r times the tangential size",
-            vectors(table, "torque_j"),
-            torque_j,
-            arms * tangential_size,
-            table,
-        ),
+        compare("separation", "radius of i", c.column("separation"), c.gap, c.ri, c.table),
+        *rupture_terms(run, c),
+        *pull.found,
+        *normal.found,
+        *drag.found,
+        compare("force", "sum of the terms' sizes", vectors(c.table, "force_i"), force, whole, c.table),
+        compare("torque_i", scale, vectors(c.table, "torque_i"), torque_i, c.ri * drag.size, c.table),
+        compare("torque_j", scale, vectors(c.table, "torque_j"), torque_j, arm * drag.size, c.table),
     ]
-
-
-def unknown_laws(run: Run) -> list[str]:
-    """Effects whose law this reference does not know."""
-    effects = run.meta["effects"]
-    return [f"{kind}={effects[kind]}" for kind, name in KNOWN.items() if effects.get(kind) not in (None, name)]

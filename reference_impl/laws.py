@@ -1,4 +1,8 @@
-"""The papers' equations in numpy, typed anew from the papers. A wall is marked by `wall` (arrays of booleans)."""
+"""The papers' equations in numpy, typed anew from the papers. A wall is marked by `wall` (arrays of booleans).
+
+Viscous forces, rupture and formation; the capillary forces are in capillary.py. Numbers (E n) are those of Elskamp &
+Kruggel-Emden 2018.
+"""
 
 from __future__ import annotations
 
@@ -22,21 +26,6 @@ def reduced_radius(ri: Floats, rj: Floats, wall: Flags) -> Floats:
     return np.where(wall, ri, ri * rj / (ri + rj))
 
 
-def rabinovich(
-    s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
-) -> Floats:
-    """Capillary force (E 14, 15 mended): neck term plus surface-tension term; at S <= 0 the limits of models section 3.2."""
-    r = harmonic_radius(ri, rj, wall)
-    gap = np.maximum(s, 0.0)
-    # immersion from V = pi r d (2 S + 2 d)/... : spheres 2 d^2 + 2 S d = V/(pi r) ; wall d^2 + 2 S d = V/(pi r)
-    square = np.where(wall, 1.0, 2.0)
-    d = (-gap + np.sqrt(gap**2 + square * v / (np.pi * r))) / square
-    phi = np.sqrt(2.0 * d / r)
-    ratio = np.where(wall, gap, gap / 2.0) / d
-    front = np.where(wall, 2.0, 1.0) * np.pi * sigma * r * (np.cos(ti) + np.cos(tj))
-    return front / (1.0 + ratio) + 2.0 * np.pi * sigma * r * np.sin(phi) * np.sin(phi + (ti + tj) / 2.0)
-
-
 def least_gap(s: Floats, ri: Floats, rj: Floats, wall: Flags) -> Floats:
     """S + S_min with S_min = 0.001 r_eff, S not below zero (E after 29)."""
     return np.maximum(s, 0.0) + harmonic_radius(ri, rj, wall) / 1000.0
@@ -48,6 +37,11 @@ def pitois(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, vn: Floats
     h = least_gap(s, ri, rj, wall)
     x = 1.0 - 1.0 / np.sqrt(1.0 + v / (np.pi * a * h**2))
     return -6.0 * np.pi * eta * a**2 * vn / h * x**2
+
+
+def adams_perchard(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, vn: Floats, eta: float) -> Floats:
+    """Normal viscous force along n (E 25): lubrication, whatever the volume."""
+    return -6.0 * np.pi * eta * reduced_radius(ri, rj, wall) ** 2 * vn / least_gap(s, ri, rj, wall)
 
 
 def goldman(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple[Floats, Floats]:
@@ -62,12 +56,38 @@ def goldman(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple
     return slide, stokes * np.where(h < a / 10.0, near, far)
 
 
+def lian_drag(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple[Floats, Floats]:
+    """The same with one coefficient for both parts (E 27)."""
+    slide, _ = goldman(s, ri, rj, wall, eta)
+    return slide, slide
+
+
 def willett_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
     """Static rupture distance of unequal spheres (E 32); at a wall the limit r_j -> infinity, r_eff = 2 r_i."""
     r = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))
+    return _unequal(v, r, ri, rj, wall, ti, tj)
+
+
+def willett_rupture_as_printed(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
+    """The same with r_eff = r_i at a wall."""
+    return _unequal(v, harmonic_radius(ri, rj, wall), ri, rj, wall, ti, tj)
+
+
+def _unequal(v: Floats, r: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
     q = np.where(wall, 0.0, np.minimum(ri, rj) / np.maximum(ri, rj))
     w = np.cbrt(v) / r
     return r * (1.0 + (ti + tj) / 8.0 * (1.0 + q)) * (w + (q / 2.0 - 0.4) * w**2)
+
+
+def willett_equal_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
+    """Static rupture distance of equal spheres (E 31); at a wall r_eff = 2 r_i."""
+    r = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))
+    return (1.0 + (ti + tj) / 4.0) * np.cbrt(v) * (1.0 + 0.1 * np.cbrt(v) / r)
+
+
+def lian_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats) -> Floats:
+    """Static rupture distance (1 + theta/2) V^(1/3) (E 30)."""
+    return (1.0 + (ti + tj) / 4.0) * np.cbrt(v)
 
 
 def pitois_factor(speed: Floats, eta: float, sigma: float) -> Floats:
@@ -86,3 +106,14 @@ def drawn_from_sphere(kind: int, film: float, ri: float, rj: float, half_width: 
 def drawn_from_wall(kind: int, thickness: float, ri: float, half_width: float) -> float:
     """Liquid that a wall gives to a new bridge (E 10, 13)."""
     return thickness * (2.0 * ri * half_width if kind == SMALL_WALL else np.pi / 4.0 * ri**2)
+
+
+VISCOUS_NORMAL = {"pitois": pitois, "adams_perchard": adams_perchard}
+VISCOUS_TANGENTIAL = {"goldman": goldman, "lian": lian_drag}
+RUPTURE = {
+    "willett_unequal": willett_rupture,
+    "willett_unequal_as_printed": willett_rupture_as_printed,
+    "willett": willett_equal_rupture,
+    "lian": lian_rupture,
+}
+"""Laws by the names that a run gives them."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl import laws
+from reference_impl import coverage, exact, laws
 from reference_impl.compare import Quantity, compare
 from reference_impl.io import Run
 from reference_impl.transfer import Tables
@@ -39,6 +39,8 @@ class Bodies:
     half_width: dict[int, float]
     wall_angle: dict[int, float]
     group: dict[int, int]
+    draws: bool
+    """Whether what a formation draws is recomputed; else it is taken as logged."""
 
     def angle(self, sphere: int) -> float:
         """Contact angle of a sphere."""
@@ -58,6 +60,7 @@ def bodies(run: Run) -> Bodies:
         half_width=dict(zip(parts["part"], parts["half_width"].fillna(np.inf), strict=True)),
         wall_angle=dict(zip(parts["part"], parts["contact_angle"], strict=True)),
         group=dict(zip(parts["part"], parts["part_class"], strict=True)),
+        draws=coverage.known(run, "formation"),
     )
 
 
@@ -68,6 +71,8 @@ def key_of(partner_kind: int, i: int, j: int) -> Key:
 
 def wanted(event: Any, state: State, fixed: Bodies) -> tuple[float, float]:
     """What a formation asks of both sides, from the films at the start of the step."""
+    if not fixed.draws:
+        return float(event.share_i), float(event.share_j)
     ri = fixed.radius[event.i]
     if event.partner_kind == laws.SPHERE:
         rj = fixed.radius[event.j]
@@ -156,8 +161,8 @@ def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State]:
     return out, state
 
 
-def rupture_rows(run: Run) -> tuple[pd.DataFrame, Any, Any]:
-    """Event log, recomputed static rupture distance of every event, and whether each rupture was due."""
+def check_rupture(run: Run) -> list[Quantity]:
+    """Static rupture distance of every event (of a sample for the exact law), and whether each rupture was due."""
     fixed, events = bodies(run), run.table("events")
     wall = events["partner_kind"].to_numpy() != laws.SPHERE
     ri = events["i"].map(fixed.radius).to_numpy(float)
@@ -165,12 +170,19 @@ def rupture_rows(run: Run) -> tuple[pd.DataFrame, Any, Any]:
     ti = events["i"].map({i: fixed.angle(i) for i in fixed.radius}).to_numpy(float)
     tj_sphere = events["j"].map({i: fixed.angle(i) for i in fixed.radius}).fillna(0.0).to_numpy(float)
     tj = np.where(wall, events["j"].map(fixed.wall_angle).fillna(0.0).to_numpy(float), tj_sphere)
-    static = laws.willett_rupture(events["volume"].to_numpy(float), ri, rj, wall, ti, tj)
+    name, logged = coverage.law(run, "rupture"), events["rupture_distance"].to_numpy(float)
+    static, found = logged, []
+    if coverage.solved(run, "rupture"):
+        found = [exact.check_rupture(events, wall, ri, rj, ti, tj)]
+    elif name in laws.RUPTURE:
+        static = laws.RUPTURE[name](events["volume"].to_numpy(float), ri, rj, wall, ti, tj)
+        found = [compare("rupture_distance", "itself", logged, static, static, events)]
     factor = np.ones(len(events))
-    if run.meta["effects"].get("dynamic_rupture"):
+    if coverage.law(run, "dynamic_rupture") and coverage.known(run, "dynamic_rupture"):
         factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
     due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
-    return events, static, np.where(events["kind"] == RUPTURE, due, True)
+    right, one = np.where(events["kind"] == RUPTURE, due, True).astype(float), np.ones(len(events))
+    return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
 
 
 def check(run: Run, tables: Tables) -> list[Quantity]:
@@ -187,13 +199,7 @@ def check(run: Run, tables: Tables) -> list[Quantity]:
     for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
         mine = np.array(own[name])
         found.append(compare(name, "mean film of a sphere", events[name].to_numpy(), mine, typical, events))
-    events, static, due = rupture_rows(run)
-    logged = events["rupture_distance"].to_numpy()
-    found.append(compare("rupture_distance", "itself", logged, static, static, events))
-    found.append(
-        compare("rupture_due", "wrong ruptures", due.astype(float), np.ones(len(due)), np.ones(len(due)), events, 0.0)
-    )
-    return [*found, *final_state(run, state, total), ledger(run, total)]
+    return [*found, *check_rupture(run), *final_state(run, state, total), ledger(run, total)]
 
 
 def final_state(run: Run, state: State, total: float) -> list[Quantity]:

@@ -1,12 +1,13 @@
-"""Transfer ratios: the engine's table read back, and an own solution of the parabola model to judge the table by.
+"""Transfer ratios: the engine's table read back, and own solutions to judge the table by.
 
-Own solution: the five equations of the paper (36-43, mended) in its own unknowns a, b, c, d_i, d_j, lengths in units of r_i,
-by Levenberg-Marquardt, followed from small to large volumes. Integrals by three-point Gauss quadrature on five pieces.
+The exact split is that of bridge.py. The parabola model: the five equations of the paper (36-43, mended) in its own unknowns
+a, b, c, d_i, d_j, lengths in units of r_i, by Levenberg-Marquardt, followed from small to large volumes. Integrals by five-point
+Gauss quadrature.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,19 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from reference_impl import laws
+from reference_impl import coverage, exact, laws
 from reference_impl.compare import Quantity, compare
+from reference_impl.io import Run
 
 Floats = NDArray[Any]
 SMALLEST = 1e-5
 """Below this V* the table is constant by definition and not judged."""
 TABLE_TOLERANCE = 1e-6
 """The table's nodes against the own solution: both are converged to 1e-9; 1e-6 leaves room for the weakest root."""
+EXACT_TOLERANCE = 1e-7
+"""The exact table's nodes: both solvers find the split to better than 1e-8."""
+EXACT_NODES = 48
+"""Nodes solved over all rows of the exact table, at least two of each row."""
 
 
 class Tables:
@@ -148,24 +154,63 @@ def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Flo
     return np.array(out)
 
 
-def check(transfer: pd.DataFrame, meta: dict, parts_table: pd.DataFrame | None) -> list[Quantity]:
+def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: Floats, at: Floats) -> Floats:
+    """T_i of the exact bridge at nodes `at`; V* below 1e-5 counts as 1e-5, too large a volume as the last that has a bridge."""
+    other = np.inf if kind == laws.LARGE_WALL else rj
+    if (ri, ti) == (other, tj):
+        return np.full(len(at), 0.5)  # where symmetry breaks, either body may win
+    r = 2.0 * ri * rj / (ri + rj) if kind == laws.SPHERE else ri
+    turned = kind == laws.SPHERE and (rj, tj) < (ri, ti)  # rows (i, j) and (j, i) are one solution
+
+    def ratio(node: int) -> float | None:
+        volume = max(float(nodes[node]), SMALLEST) * r**3
+        found = exact.end((volume, rj, ri, tj, ti) if turned else (volume, ri, float(other), ti, tj))
+        if found is None:
+            return None
+        return 1.0 - found.transfer_ratio_i if turned else found.transfer_ratio_i
+
+    def last(low: int, high: int) -> int:
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if ratio(middle) is not None else (low, middle)
+        return low
+
+    values = []
+    for node in at:
+        value = ratio(int(node))
+        values.append(ratio(last(0, int(node))) if value is None else value)
+    return np.array([np.nan if v is None else v for v in values])
+
+
+def check(run: Run) -> list[Quantity]:
     """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
-    types = {t["type"]: t for t in meta["types"]}
+    if not coverage.known(run, "transfer"):
+        return []
+    solved = coverage.solved(run, "transfer")
+    table, types = run.table("transfer"), {t["type"]: t for t in run.meta["types"]}
+    held = Tables(table).rows()
     rows, logged, own = [], [], []
-    for (kind, i, other), (nodes, values) in Tables(transfer).rows().items():
-        first = int(np.searchsorted(nodes, SMALLEST))
-        at = np.unique(np.linspace(first, len(nodes) - 1, 40).astype(int))
+    for (kind, i, other), (nodes, values) in exact.shown(held.items(), len(held), "transfer rows"):
+        ri, ti = types[i]["radius"], types[i]["contact_angle"]
         if kind == laws.SPHERE:
             rj, tj = types[other]["radius"], types[other]["contact_angle"]
         else:
-            assert parts_table is not None
+            parts_table = run.table("parts")
             part = parts_table[parts_table["part_class"] == other].iloc[0]
             rj, tj = float(part["half_width"]), float(part["contact_angle"])
-        mine = own_ratio(kind, types[i]["radius"], rj, types[i]["contact_angle"], tj, nodes[at])
+        first = int(np.searchsorted(nodes, SMALLEST))
+        if solved:
+            at = np.unique(np.linspace(0, len(nodes) - 1, max(2, EXACT_NODES // len(held))).astype(int))
+            mine = exact_ratios(kind, ri, rj, ti, tj, nodes, at)
+        else:
+            at = np.unique(np.linspace(first, len(nodes) - 1, 40).astype(int))
+            mine = own_ratio(kind, ri, rj, ti, tj, nodes[at])
         for n, v in zip(at, mine, strict=True):
-            if np.isfinite(v):
+            if solved or np.isfinite(v):
                 rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
                 logged.append(values[n])
                 own.append(v)
-    found, table = np.array(own), pd.DataFrame(rows)
-    return [compare("transfer_table", "one", np.array(logged), found, np.ones(len(found)), table, TABLE_TOLERANCE)]
+    found, where = np.array(own), pd.DataFrame(rows)
+    tolerance = EXACT_TOLERANCE if solved else TABLE_TOLERANCE
+    result = compare("transfer_table", "one", np.array(logged), found, np.ones(len(found)), where, tolerance)
+    return [replace(result, sample_of=len(table))]

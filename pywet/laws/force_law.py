@@ -69,8 +69,7 @@ class ForceLaw:
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
         # numba caches next to the source, and finds again what can be imported by name
-        in_file = Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
-        in_file = in_file and self.cached
+        in_file = self.cached and Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
         try:
             return build(in_file)
         except Exception as error:  # numba lets through whatever the user's text makes it raise

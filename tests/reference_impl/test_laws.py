@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_impl import laws, transfer
+from reference_impl import capillary, laws, transfer
 
 ROOT = Path(__file__).parents[2]
 ONE = np.ones(1)
@@ -28,7 +28,7 @@ def test_imports_nothing_of_pywet() -> None:
 @pytest.mark.parametrize(("wall", "factor"), [(NO, 1.0), (YES, 2.0)])
 def test_capillary_small_volume_limit(wall: np.ndarray, factor: float) -> None:
     """S → 0, V → 0: π r_eff σ (cos θ_i + cos θ_j) for spheres, twice that at a wall; the rest falls as √φ² ~ V^(1/4)."""
-    force = laws.rabinovich(0 * ONE, 1e-40 * ONE, 1e-3 * ONE, 1e-3 * ONE, wall, 0.3 * ONE, 0.5 * ONE, 0.07)
+    force = capillary.rabinovich(0 * ONE, 1e-40 * ONE, 1e-3 * ONE, 1e-3 * ONE, wall, 0.3 * ONE, 0.5 * ONE, 0.07)
     exact = factor * math.pi * 1e-3 * 0.07 * (math.cos(0.3) + math.cos(0.5))
     assert force[0] == pytest.approx(exact, rel=1e-6)
 
@@ -36,7 +36,7 @@ def test_capillary_small_volume_limit(wall: np.ndarray, factor: float) -> None:
 def test_capillary_by_hand() -> None:
     """r = 1 mm, θ = 0, σ = 0.07, V = 2π·1e-12, S = 0: φ² = √(2V/(π r³)) = √0.004, F = 2πrσ(1 + sin²φ)."""
     phi = 0.004**0.25
-    force = laws.rabinovich(0 * ONE, 2 * math.pi * 1e-12 * ONE, 1e-3 * ONE, 1e-3 * ONE, NO, 0 * ONE, 0 * ONE, 0.07)
+    force = capillary.rabinovich(0 * ONE, 2 * math.pi * 1e-12 * ONE, 1e-3 * ONE, 1e-3 * ONE, NO, 0 * ONE, 0 * ONE, 0.07)
     assert force[0] == pytest.approx(2 * math.pi * 7e-5 * (1 + math.sin(phi) ** 2), rel=1e-12)
 
 

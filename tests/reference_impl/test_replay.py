@@ -17,6 +17,7 @@ from reference_impl.replay import replay
 from tests.engine.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine
+R = 2.5e-3
 Fault = Callable[[dict[str, pd.DataFrame]], None]
 
 
@@ -32,7 +33,7 @@ def run_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ]
     small.prepare(
         folder,
-        spheres_of(2.5e-3, 2e-3),
+        spheres_of(R, 2e-3),
         spheres,
         contacts(2, stiffness=1e4),
         liquid=WATER,
@@ -102,6 +103,17 @@ def _film(tables: dict[str, pd.DataFrame]) -> None:
     films.loc[films.index[-1], "film"] *= 1.0 + 1e-6
 
 
+def _volume_bit(tables: dict[str, pd.DataFrame]) -> None:
+    contacts = tables["contacts"]
+    contacts.loc[contacts.index[-1], "volume"] = np.nextafter(contacts["volume"].iloc[-1], 1.0)
+
+
+def _stands_on(tables: dict[str, pd.DataFrame]) -> None:
+    contacts = tables["contacts"]
+    row = contacts.index[contacts["partner_kind"] == 1][-1]
+    contacts.loc[row, "xi_z"] = contacts.loc[row, "xj_z"] + 2.0 * R + contacts.loc[row, "rupture_distance"]
+
+
 FAULTS: dict[str, tuple[Fault, set[str]]] = {
     "capillary radius halved": (_scaled("contacts", ["capillary"], 0.5), {"capillary"}),
     "a force a billionth off": (_scaled("contacts", ["viscous_normal"], 1.0 + 1e-6), {"viscous_normal"}),
@@ -119,6 +131,8 @@ FAULTS: dict[str, tuple[Fault, set[str]]] = {
     "ruptured too early": (_early, {"rupture_due"}),
     "liquid leaks": (_leak, {"ledger"}),
     "a film wrong at the end": (_film, {"final_film_spheres"}),
+    "a contact's volume a bit off": (_volume_bit, {"contact_volume"}),
+    "a bridge stands beyond its limit": (_stands_on, {"standing_beyond_limit"}),
     "transfer table wrong": (_scaled("transfer", ["transfer_i"], 0.99), {"transfer_table"}),
 }
 

@@ -1,0 +1,43 @@
+"""The contact log against the event log: each logged contact belongs to a bridge that stands, unchanged since its formation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl import laws
+from reference_impl.compare import Floats, Quantity, compare
+from reference_impl.io import Run
+
+FORMATION = 0
+
+
+def formed(run: Run) -> pd.DataFrame:
+    """Volume and static rupture distance from the event log for every row of the contact log; NaN where no bridge stands.
+
+    A bridge acts from the step after its formation to the step before its rupture.
+    """
+    contacts, events = run.table("contacts"), run.table("events")
+    key = ["step", "wall", "i", "j"]
+    left = contacts.assign(wall=contacts["partner_kind"] != laws.SPHERE, row=np.arange(len(contacts)))[[*key, "row"]]
+    right = events.assign(wall=events["partner_kind"] != laws.SPHERE)[[*key, "kind", "volume", "rupture_distance"]]
+    found = pd.merge_asof(
+        left.sort_values("step", kind="stable"),
+        right.sort_values("step", kind="stable"),
+        on="step",
+        by=["wall", "i", "j"],
+        allow_exact_matches=False,
+    ).sort_values("row", kind="stable")
+    return found[["volume", "rupture_distance"]].where(found["kind"] == FORMATION).reset_index(drop=True)
+
+
+def check(run: Run, static: Floats, limit: Floats, gap: Floats, own: pd.DataFrame) -> list[Quantity]:
+    """Volumes bit for bit as at formation, and no bridge beyond both its rupture distances."""
+    table = run.table("contacts")
+    volume, formed_with = table["volume"].to_numpy(float), own["volume"].to_numpy(float)
+    beyond = (gap >= np.maximum(static, limit) * (1.0 + 1e-9)).astype(float)
+    none, one = np.zeros(len(table)), np.ones(len(table))
+    return [
+        compare("contact_volume", "volume at formation", volume, formed_with, formed_with, table, 0.0),
+        compare("standing_beyond_limit", "bridges that should have ruptured", beyond, none, one, table, 0.0),
+    ]
