@@ -84,12 +84,13 @@ def _run(work: Callable[[], Any]) -> str | None:
     return None
 
 
-def build(config_dir: Path, case: int, scale: str, run_dir: Path) -> None:
-    """Stage scene: configuration -> run directory."""
+def build(config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None) -> None:
+    """Stage scene: configuration -> run directory; `preset` replaces the configured laws."""
     from pywet import config
     from pywet.screening import cases
 
-    cases.build(config.load(config_dir), case, scale, run_dir)
+    loaded = config.load(config_dir)
+    cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool) -> None:

@@ -37,14 +37,14 @@ def _jobs(text: str) -> dict[str, int]:
 def test_dry_run_plans_all_cases_before_anything_is_built(folder: Path) -> None:
     done = _snakemake(folder, "-n")
     assert done.returncode == 0, done.stderr
-    per_case = dict.fromkeys(("scene", "simulate", "replay", "results", "vtk"), 18)
+    per_case = dict.fromkeys(("scene", "simulate", "replay", "results", "vtk"), 19)  # 18 and one with preset exact
     assert _jobs(done.stdout + done.stderr) == {
         **per_case,
         "picture": 1,
         "report": 1,
         "verdict": 1,
         "all": 1,
-        "total": 94,
+        "total": 99,
     }
     assert not (folder / "results").exists()
 
@@ -53,7 +53,7 @@ def test_scale_and_cases_are_chosen_on_the_command_line(folder: Path) -> None:
     done = _snakemake(folder, "-n", "--config", "scale=reduced", "cases=[2,11]")
     text = done.stdout + done.stderr
     assert done.returncode == 0, text
-    assert _jobs(text)["simulate"] == 2
+    assert _jobs(text)["simulate"] == 3  # both, and case 2 with preset exact
     assert "results/reduced/case11/status/simulate.json" in text
     assert "results/smoke" not in text
 
@@ -92,4 +92,4 @@ def test_failed_cases_stop_nothing_are_reported_and_tried_again(folder: Path) ->
     assert "0 of 2" in report
     assert "stage scene failed: feed bin:" in report
     again = _snakemake(folder, "-n", "--config", "cases=[1,2]")
-    assert _jobs(again.stdout + again.stderr)["scene"] == 2
+    assert _jobs(again.stdout + again.stderr)["scene"] == 3  # the twin of case 2 as well

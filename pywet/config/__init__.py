@@ -4,7 +4,7 @@ Reading and checking only. What is built from it is in `pywet.screening.cases`; 
 """
 
 from pywet.config.cases import Case
-from pywet.config.loading import FILES, Config, load
+from pywet.config.loading import FILES, Config, load, twins
 from pywet.config.materials import Materials
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import EffectSettings, LawSettings, Settings
@@ -21,4 +21,5 @@ __all__ = [
     "Scales",
     "Settings",
     "load",
+    "twins",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,7 +17,7 @@ from pywet.config.cases import Case
 from pywet.config.materials import Materials
 from pywet.config.messages import explain
 from pywet.config.scales import Apparatus, Scale, Scales
-from pywet.config.settings import Settings
+from pywet.config.settings import LawSettings, Settings
 from pywet.errors import PywetError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -59,6 +59,11 @@ class Config:
             raise PywetError(f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {have}")
         return self.cases[number]
 
+    def with_preset(self, name: str) -> Config:
+        """The same with another preset of laws, and no law named besides."""
+        chosen = LawSettings.model_validate({"preset": name})
+        return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
+
     def resolved(self, number: int, scale: str) -> dict[str, Any]:
         """What concerns one run, with the source of every number, as plain data."""
         return {
@@ -68,6 +73,17 @@ class Config:
             "materials": self.materials.model_dump(mode="json", exclude_none=True),
             "settings": self.settings.model_dump(mode="json", exclude_none=True, exclude={"cases", "scale"}),
         }
+
+
+def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, tuple[int, str]]:
+    """Runs that repeat a case with another preset: the first moist one with `exact`, if wanted and configured for `paper`.
+
+    `cases`: folder name -> number. Returns folder name -> (number, preset).
+    """
+    if not wanted or config.settings.laws.preset != "paper":
+        return {}
+    moist = next((number for number in cases.values() if config.case(number).liquid_percent > 0), None)
+    return {} if moist is None else {f"{config.case(moist).name}_exact": (moist, "exact")}
 
 
 def load(config_dir: Path) -> Config:

@@ -71,6 +71,8 @@ class Settings(Strict):
     scale: str
     cases: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=1)]
     ranks: Annotated[int, Field(ge=1)] = 1
+    both_presets: bool = True
+    """Run the first moist case with preset `exact` too, so that the report can lay the two beside each other."""
     seed: Annotated[int, Field(ge=0)]
     laws: LawSettings = LawSettings()
     effects: EffectSettings

@@ -50,10 +50,11 @@ class CaseResult:
 
 def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
     """Read the run directories `folder`/<case name> of the cases given."""
-    return [_read(Path(folder) / case.name, case) for case in cases]
+    return [collect_run(Path(folder) / case.name, case) for case in cases]
 
 
-def _read(run_dir: Path, case: Case) -> CaseResult:
+def collect_run(run_dir: Path, case: Case) -> CaseResult:
+    """Read one run directory."""
     found = tuple(stages.problems(run_dir))
     summary = _json(run_dir / "summary.json")
     if summary is None or not stages.results_made(run_dir):

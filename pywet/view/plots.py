@@ -89,6 +89,18 @@ def liquid_curves(results: Sequence[CaseResult]) -> str:
     return _grid(panels, _draw_liquid, 2, _label_liquid)
 
 
+def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> str:
+    """Fraction retained of one case with two presets of laws."""
+
+    def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
+        for result, name, colour in zip(group, ("paper", preset), ("#0b3c78", "#d98032"), strict=True):
+            _curve(axes, result, "fraction_retained", color=colour, label=f"{name}, all")
+            _curve(axes, result, "fraction_retained_small", color=colour, linestyle=(0, (4, 2)), label=f"{name}, small")
+        _end(axes, group)
+
+    return _grid([(title(usual), [usual, twin])], draw, 1, _label_fraction)
+
+
 def title(result: CaseResult) -> str:
     """A configuration in a few words."""
     case = result.case

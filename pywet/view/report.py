@@ -6,7 +6,7 @@ Gathers what the template `workflow/report/report.html.j2` shows; reads only wha
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,8 +18,8 @@ from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
-from pywet.view import plots
-from pywet.view.collect import CaseResult, collect
+from pywet.view import plots, presets
+from pywet.view.collect import CaseResult, collect, collect_run
 
 TEMPLATE = "report.html.j2"
 PAPER_SECONDS = 20.0
@@ -36,10 +36,26 @@ class Assumption:
 
 
 def write(
-    config: Config, scale: str, cases: Sequence[int], folder: Path, template_dir: Path, picture: Path | None, out: Path
+    config: Config,
+    scale: str,
+    cases: Sequence[int],
+    folder: Path,
+    template_dir: Path,
+    picture: Path | None,
+    out: Path,
+    twins: Mapping[str, tuple[int, str]] | None = None,
 ) -> None:
-    """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, where there is one."""
+    """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, where there is one.
+
+    `twins`: folder name of a run with another preset -> number of its case and that preset.
+    """
     results = collect(folder, [config.case(number) for number in cases])
+    pairs = [
+        presets.Pair(
+            next(r for r in results if r.case.case == number), collect_run(folder / name, config.case(number)), preset
+        )
+        for name, (number, preset) in (twins or {}).items()
+    ]
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(template_dir),
         autoescape=True,
@@ -49,7 +65,9 @@ def write(
     )
     environment.filters.update({"sig": _significant, "power": _power})
     try:
-        text = environment.get_template(TEMPLATE).render(context(config, scale, results, picture))
+        text = environment.get_template(TEMPLATE).render(
+            {**context(config, scale, results, picture), "presets": presets.shown(pairs)}
+        )
     except jinja2.TemplateNotFound as error:
         raise PywetError(
             f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder"

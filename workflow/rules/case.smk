@@ -8,7 +8,8 @@ rule scene:
     output:
         status=f"{ROOT}/{{case}}/status/scene.json",
     params:
-        number=lambda wildcards: CASES[wildcards.case],
+        number=lambda wildcards: RUNS[wildcards.case][0],
+        preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,
     log:
         f"{LOGS}/{{case}}/scene.log",

@@ -21,6 +21,9 @@ try:
 except PywetError as error:
     raise WorkflowError(str(error))
 
+TWINS = settings.twins(CONFIGURED, CASES, config["both_presets"])
+"""Folder name of a case that runs again with another preset -> (its number, that preset); none or one."""
+RUNS = {**{name: (number, None) for name, number in CASES.items()}, **TWINS}
 SCALE = config["scale"]
 ROOT = f"results/{SCALE}"
 """All results of this call; one folder for each case."""
@@ -29,4 +32,4 @@ CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 
 
 wildcard_constraints:
-    case="case[0-9]+",
+    case="case[0-9]+(_exact)?",

@@ -1,6 +1,6 @@
 # What is made of all cases together.
 
-STATUS = expand([rules.results.output.status, rules.vtk.output.status], case=CASES)
+STATUS = expand([rules.results.output.status, rules.vtk.output.status], case=RUNS)
 """Last status files of all cases; that of replay comes before results."""
 
 
@@ -27,6 +27,7 @@ rule report:
         report=f"{ROOT}/report.html",
     params:
         cases=list(CASES.values()),
+        twins=TWINS,
         scale=SCALE,
     log:
         f"{LOGS}/report.log",
@@ -42,6 +43,7 @@ rule verdict:
         verdict=f"{ROOT}/verdict.txt",
     params:
         cases=list(CASES),
+        twins=list(TWINS),
     log:
         f"{LOGS}/verdict.log",
     script:

@@ -11,6 +11,7 @@ with stages.logged(Path(snakemake.log[0])):
         config.load(Path(snakemake.input.config[0]).parent),
         snakemake.params.scale,
         snakemake.params.cases,
+        twins=snakemake.params.twins,
         folder=out.parent,
         template_dir=Path(snakemake.input.template).parent,
         picture=Path(snakemake.input.picture),

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from pywet import stages
 
+given = snakemake.params
 run_dir = Path(snakemake.output.status).parent.parent
 config_dir = Path(snakemake.input.config[0]).parent
 with stages.logged(Path(snakemake.log[0])):
-    stages.attempt(run_dir, "scene", lambda: stages.build(config_dir, snakemake.params.number, snakemake.params.scale, run_dir))
+    stages.attempt(run_dir, "scene", lambda: stages.build(config_dir, given.number, given.scale, run_dir, given.preset))
