@@ -22,6 +22,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/case.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/collisions.smk"
+include: "workflow/rules/atlas.smk"
 
 
 rule all:

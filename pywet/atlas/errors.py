@@ -70,6 +70,8 @@ def rupture_table(limits: pd.DataFrame) -> pd.DataFrame:
         error = registry.get("rupture", name).functions[0](*arguments) / limits["rupture"].to_numpy() - 1.0
         for bodies, chosen in REGIONS.items():
             part = error[chosen(limits).to_numpy()]
+            if len(part) == 0:
+                continue
             size = np.abs(part)
             row = {"law": name, "bodies": bodies, "median": np.median(size), "p95": np.quantile(size, 0.95)}
             rows.append({**row, "worst": part[size.argmax()]})
@@ -104,6 +106,8 @@ def misprint_table(forces: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
             change = 100.0 * (wrong / right - 1.0)
             for bodies, chosen in REGIONS.items():
                 part = change[chosen(points).to_numpy()]
+                if len(part) == 0:
+                    continue
                 row = {"printed": printed, "mended": mended, "bodies": bodies, "smallest": part.min()}
                 rows.append({**row, "median": np.median(part), "largest": part.max()})
     return pd.DataFrame(rows)

@@ -53,11 +53,13 @@ def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, laws: Sequence[str] =
     """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
     with plt.rc_context(LOOK):
         figure, axes = _grid(len(laws), 4, (2.9, 2.5))
-        at = (forces["ratio"] == 1.0) & (forces["angle_i_deg"] == 20.0) & (forces["angle_j_deg"] == 20.0)
+        equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
+        degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
+        at = equal.index[equal["angle_i_deg"] == degrees]
         image: Any = None
         for axis, law in zip(axes, laws, strict=False):
             table = (
-                forces[at]
+                forces.loc[at]
                 .assign(error=100 * errors.loc[at, law])
                 .pivot_table(index="v_star", columns="share", values="error")
             )
