@@ -1,0 +1,1 @@
+"""Collisions of a few wet bodies."""

@@ -1,0 +1,320 @@
+"""From the first state to the last, compiled: steps, events located to round-off, flight without contact in closed form.
+
+An event (films touch or part, solid contact, a resting contact that would pull) is suspected where the cubic through the ends of a step crosses
+its level, the start of a bounce inside a single step included, and located by repeating the step with other lengths: its place is as
+accurate as a step. What happens at an event is in `contacts`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from pywet.collisions.nspheres.contacts import (
+    CONTACT,
+    OVERLAP,
+    RELEASE,
+    SEPARATION,
+    activate,
+    deactivate,
+    log_event,
+    release,
+    resolve,
+)
+from pywet.collisions.nspheres.dynamics import WORKS, H, U, pair_geometry
+from pywet.collisions.nspheres.steppers import (
+    EXPLICIT,
+    IMPLICIT,
+    INSTANT,
+    LOGGED,
+    MODE,
+    PAIRS,
+    REJECTED,
+    SIZE,
+    STEP,
+    STEPS,
+    STEPS_IMPLICIT,
+    STIFF,
+    TIME,
+    TRACED,
+    derivative,
+    norm,
+    set_scale,
+    step,
+)
+
+DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
+SAMPLES = 8
+"""Points of a step at which the cubic is looked at."""
+AUTO = 2
+"""Method: explicit until a segment turns out to be stiff, then implicit until its end."""
+
+
+@njit(cache=True)
+def gap_of(y: Any, s: Any, w: Any, p: int, polar: bool, out: Any) -> tuple[float, float]:
+    """Monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
+    k = w.slot[p]
+    pair_geometry(y, s, p, k, polar, out)
+    if polar and k >= 0:
+        return y[5 * s.radius.size + WORKS + 4 * k], -out[U] / out[H]
+    return out[H], -out[U]
+
+
+@njit(cache=True)
+def level_of(s: Any, w: Any, p: int, kind: int, polar: bool) -> float:
+    """Level of the monitored gap at which an event of that kind happens."""
+    level = s.h_min[p] if kind == CONTACT else s.film[p]
+    return math.log(level) if polar and w.slot[p] >= 0 else level
+
+
+@njit(cache=True)
+def cubic(a: float, da: float, b: float, db: float, x: float) -> float:
+    """Hermite's cubic on 0..1 with end values a, b and slopes da, db."""
+    z = 1.0 - x
+    return a * z * z * (1.0 + 2.0 * x) + b * x * x * (3.0 - 2.0 * x) + da * x * z * z - db * x * x * z
+
+
+@njit(cache=True)
+def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[float, float]:
+    """Part of the step (lo, hi) in which the cubic rises from below 0 to above `slack`; hi < 0 for none."""
+    if max(a, b) + 0.3 * (abs(da) + abs(db)) < 0.0:
+        return 0.0, -1.0
+    before, x0 = a, 0.0
+    for k in range(1, SAMPLES + 1):
+        x = k / SAMPLES
+        v = cubic(a, da, b, db, x)
+        if v > slack and (before <= slack):
+            if k == 1 and a > -slack:  # starts on the level: begin where it is deepest below
+                best = 0.0
+                for o in range(1, 16):
+                    if cubic(a, da, b, db, o / (16.0 * SAMPLES)) < min(best, 0.0):
+                        best, x0 = cubic(a, da, b, db, o / (16.0 * SAMPLES)), o / (16.0 * SAMPLES)
+            return x0, x
+        before, x0 = v, x
+    return 0.0, -1.0
+
+
+@njit(cache=True)
+def value_at(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> float:
+    """The quantity that rises through 0 at the event, at w.y_new."""
+    if kind == RELEASE:
+        return -w.lam_new[p]
+    sign = 1.0 if kind == SEPARATION else -1.0
+    return sign * (gap_of(w.y_new, s, w, p, polar, out)[0] - level_of(s, w, p, kind, polar))
+
+
+@njit(cache=True)
+def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, int, float, float]:
+    """Earliest suspected event of the step just made: kind (−1 none), pair, and the part of the step it is in."""
+    kind, pair, low, high = -1, -1, 0.0, 2.0
+    for p in range(s.first.size):
+        active = w.slot[p] >= 0
+        if active and w.rest[p]:
+            if w.lam_new[p] < 0.0 and high > 1.0:
+                kind, pair, low, high = RELEASE, p, 0.0, 1.0
+            continue
+        a, da = gap_of(w.y, s, w, p, polar, out)
+        b, db = gap_of(w.y_new, s, w, p, polar, out)
+        slack = 1e-11 if polar and active else 2e-11
+        for one in (CONTACT, SEPARATION) if active else (OVERLAP, -1):
+            if one < 0:
+                continue
+            sign, level = (1.0 if one == SEPARATION else -1.0), level_of(s, w, p, one, polar)
+            lo, hi = crossing(sign * (a - level), sign * da * dt, sign * (b - level), sign * db * dt, slack)
+            if hi > 0.0 and (hi < high or (hi == high and lo < low)):
+                kind, pair, low, high = one, p, lo, hi
+    return kind, pair, low, high
+
+
+@njit(cache=True)
+def locate(
+    dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any, tab: Any, polar: bool, out: Any
+) -> tuple[float, bool]:
+    """Repeat the step with other lengths until the event is at its end; returns the length and whether there is an event."""
+    x1 = high * dt
+    step(x1, s, w, tab, polar)
+    g1 = value_at(kind, p, s, w, polar, out)
+    if g1 <= 0.0:
+        return x1, False
+    x0, g0 = low * dt, -1e-300
+    if low > 0.0:
+        step(x0, s, w, tab, polar)
+        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
+    else:
+        w.y_new[: w.count[SIZE]] = w.y[: w.count[SIZE]]
+        w.lam_new[p] = w.lam[p]
+        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
+    x, side, enough = x1, 0, 1e-13 if polar and w.slot[p] >= 0 else 1e-12
+    for k in range(80):
+        x = x0 + (x1 - x0) * (-g0 / (g1 - g0)) if k % 6 != 5 else 0.5 * (x0 + x1)
+        if x1 - x0 < 4e-16 * max(w.value[TIME], 1e-3 * dt) or not x0 < x < x1:
+            x = x1
+        step(x, s, w, tab, polar)
+        g = value_at(kind, p, s, w, polar, out)
+        if abs(g) < enough or x == x1:
+            break
+        if g > 0.0:
+            x1, g1, g0 = x, g, g0 * (0.5 if side == 1 else 1.0)
+            side = 1
+        else:
+            x0, g0, g1 = x, g, g1 * (0.5 if side == -1 else 1.0)
+            side = -1
+    return x, True
+
+
+@njit(cache=True)
+def apply(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> None:
+    """What an event changes at once; impacts follow in `resolve`."""
+    b = 5 * s.radius.size + WORKS + 4 * w.slot[p]
+    pair_geometry(w.y, s, p, w.slot[p], polar, out)
+    if kind == OVERLAP:
+        log_event(w, OVERLAP, p, out[U])
+        activate(s, w, p, s.film[p], polar)
+    elif kind == SEPARATION:
+        log_event(w, SEPARATION, p, out[U])
+        deactivate(s, w, p, polar)
+    elif kind == CONTACT and polar:
+        w.y[b] = math.log(s.h_min[p])
+    elif kind == RELEASE:
+        release(w, p)
+
+
+@njit(cache=True)
+def fly(limit: float, s: Any, w: Any) -> int:
+    """No films overlap: everything flies freely to the next touch of films or to the time limit; returns the pair or −1."""
+    y, best, pair = w.y, limit - w.value[TIME], -1
+    for p in range(s.first.size):
+        i, j = s.first[p], s.second[p]
+        dx, dz = y[5 * j] - y[5 * i], y[5 * j + 1] - y[5 * i + 1]
+        vx, vz = y[5 * j + 2] - y[5 * i + 2], y[5 * j + 3] - y[5 * i + 3]
+        reach = s.radius[i] + s.radius[j] + s.film[p]
+        b, v2, gap = dx * vx + dz * vz, vx * vx + vz * vz, math.hypot(dx, dz) - reach
+        c = gap * (math.hypot(dx, dz) + reach)
+        d = b * b - v2 * c
+        if b < 0.0 and d > 0.0:
+            t = max(c, 0.0) / (-b + math.sqrt(d))
+            if t < best:
+                best, pair = t, p
+    for i in range(s.radius.size):
+        k = 5 * i
+        for q, g in ((0, s.gx), (1, s.gy)):
+            move = best * (y[k + 2 + q] + 0.5 * best * g)
+            y[k + q] += move
+            y[k + 2 + q] += best * g
+            y[5 * s.radius.size + 2] += s.mass[i] * g * move
+    w.value[TIME] = w.value[TIME] + best if pair >= 0 else limit
+    return pair
+
+
+@njit(cache=True)
+def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
+    """First step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than asked for."""
+    n = w.count[SIZE]
+    set_scale(s, w, w.y, w.y)
+    slope = norm(w.f, w.scale, n)
+    first = min(1e-3, 1.0 / slope if slope > 0.0 else 1e-3) * (1.0 if w.count[STEPS] else 1e-2)
+    w.y_trial[:n] = w.y[:n] + first * w.f[:n]
+    derivative(w.y_trial, w.f_new, s, w, w.lam_new, polar)
+    curve = norm(w.f_new[:n] - w.f[:n], w.scale, n) / first
+    most = max(slope * 1e-2, curve)
+    w.value[STEP] = min((0.01 / most) ** (1.0 / tab.order) if most > 0.0 else 1.0, 100.0 * first, limit)
+    w.count[STIFF] = 0
+
+
+@njit(cache=True)
+def trace(s: Any, w: Any, polar: bool, out: Any) -> None:
+    """A row of the record: time, Cartesian state, then h, u, w and the angle of every pair."""
+    k, n = w.count[TRACED], 5 * s.radius.size
+    if k >= w.trace.shape[0]:
+        return
+    w.trace[k, 0] = w.value[TIME]
+    w.trace[k, 1 : n + 1] = w.y[:n]
+    for p in range(s.first.size):
+        pair_geometry(w.y, s, p, w.slot[p], polar, out)
+        b = n + 1 + 4 * p
+        w.trace[k, b], w.trace[k, b + 1], w.trace[k, b + 2] = out[H], out[U], out[4]
+        w.trace[k, b + 3] = math.atan2(out[2], out[1])
+    w.count[TRACED] += 1
+
+
+@njit(cache=True)
+def next_length(error: float, dt: float, w: Any, tab: Any) -> float:
+    """Length of the next step from the error of this one."""
+    order = 4.0 if w.count[MODE] == IMPLICIT else tab.order
+    if not math.isfinite(error):
+        return 0.25 * dt
+    return dt * min(6.0, max(0.2, 0.9 * (error + 1e-30) ** (-1.0 / order)))
+
+
+@njit(cache=True)
+def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tuple[int, int]:
+    """One accepted step, cut at `limit` or at an event; returns the event's kind and pair (−1 none, −2 step too small)."""
+    left = limit - w.value[TIME]
+    while True:
+        full = w.value[STEP]
+        dt = min(full, left)
+        if dt < 1e-15 * max(w.value[TIME], 1e-6):
+            if left <= dt:
+                w.value[TIME] = limit
+                return -1, -1
+            return -2, -1
+        error = step(dt, s, w, tab, polar)
+        if error <= 1.0:
+            break
+        w.count[REJECTED] += 1
+        w.value[STEP] = min(0.9 * dt, next_length(error, dt, w, tab))
+    stiff = w.value[-1]
+    kind, p, low, high = first_event(dt, s, w, polar, out)
+    proposal, taken = next_length(error, dt, w, tab), dt
+    if kind >= 0:
+        taken, real = locate(dt, kind, p, low, high, s, w, tab, polar, out)
+        kind = kind if real else -1
+    if w.count[MODE] == EXPLICIT:
+        w.count[STIFF] = w.count[STIFF] + 1 if stiff > (5.0 if tab.order > 6.0 else 3.0) else 0
+    w.value[STEP] = max(proposal, full) if dt < 0.99 * full else proposal
+    n = w.count[SIZE]
+    w.y[:n], w.f[:n], w.lam[:] = w.y_new[:n], w.f_new[:n], w.lam_new
+    w.value[TIME] = limit if taken >= left else w.value[TIME] + taken
+    w.count[STEPS] += 1
+    w.count[STEPS_IMPLICIT] += 1 if w.count[MODE] == IMPLICIT else 0
+    return kind, p
+
+
+@njit(cache=True, nogil=True)
+def march(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int) -> int:
+    """Advance w to the time `limit`; returns DONE or why it stopped."""
+    out = np.empty(6)
+    fresh = True
+    while w.value[TIME] < limit:
+        if w.count[PAIRS] == 0:
+            p = fly(limit, s, w)
+            if p >= 0:
+                apply(OVERLAP, p, s, w, polar, out)
+            trace(s, w, polar, out)
+            fresh = True
+            continue
+        if fresh:
+            resolve(s, w, polar)
+            w.count[MODE] = EXPLICIT if method == AUTO else method
+            start_step(limit - w.value[TIME], s, w, tab, polar)
+            trace(s, w, polar, out)
+            fresh = False
+        t = w.value[TIME]
+        kind, p = advance(limit, s, w, tab, polar, out)
+        if kind == -2:
+            return TOO_SMALL
+        trace(s, w, polar, out)
+        if kind >= 0:
+            apply(kind, p, s, w, polar, out)
+            fresh = True
+        elif method == AUTO and w.count[STIFF] >= 15:
+            w.count[MODE], w.count[STIFF] = IMPLICIT, 0
+        w.count[INSTANT] = w.count[INSTANT] + 1 if w.value[TIME] - t < 1e-13 * max(t, 1e-3) else 0
+        if w.count[INSTANT] > 300:
+            return STALLED
+        if w.count[STEPS] > most or w.count[LOGGED] > most:
+            return TOO_MANY_STEPS
+    return DONE
