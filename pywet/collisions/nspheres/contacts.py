@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from pywet.collisions.nspheres.dynamics import COS, SIN, WORKS, H, U, W, pair_geometry, slip
+from pywet.collisions.nspheres.dynamics import COS, SIN, WORKS, H, U, W, compiled, pair_geometry, slip
 from pywet.collisions.nspheres.steppers import (
     IMPACT_LOSS,
     IMPACTS,
@@ -32,7 +30,7 @@ OVERLAP, SEPARATION, CONTACT, REST, RELEASE = range(5)
 """Kinds of logged events."""
 
 
-@njit(cache=True)
+@compiled
 def log_event(w: Any, kind: int, p: int, u: float) -> None:
     """Note an event; what does not fit any more is counted only."""
     k = w.count[LOGGED]
@@ -41,7 +39,7 @@ def log_event(w: Any, kind: int, p: int, u: float) -> None:
         w.log[k, 0], w.log[k, 1], w.log[k, 2], w.log[k, 3] = w.value[TIME], kind, p, u
 
 
-@njit(cache=True)
+@compiled
 def activate(s: Any, w: Any, p: int, gap: float, polar: bool) -> None:
     """Pair p overlaps from now on; `gap` is its gap, known better than from the difference of positions."""
     k = w.count[PAIRS]
@@ -56,7 +54,7 @@ def activate(s: Any, w: Any, p: int, gap: float, polar: bool) -> None:
         w.count[SIZE] += 4
 
 
-@njit(cache=True)
+@compiled
 def deactivate(s: Any, w: Any, p: int, polar: bool) -> None:
     """Pair p no longer overlaps; the last slot takes its place."""
     k, last = w.slot[p], w.count[PAIRS] - 1
@@ -72,7 +70,7 @@ def deactivate(s: Any, w: Any, p: int, polar: bool) -> None:
     w.count[PAIRS] = last
 
 
-@njit(cache=True)
+@compiled
 def kinetic_energy(y: Any, s: Any) -> float:
     """½ Σ (m v² + I ω²), I = (2/5) m a²."""
     total = 0.0
@@ -82,7 +80,7 @@ def kinetic_energy(y: Any, s: Any) -> float:
     return total
 
 
-@njit(cache=True)
+@compiled
 def impulse(s: Any, w: Any, p: int, jn: float, jt: float, polar: bool) -> None:
     """Normal and tangential impulse of pair p on its spheres, and on the polar variables of every pair they are in."""
     g = w.geometry[w.slot[p]]
@@ -111,7 +109,7 @@ def impulse(s: Any, w: Any, p: int, jn: float, jt: float, polar: bool) -> None:
             w.y[b + 3] += share * (z * h[COS] - x * h[SIN])
 
 
-@njit(cache=True)
+@compiled
 def hit(s: Any, w: Any, p: int, restitution: float, polar: bool) -> None:
     """Impact of pair p: u → −restitution·u; tangential impulse μ_f times the normal one, or the sticking one where that is smaller."""
     g = w.geometry[w.slot[p]]
@@ -126,28 +124,28 @@ def hit(s: Any, w: Any, p: int, restitution: float, polar: bool) -> None:
         w.y[5 * s.radius.size + WORKS + 4 * w.slot[p] + 2] = -restitution * u
 
 
-@njit(cache=True)
+@compiled
 def geometries(s: Any, w: Any, polar: bool) -> None:
     """Geometry of all overlapping pairs at w.y."""
     for k in range(w.count[PAIRS]):
         pair_geometry(w.y, s, w.act[k], k, polar, w.geometry[k])
 
 
-@njit(cache=True)
+@compiled
 def fastest(s: Any, w: Any) -> int:
-    """Touching pair that approaches fastest, −1 for none; a resting one counts whichever way it has been nudged."""
+    """Touching pair that approaches fastest, −1 for none; a resting one nudged by less than its rest speed, either way, is held."""
     found, most = -1, 1e-13 * w.value[SPEED]
     for k in range(w.count[PAIRS]):
         p, g = w.act[k], w.geometry[k]
         u = g[U]
-        if w.rest[p] and abs(u) < 1e-9 * w.value[SPEED]:
+        if w.rest[p] and abs(u) < w.rest_speed[p]:
             u = abs(u)
         if (w.rest[p] or g[H] <= s.h_min[p] * (1.0 + 1e-9)) and u > most:
             found, most = p, u
     return found
 
 
-@njit(cache=True)
+@compiled
 def resolve(s: Any, w: Any, polar: bool) -> None:
     """All impacts of this instant; then which contacts rest. Leaves w.f at the new state."""
     for k in range(AT_ONCE * (w.count[PAIRS] + 1)):
@@ -156,7 +154,8 @@ def resolve(s: Any, w: Any, polar: bool) -> None:
         if p < 0:
             break
         u = w.geometry[w.slot[p]][U]
-        bounces = s.e_dry * u > w.rest_speed[p] and k < AT_ONCE * w.count[PAIRS] // 2
+        held = w.rest[p] and abs(u) < w.rest_speed[p]
+        bounces = not held and s.e_dry * u > w.rest_speed[p] and k < AT_ONCE * w.count[PAIRS] // 2
         if bounces:
             w.rest[p] = False
             w.impacts[p] += 1
@@ -177,14 +176,14 @@ def resolve(s: Any, w: Any, polar: bool) -> None:
     drop_pulled(s, w, polar)
 
 
-@njit(cache=True)
+@compiled
 def release(w: Any, p: int) -> None:
     """A resting contact opens."""
     w.rest[p] = False
     log_event(w, RELEASE, p, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def drop_pulled(s: Any, w: Any, polar: bool) -> None:
     """Release resting contacts that would have to pull, the worst first."""
     for _ in range(w.count[PAIRS]):

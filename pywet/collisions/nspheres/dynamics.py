@@ -16,6 +16,8 @@ from numba import njit
 
 WORKS = 4
 """Accumulators behind the spheres: viscous, capillary, gravity, friction of resting contacts."""
+compiled = njit(error_model="numpy")
+"""Not cached one by one: numba would not notice a change in another file; see `marching.march`."""
 H, COS, SIN, U, W, R = range(6)
 """Columns of the geometry of an overlapping pair."""
 
@@ -45,7 +47,7 @@ class System(NamedTuple):
     gy: float
 
 
-@njit(cache=True)
+@compiled
 def pair_geometry(y: Any, s: Any, p: int, slot: int, polar: bool, out: Any) -> None:
     """Gap, direction from i to j, u = −dh/dt, w = (v_i − v_j)·t and centre distance of pair p into `out`."""
     i, j = s.first[p], s.second[p]
@@ -65,7 +67,7 @@ def pair_geometry(y: Any, s: Any, p: int, slot: int, polar: bool, out: Any) -> N
     out[U], out[W] = vx * c + vy * n, vy * c - vx * n
 
 
-@njit(cache=True)
+@compiled
 def film_factors(h: float, film: float, h_min: float) -> tuple[float, float]:
     """[1 − h/(2δ − h)]²/h and ln[(2δ − h)/h] (Davis 2023, 3, 4), continued a little beyond 0.1 h_min < h < δ for trial stages."""
     g = min(max(h, 0.1 * h_min), 1.3 * film)
@@ -74,7 +76,7 @@ def film_factors(h: float, film: float, h_min: float) -> tuple[float, float]:
     return squeeze * squeeze / g, math.log(rest / g)
 
 
-@njit(cache=True)
+@compiled
 def push(dy: Any, s: Any, i: int, j: int, fx: float, fy: float, ft: float) -> None:
     """Accelerations of a pair under the force −(fx, fy) on i, + on j, with tangential part ft."""
     dy[5 * i + 2] -= fx / s.mass[i]
@@ -85,21 +87,21 @@ def push(dy: Any, s: Any, i: int, j: int, fx: float, fy: float, ft: float) -> No
     dy[5 * j + 4] -= 2.5 * ft / (s.mass[j] * s.radius[j])
 
 
-@njit(cache=True)
+@compiled
 def slip(y: Any, s: Any, p: int, w: float) -> float:
     """Relative speed of the two surfaces along t, v^s = −rΩ + a_i ω_i + a_j ω_j."""
     i, j = s.first[p], s.second[p]
     return w + s.radius[i] * y[5 * i + 4] + s.radius[j] * y[5 * j + 4]
 
 
-@njit(cache=True)
+@compiled
 def along(dy: Any, s: Any, p: int, x: float, y: float) -> float:
     """(a_i − a_j)·(x, y) of the accelerations in dy."""
     i, j = s.first[p], s.second[p]
     return (dy[5 * i + 2] - dy[5 * j + 2]) * x + (dy[5 * i + 3] - dy[5 * j + 3]) * y
 
 
-@njit(cache=True)
+@compiled
 def resting_forces(y: Any, dy: Any, s: Any, act: Any, m: int, rest: Any, lam: Any, geo: Any) -> float:
     """Normal forces `lam` that keep resting pairs at du/dt = 0; they and their friction are added to dy. Returns friction's power.
 
@@ -136,7 +138,7 @@ def resting_forces(y: Any, dy: Any, s: Any, act: Any, m: int, rest: Any, lam: An
     return power
 
 
-@njit(cache=True)
+@compiled
 def rhs(y: Any, dy: Any, s: Any, act: Any, m: int, rest: Any, lam: Any, geo: Any, polar: bool) -> None:
     """Time derivative of the state into dy; `act[:m]` are the overlapping pairs, `rest` marks resting contacts."""
     spheres = s.radius.size
@@ -168,4 +170,3 @@ def rhs(y: Any, dy: Any, s: Any, act: Any, m: int, rest: Any, lam: Any, geo: Any
             dy[b + 3] = along(dy, s, p, -g[SIN], g[COS]) + g[U] * g[W] / g[R]
             if rest[p]:
                 dy[b] = dy[b + 2] = 0.0
-

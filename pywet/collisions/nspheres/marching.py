@@ -7,7 +7,9 @@ accurate as a step. What happens at an event is in `contacts`.
 
 from __future__ import annotations
 
+import hashlib
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,12 +22,15 @@ from pywet.collisions.nspheres.contacts import (
     SEPARATION,
     activate,
     deactivate,
+    kinetic_energy,
     log_event,
     release,
     resolve,
 )
-from pywet.collisions.nspheres.dynamics import WORKS, H, U, pair_geometry
+from pywet.collisions.nspheres.dynamics import WORKS, H, U, compiled, pair_geometry
 from pywet.collisions.nspheres.steppers import (
+    END,
+    ENERGY,
     EXPLICIT,
     IMPLICIT,
     INSTANT,
@@ -34,6 +39,7 @@ from pywet.collisions.nspheres.steppers import (
     PAIRS,
     REJECTED,
     SIZE,
+    START,
     STEP,
     STEPS,
     STEPS_IMPLICIT,
@@ -49,11 +55,13 @@ from pywet.collisions.nspheres.steppers import (
 DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
 SAMPLES = 8
 """Points of a step at which the cubic is looked at."""
+PATIENCE = 1000
+"""Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method (some ten times dearer a step)."""
 AUTO = 2
 """Method: explicit until a segment turns out to be stiff, then implicit until its end."""
 
 
-@njit(cache=True)
+@compiled
 def gap_of(y: Any, s: Any, w: Any, p: int, polar: bool, out: Any) -> tuple[float, float]:
     """Monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
     k = w.slot[p]
@@ -63,30 +71,30 @@ def gap_of(y: Any, s: Any, w: Any, p: int, polar: bool, out: Any) -> tuple[float
     return out[H], -out[U]
 
 
-@njit(cache=True)
+@compiled
 def level_of(s: Any, w: Any, p: int, kind: int, polar: bool) -> float:
     """Level of the monitored gap at which an event of that kind happens."""
     level = s.h_min[p] if kind == CONTACT else s.film[p]
     return math.log(level) if polar and w.slot[p] >= 0 else level
 
 
-@njit(cache=True)
+@compiled
 def cubic(a: float, da: float, b: float, db: float, x: float) -> float:
     """Hermite's cubic on 0..1 with end values a, b and slopes da, db."""
     z = 1.0 - x
     return a * z * z * (1.0 + 2.0 * x) + b * x * x * (3.0 - 2.0 * x) + da * x * z * z - db * x * x * z
 
 
-@njit(cache=True)
+@compiled
 def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[float, float]:
-    """Part of the step (lo, hi) in which the cubic rises from below 0 to above `slack`; hi < 0 for none."""
+    """Part of the step (lo, hi) in which the cubic rises through 0 to above `slack`, or rises above it; hi < 0 for none."""
     if max(a, b) + 0.3 * (abs(da) + abs(db)) < 0.0:
         return 0.0, -1.0
     before, x0 = a, 0.0
     for k in range(1, SAMPLES + 1):
         x = k / SAMPLES
         v = cubic(a, da, b, db, x)
-        if v > slack and (before <= slack):
+        if v > slack and (before <= slack or v > before):
             if k == 1 and a > -slack:  # starts on the level: begin where it is deepest below
                 best = 0.0
                 for o in range(1, 16):
@@ -97,7 +105,7 @@ def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[fl
     return 0.0, -1.0
 
 
-@njit(cache=True)
+@compiled
 def value_at(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> float:
     """The quantity that rises through 0 at the event, at w.y_new."""
     if kind == RELEASE:
@@ -106,7 +114,7 @@ def value_at(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> float:
     return sign * (gap_of(w.y_new, s, w, p, polar, out)[0] - level_of(s, w, p, kind, polar))
 
 
-@njit(cache=True)
+@compiled
 def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, int, float, float]:
     """Earliest suspected event of the step just made: kind (−1 none), pair, and the part of the step it is in."""
     kind, pair, low, high = -1, -1, 0.0, 2.0
@@ -129,7 +137,7 @@ def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, 
     return kind, pair, low, high
 
 
-@njit(cache=True)
+@compiled
 def locate(
     dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any, tab: Any, polar: bool, out: Any
 ) -> tuple[float, bool]:
@@ -165,7 +173,7 @@ def locate(
     return x, True
 
 
-@njit(cache=True)
+@compiled
 def apply(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> None:
     """What an event changes at once; impacts follow in `resolve`."""
     b = 5 * s.radius.size + WORKS + 4 * w.slot[p]
@@ -182,7 +190,7 @@ def apply(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> None:
         release(w, p)
 
 
-@njit(cache=True)
+@compiled
 def fly(limit: float, s: Any, w: Any) -> int:
     """No films overlap: everything flies freely to the next touch of films or to the time limit; returns the pair or −1."""
     y, best, pair = w.y, limit - w.value[TIME], -1
@@ -209,7 +217,7 @@ def fly(limit: float, s: Any, w: Any) -> int:
     return pair
 
 
-@njit(cache=True)
+@compiled
 def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
     """First step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than asked for."""
     n = w.count[SIZE]
@@ -224,7 +232,7 @@ def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
     w.count[STIFF] = 0
 
 
-@njit(cache=True)
+@compiled
 def trace(s: Any, w: Any, polar: bool, out: Any) -> None:
     """A row of the record: time, Cartesian state, then h, u, w and the angle of every pair."""
     k, n = w.count[TRACED], 5 * s.radius.size
@@ -240,7 +248,7 @@ def trace(s: Any, w: Any, polar: bool, out: Any) -> None:
     w.count[TRACED] += 1
 
 
-@njit(cache=True)
+@compiled
 def next_length(error: float, dt: float, w: Any, tab: Any) -> float:
     """Length of the next step from the error of this one."""
     order = 4.0 if w.count[MODE] == IMPLICIT else tab.order
@@ -249,7 +257,7 @@ def next_length(error: float, dt: float, w: Any, tab: Any) -> float:
     return dt * min(6.0, max(0.2, 0.9 * (error + 1e-30) ** (-1.0 / order)))
 
 
-@njit(cache=True)
+@compiled
 def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tuple[int, int]:
     """One accepted step, cut at `limit` or at an event; returns the event's kind and pair (−1 none, −2 step too small)."""
     left = limit - w.value[TIME]
@@ -272,8 +280,14 @@ def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tu
     if kind >= 0:
         taken, real = locate(dt, kind, p, low, high, s, w, tab, polar, out)
         kind = kind if real else -1
+        for _ in range(20):  # another pair may have been there before
+            other, q, low, high = first_event(taken, s, w, polar, out)
+            if other < 0 or (other == kind and q == p):
+                break
+            taken, real = locate(taken, other, q, low, high, s, w, tab, polar, out)
+            kind, p = (other, q) if real else (-1, -1)
     if w.count[MODE] == EXPLICIT:
-        w.count[STIFF] = w.count[STIFF] + 1 if stiff > (5.0 if tab.order > 6.0 else 3.0) else 0
+        w.count[STIFF] = w.count[STIFF] + 1 if stiff > (5.0 if tab.order > 6.0 else 3.0) else max(w.count[STIFF] - 1, 0)
     w.value[STEP] = max(proposal, full) if dt < 0.99 * full else proposal
     n = w.count[SIZE]
     w.y[:n], w.f[:n], w.lam[:] = w.y_new[:n], w.f_new[:n], w.lam_new
@@ -283,9 +297,23 @@ def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tu
     return kind, p
 
 
-@njit(cache=True, nogil=True)
-def march(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int) -> int:
-    """Advance w to the time `limit`; returns DONE or why it stopped."""
+@compiled
+def begin(s: Any, w: Any, gaps: Any, polar: bool) -> None:
+    """Pairs whose films touch at the start: those with a gap ≥ 0 in `gaps`; at h_min without speed they rest."""
+    out = np.empty(6)
+    for p in range(gaps.size):
+        if gaps[p] >= 0.0:
+            pair_geometry(w.y, s, p, -1, polar, out)
+            log_event(w, OVERLAP, p, out[U])
+            activate(s, w, p, gaps[p], polar)
+            w.rest[p] = gaps[p] <= s.h_min[p] * (1.0 + 1e-9) and abs(out[U]) < 1e-12
+    w.value[START] = kinetic_energy(w.y, s)
+    w.value[ENERGY] = max(w.value[START], 1e-3)
+
+
+@compiled
+def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int, every: bool) -> int:
+    """Advance w to the time `limit`; returns DONE or why it stopped. With `every`, each step is recorded."""
     out = np.empty(6)
     fresh = True
     while w.value[TIME] < limit:
@@ -293,28 +321,62 @@ def march(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, most
             p = fly(limit, s, w)
             if p >= 0:
                 apply(OVERLAP, p, s, w, polar, out)
-            trace(s, w, polar, out)
             fresh = True
-            continue
-        if fresh:
-            resolve(s, w, polar)
-            w.count[MODE] = EXPLICIT if method == AUTO else method
-            start_step(limit - w.value[TIME], s, w, tab, polar)
-            trace(s, w, polar, out)
+        else:
+            if fresh:
+                resolve(s, w, polar)
+                w.count[MODE] = EXPLICIT if method == AUTO else method
+                start_step(limit - w.value[TIME], s, w, tab, polar)
+            if fresh and every:
+                trace(s, w, polar, out)
             fresh = False
-        t = w.value[TIME]
-        kind, p = advance(limit, s, w, tab, polar, out)
-        if kind == -2:
-            return TOO_SMALL
-        trace(s, w, polar, out)
-        if kind >= 0:
-            apply(kind, p, s, w, polar, out)
-            fresh = True
-        elif method == AUTO and w.count[STIFF] >= 15:
-            w.count[MODE], w.count[STIFF] = IMPLICIT, 0
-        w.count[INSTANT] = w.count[INSTANT] + 1 if w.value[TIME] - t < 1e-13 * max(t, 1e-3) else 0
+            t = w.value[TIME]
+            kind, p = advance(limit, s, w, tab, polar, out)
+            if kind == -2:
+                return TOO_SMALL
+            if kind >= 0:
+                apply(kind, p, s, w, polar, out)
+                fresh = True
+            elif method == AUTO and w.count[STIFF] >= PATIENCE:
+                w.count[MODE], w.count[STIFF] = IMPLICIT, 0
+            w.count[INSTANT] = w.count[INSTANT] + 1 if w.value[TIME] - t < 1e-13 * max(t, 1e-3) else 0
+        if every:
+            trace(s, w, polar, out)
         if w.count[INSTANT] > 300:
             return STALLED
         if w.count[STEPS] > most or w.count[LOGGED] > most:
             return TOO_MANY_STEPS
     return DONE
+
+
+def compile_march(sources: str) -> Any:
+    """The one compiled entry, kept in numba's cache under a key that holds `sources`."""
+
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def march(stops: Any, gaps: Any, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int, every: bool) -> int:
+        if sources == "":
+            return STALLED
+        begin(s, w, gaps, polar)
+        out = np.empty(6)
+        for k in range(stops.size):
+            code = segment(stops[k], s, w, tab, method, polar, most, every)
+            if code != DONE:
+                return code
+            if not every:
+                trace(s, w, polar, out)
+        for p in range(gaps.size):
+            pair_geometry(w.y, s, p, w.slot[p], polar, w.final[p])
+        w.value[END] = kinetic_energy(w.y, s)
+        return DONE
+
+    return march
+
+
+def digest() -> str:
+    """Of the sources that `march` is made of."""
+    names = ("dynamics", "steppers", "contacts", "marching")
+    return hashlib.sha256(b"".join((Path(__file__).parent / f"{n}.py").read_bytes() for n in names)).hexdigest()
+
+
+march = compile_march(digest())
+"""march(stops, gaps, system, work, tableau, method, polar, most, every): from the start to the last stop, a record at each stop or step."""

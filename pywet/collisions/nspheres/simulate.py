@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pywet.collisions.nspheres import contacts, marching, steppers
+from pywet.collisions.nspheres import marching, steppers
 from pywet.collisions.nspheres.dynamics import WORKS, System
 from pywet.collisions.nspheres.problem import Problem, Scales, scales, system
 from pywet.errors import PywetError
@@ -90,28 +90,26 @@ def workspace(problem: Problem, s: System, unit: Scales, rows: int, polar: bool)
         y, *empty[:5], np.zeros((13, size)), np.zeros(pairs, dtype=np.int64), np.full(pairs, -1, dtype=np.int64),
         np.zeros(pairs, dtype=np.bool_), np.zeros(pairs), np.zeros(pairs), np.zeros((pairs, 6)),
         np.zeros(pairs, dtype=np.int64), np.full(pairs, float(problem.rest_speed)), np.zeros(12, dtype=np.int64),
-        np.zeros(8), np.zeros((LOG_ROWS, 4)), np.zeros((rows, 1 + 5 * n + 4 * pairs)),
+        np.zeros(8), np.zeros((LOG_ROWS, 4)), np.zeros((rows, 1 + 5 * n + 4 * pairs)), np.zeros((pairs, 6)),
     )  # fmt: skip
     w.count[steppers.SIZE] = 5 * n + WORKS
     w.value[steppers.SPEED], w.value[steppers.TOLERANCE] = 1.0, problem.rtol
-    w.value[steppers.ENERGY] = max(contacts.kinetic_energy(y, s), 1e-3)
-    start_pairs(problem, s, w, unit, polar)
     return w
 
 
-def start_pairs(problem: Problem, s: System, w: steppers.Work, unit: Scales, polar: bool) -> None:
-    """Pairs whose films touch at the start; a gap of exactly δ without parting counts, a contact at h_min without speed rests."""
+def first_gaps(problem: Problem, unit: Scales) -> np.ndarray:
+    """Gaps of the pairs whose films touch at the start, −1 for others; a gap of exactly δ without parting counts."""
+    gaps = np.full(len(problem.pairs), -1.0)
     for p, (i, j) in enumerate(problem.pairs):
         gap, film = problem.gap_of(i, j), problem.film[i, j]
-        if gap > film * (1.0 + 1e-12) + 4e-16 * float(problem.radius[i] + problem.radius[j]) * ((i, j) not in problem.gap):
-            continue
+        round_off = 1e-12 * film + (
+            4e-16 * float(problem.radius[i] + problem.radius[j]) if (i, j) not in problem.gap else 0.0
+        )
         n = problem.position[j] - problem.position[i]
         u = float((problem.velocity[i] - problem.velocity[j]) @ n) / float(np.hypot(*n)) / unit.speed
-        if gap >= film * (1.0 - 1e-12) and u < -1e-14:
-            continue
-        contacts.log_event(w, contacts.OVERLAP, p, u)
-        contacts.activate(s, w, p, min(gap, film) / unit.length, polar)
-        w.rest[p] = gap <= problem.h_min * (1.0 + 1e-9) and abs(u) < 1e-12
+        if gap < film - round_off or (gap <= film + round_off and u > -1e-14):
+            gaps[p] = min(gap, film) / unit.length
+    return gaps
 
 
 def run(
@@ -126,23 +124,17 @@ def run(
         raise PywetError(f"there is no integrator named {method}; expected one of {', '.join(METHODS)}")
     unit = scales(problem)
     s = system(problem, unit)
-    w = workspace(problem, s, unit, max(record, len(times)), polar)
-    start = contacts.kinetic_energy(w.y, s)
+    w = workspace(problem, s, unit, max(record, len(times) + 1), polar)
     tableau, mode = METHODS[method]
+    stops = np.array([*sorted(t / unit.time for t in times), problem.t_end / unit.time])
     began = time.perf_counter()
-    stops = [*sorted(t / unit.time for t in times), problem.t_end / unit.time]
-    rows: list[np.ndarray] = []
-    for k, stop in enumerate(stops):
-        code = marching.march(stop, s, w, steppers.TABLEAUS[tableau], mode, polar, MOST_STEPS)
-        if code != marching.DONE:
-            raise PywetError(explain(code, w, unit))
-        if k < len(times) and not record:
-            w.count[steppers.TRACED] = 0
-            marching.trace(s, w, polar, np.empty(6))
-            rows.append(w.trace[0].copy())
+    code = marching.march(
+        stops, first_gaps(problem, unit), s, w, steppers.TABLEAUS[tableau], mode, polar, MOST_STEPS, record > 0
+    )
     wall = time.perf_counter() - began
-    traced = np.array(rows) if rows else w.trace[: min(w.count[steppers.TRACED], record)]
-    return collect(problem, s, w, unit, polar, start, wall, traced)
+    if code != marching.DONE:
+        raise PywetError(explain(code, w, unit))
+    return collect(problem, s, w, unit, wall)
 
 
 def explain(code: int, w: steppers.Work, unit: Scales) -> str:
@@ -153,37 +145,35 @@ def explain(code: int, w: steppers.Work, unit: Scales) -> str:
         marching.STALLED: "contacts open and close without time going on",
         marching.TOO_SMALL: "the step became too small for double precision",
     }[code]
-    return f"the collision was given up at t = {at:.6g}: {why}; expected a shorter time, a larger rtol or a larger h_min"
+    return (
+        f"the collision was given up at t = {at:.6g}: {why}; expected a shorter time, a larger rtol or a larger h_min"
+    )
 
 
-def collect(
-    problem: Problem, s: System, w: steppers.Work, unit: Scales, polar: bool, start: float, wall: float, traced: np.ndarray
-) -> Run:
+def collect(problem: Problem, s: System, w: steppers.Work, unit: Scales, wall: float) -> Run:
     """Results of a march in the problem's units."""
     n, pairs = len(problem.radius), problem.pairs
     origin = problem.position.mean(axis=0)
     state = w.y[: 5 * n].reshape(n, 5)
     logged = w.log[: min(w.count[steppers.LOGGED], LOG_ROWS)]
-    out = np.empty(6)
-    gaps = {}
-    for p, pair in enumerate(pairs):
-        marching.pair_geometry(w.y, s, p, w.slot[p], polar, out)
-        gaps[pair] = float(out[0] * unit.length)
     works = w.y[5 * n : 5 * n + WORKS] * unit.energy
     impact = w.value[steppers.IMPACT_LOSS] * unit.energy + works[3]
-    end = contacts.kinetic_energy(w.y, s) * unit.energy
+    start, end = w.value[steppers.START] * unit.energy, w.value[steppers.END] * unit.energy
+    traced = w.trace[: w.count[steppers.TRACED]]
     return Run(
         problem=problem,
         speed=unit.speed,
-        events=[Event(float(t * unit.time), KINDS[int(k)], pairs[int(p)], float(u * unit.speed)) for t, k, p, u in logged],
+        events=[
+            Event(float(t * unit.time), KINDS[int(k)], pairs[int(p)], float(u * unit.speed)) for t, k, p, u in logged
+        ],
         events_left_out=int(w.count[steppers.LOGGED] - len(logged)),
         position=origin + state[:, :2] * unit.length,
         velocity=state[:, 2:4] * unit.speed,
         omega=state[:, 4] / unit.time,
         overlapping=sorted(pairs[int(p)] for p in w.act[: w.count[steppers.PAIRS]]),
         resting=[pairs[p] for p in range(len(pairs)) if w.rest[p]],
-        gaps=gaps,
-        energy=Energy(start * unit.energy, end, works[0], works[1], impact, works[2]),
+        gaps={pair: float(w.final[p, 0] * unit.length) for p, pair in enumerate(pairs)},
+        energy=Energy(*(float(x) for x in (start, end, works[0], works[1], impact, works[2]))),
         steps=int(w.count[steppers.STEPS]),
         implicit_steps=int(w.count[steppers.STEPS_IMPLICIT]),
         evaluations=int(w.count[steppers.EVALUATIONS]),
