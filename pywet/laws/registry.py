@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.laws import capillary, formation, rupture, viscous
+from pywet.laws import capillary, davis, formation, rupture, viscous
 from pywet.laws.force_law import ForceLaw, check
 
 GROUP = "pywet.laws"
@@ -60,6 +60,11 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
     },
     "transfer": {"parabola": ()},
 }
+BUILT_IN["capillary"]["davis"] = (davis.capillary,)
+BUILT_IN["viscous_normal"]["davis"] = (davis.normal,)
+BUILT_IN["viscous_tangential"]["davis"] = davis.TANGENTIAL
+BUILT_IN["rupture"]["davis"] = (davis.rupture,)
+BUILT_IN["formation"]["davis"] = davis.FORMATION
 
 
 def names(kind: str) -> list[str]:

@@ -344,7 +344,7 @@ def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, mo
             trace(s, w, polar, out)
         if w.count[INSTANT] > 300:
             return STALLED
-        if w.count[STEPS] > most or w.count[LOGGED] > most:
+        if w.count[STEPS] + 9 * w.count[STEPS_IMPLICIT] > most or w.count[LOGGED] > most:
             return TOO_MANY_STEPS
     return DONE
 

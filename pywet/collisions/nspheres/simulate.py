@@ -17,8 +17,8 @@ from pywet.errors import PywetError
 METHODS = {"auto": ("dop853", marching.AUTO), "dop853": ("dop853", 0), "dopri5": ("dopri5", 0), "radau": ("dop853", 1)}
 """Integrators: DOP853 with a switch to Radau IIA where stiff, or one of them throughout."""
 KINDS = ("overlap", "separation", "contact", "rest", "release")
-MOST_STEPS = 3_000_000
-"""Accepted steps (and events) after which a run is refused."""
+MOST_STEPS = 150_000
+"""Accepted steps, an implicit one counted ten times, or events, after which a run is refused: the bound on its work."""
 LOG_ROWS = 20_000
 
 

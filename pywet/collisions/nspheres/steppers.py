@@ -17,7 +17,7 @@ from pywet.collisions.nspheres.dynamics import WORKS, compiled, rhs
 EXPLICIT, IMPLICIT = 0, 1
 NEWTON = 8
 """Newton iterations of an implicit step at most."""
-SHARPER = 0.02
+SHARPER = 1e-3
 """Tolerance of the implicit method over the one asked for: its error estimate leaves out what is stiff."""
 S6 = 6.0**0.5
 MU_REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
