@@ -102,10 +102,10 @@ class Collision:
         d = y[5 * p[1] : 5 * p[1] + 2] - y[5 * p[0] : 5 * p[0] + 2]
         return d / np.hypot(*d)
 
-    def gap(self, y: np.ndarray, p: Pair) -> float:
-        """Gap between the surfaces."""
+    def gap(self, y: np.ndarray, p: Pair) -> Any:
+        """Gap between the surfaces; of many states where y is (size, times)."""
         d = y[5 * p[1] : 5 * p[1] + 2] - y[5 * p[0] : 5 * p[0] + 2]
-        return float(np.hypot(*d) - self.radius[p[0]] - self.radius[p[1]])
+        return np.sqrt(d[0] ** 2 + d[1] ** 2) - self.radius[p[0]] - self.radius[p[1]]
 
     def closing(self, y: np.ndarray, p: Pair) -> float:
         """Normal speed of approach."""
@@ -140,7 +140,9 @@ class Collision:
             across = v - (v @ normals[k]) * normals[k]
             turning.append(float(across @ across) / (self.gap(y, (i, j)) + self.radius[i] + self.radius[j]))
         inverse = np.repeat(1.0 / self.mass, 2)
-        force = np.linalg.lstsq(jacobian * inverse @ jacobian.T, jacobian @ acceleration - np.array(turning), rcond=None)[0]
+        force = np.linalg.lstsq(
+            jacobian * inverse @ jacobian.T, jacobian @ acceleration - np.array(turning), rcond=None
+        )[0]
         change = -(jacobian.T @ force) * inverse
         for i in range(self.n):
             r[5 * i + 2 : 5 * i + 4] += change[2 * i : 2 * i + 2]
@@ -165,7 +167,9 @@ class Collision:
     def settle(self) -> None:
         """Impacts of this instant, the fastest first; slow ones that are pressed rest."""
         for k in range(1000):
-            near = [p for p in self.pairs if self.wet[p] and self.gap(self.y, p) < self.given["h_min"] + 1e-9 * self.length]
+            near = [
+                p for p in self.pairs if self.wet[p] and self.gap(self.y, p) < self.given["h_min"] + 1e-9 * self.length
+            ]
             speeds = {p: self.closing(self.y, p) for p in near}
             p = max(speeds, key=lambda q: speeds[q], default=None)
             if p is None or speeds[p] <= 1e-10 * self.speed:
@@ -205,8 +209,10 @@ class Collision:
                 found.append(("overlap", p, lambda y, p=p: self.gap(y, p) - self.film[p]))
         return found
 
-    def force_of(self, y: np.ndarray, k: int) -> float:
-        """Normal force of the k-th resting contact."""
+    def force_of(self, y: np.ndarray, k: int) -> Any:
+        """Normal force of the k-th resting contact; of many states where y is (size, times)."""
+        if y.ndim == 2:
+            return [self.force_of(s, k) for s in y.T]
         held, self.resting = self.resting, set()
         r = self.rate(self.t, y)
         self.resting = held
@@ -227,19 +233,19 @@ class Collision:
             solver.step()
             if solver.status == "failed":
                 raise ArithmeticError(f"the integrator gave up at t = {solver.t}")
-            path, times = solver.dense_output(), np.linspace(solver.t_old, solver.t, 17)
-            states = [path(t) for t in times]
+            path, times = solver.dense_output(), np.linspace(solver.t_old, solver.t, 13)
             first: tuple[float, str, Pair] | None = None
             for kind, p, value in watch:
-                size = floor if kind != "release" else 0.0
-                v = [value(s) for s in states]
-                for k in range(1, 17):
-                    if v[k] < -size and (v[k - 1] >= 0.0 or v[k] < v[k - 1]):
-                        at = brentq(lambda t: value(path(t)), times[k - 1], times[k], xtol=1e-15) if v[k - 1] > 0.0 else times[k - 1]
-                        first = (at, kind, p) if first is None or at < first[0] else first
-                        break
+                v = np.asarray(value(path(times)))
+                below = (v[1:] < (-floor if kind != "release" else 0.0)) & ((v[:-1] >= 0.0) | (v[1:] < v[:-1]))
+                if below.any():
+                    k = int(below.argmax())
+                    at = times[k]
+                    if v[k] > 0.0:
+                        at = brentq(lambda t, f=value: float(f(path(t))), at, times[k + 1], xtol=1e-15)
+                    first = (at, kind, p) if first is None or at < first[0] else first
             if first is not None:
-                self.t, self.y = first[0], path(first[0]) if first[0] > solver.t_old else states[0]
+                self.t, self.y = first[0], path(first[0])
                 self.happen(first[1], first[2])
                 return
         self.t, self.y = solver.t, solver.y

@@ -26,6 +26,7 @@ __all__ = [
     "describe",
     "head_on_restitution",
     "mechanism",
+    "parse",
     "outcome",
     "run",
     "stokes_to_rebound",

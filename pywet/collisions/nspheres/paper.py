@@ -101,7 +101,9 @@ FRICTION = {"St_n": 8.0, "mu_f": 0.1}
 EIGHT = {"St_n": 8.0}
 
 NUMBERS = [
-    Number("IV A, Fig. 7", "St 2: films 1-2 part, t̂", 183.0, event("separation", "12", **FIG5), "183 is the overlap 1-3"),
+    Number(
+        "IV A, Fig. 7", "St 2: films 1-2 part, t̂", 183.0, event("separation", "12", **FIG5), "183 is the overlap 1-3"
+    ),
     Number("IV A, V, Fig. 14", "St 2: films 1-3 touch, t*", 2.59, star("overlap", "13", **FIG5)),
     Number("V, Fig. 14", "St 2: films 1-2 part, t*", 2.60, star("separation", "12", **FIG5)),
     Number("V, Fig. 14", "St 2: films 1-3 part, t*", 4.57, star("separation", "13", **FIG5)),
@@ -139,7 +141,18 @@ NOT_REPRODUCED = [
 
 APPROXIMATE = [
     Number("IV B, Fig. 8", "St 7: rebound 1-2 arrested up to Ca", 6.0, lambda rtol: arrest(rtol, 7.0, 3.0, 30.0, 60.0)),
-    Number("IV B, Fig. 8", "St 3.5: separation arrested up to Ca", 100.0, lambda rtol: arrest(rtol, 3.5, 50.0, 1000.0, 400.0)),
-    Number("IV A, Fig. 6", "two spheres head on: St_s at ĥ_m 0.05", 4.0, lambda rtol: stokes_to_rebound(0.05), "text: about 4"),
+    Number(
+        "IV B, Fig. 8",
+        "St 3.5: separation arrested up to Ca",
+        100.0,
+        lambda rtol: arrest(rtol, 3.5, 50.0, 1000.0, 400.0),
+    ),
+    Number(
+        "IV A, Fig. 6",
+        "two spheres head on: St_s at ĥ_m 0.05",
+        4.0,
+        lambda rtol: stokes_to_rebound(0.05),
+        "text: about 4",
+    ),
 ]
 """Rounded or one-sided statements: the paper gives curves for a few values only."""
