@@ -19,6 +19,7 @@ from reference_impl.spheres_forces import accelerations
 
 SOLVERS = {"dop853": DOP853, "radau": Radau, "lsoda": LSODA}
 Pair = tuple[int, int]
+SEGMENTS = 20000
 
 
 def from_groups(d: dict[str, Any]) -> dict[str, Any]:
@@ -240,9 +241,12 @@ class Collision:
                 below = (v[1:] < (-floor if kind != "release" else 0.0)) & ((v[:-1] >= 0.0) | (v[1:] < v[:-1]))
                 if below.any():
                     k = int(below.argmax())
-                    at = times[k]
-                    if v[k] > 0.0:
-                        at = brentq(lambda t, f=value: float(f(path(t))), at, times[k + 1], xtol=1e-15)
+                    fine = np.linspace(times[k], times[k + 1], 200)
+                    f = np.asarray(value(path(fine)))  # a bounce may begin and end in here
+                    top = int(f.argmax())
+                    at = fine[top]
+                    if f[top] > 0.0:
+                        at = brentq(lambda t, f=value: float(f(path(t))), at, fine[-1], xtol=1e-15)
                     first = (at, kind, p) if first is None or at < first[0] else first
             if first is not None:
                 self.t, self.y = first[0], path(first[0])
@@ -262,11 +266,13 @@ class Collision:
     def solve(self) -> dict[str, Any]:
         """To the end."""
         start = self.kinetic()
-        for _ in range(20000):
+        for _ in range(SEGMENTS):
             if self.t >= self.given["t_end"]:
                 break
             self.settle()
             self.segment()
+        else:
+            raise ArithmeticError(f"more than {SEGMENTS} events by t = {self.t}")
         state = self.y[: 5 * self.n].reshape(self.n, 5)
         viscous, capillary, gravity = self.y[5 * self.n :]
         out = self.kinetic()
