@@ -21,6 +21,7 @@ configfile: "config/config.yaml"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/case.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/spheres.smk"
 
 
 rule all:

@@ -162,7 +162,7 @@ def check(problem: Problem) -> None:
     refuse(problem.surface_tension >= 0.0, f"surface_tension is {problem.surface_tension:g}; expected 0 or more")
     refuse(0.0 < problem.e_dry <= 1.0, f"e_dry is {problem.e_dry:g}; expected more than 0 and at most 1")
     refuse(problem.mu_f >= 0.0, f"mu_f is {problem.mu_f:g}; expected 0 or more")
-    refuse(1e-13 <= problem.rtol <= 1e-2, f"rtol is {problem.rtol:g}; expected 1e-13 to 1e-2")
+    refuse(1e-12 <= problem.rtol <= 1e-2, f"rtol is {problem.rtol:g}; expected 1e-12 to 1e-2")
     for i, j in problem.pairs:
         gap, film = problem.gap_of(i, j), problem.film[i, j]
         name = f"spheres {i + 1} and {j + 1}"
