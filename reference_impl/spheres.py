@@ -246,7 +246,7 @@ class Collision:
                     top = int(f.argmax())
                     at = fine[top]
                     if f[top] > 0.0:
-                        at = brentq(lambda t, f=value: float(f(path(t))), at, fine[-1], xtol=1e-15)
+                        at = brentq(lambda t, f=value, path=path: float(f(path(t))), at, fine[-1], xtol=1e-15)
                     first = (at, kind, p) if first is None or at < first[0] else first
             if first is not None:
                 self.t, self.y = first[0], path(first[0])

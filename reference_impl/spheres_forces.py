@@ -1,4 +1,5 @@
-"""Forces between N wet spheres in a plane from Cartesian positions and velocities (Davis 2023, 1-4), for `reference_impl.spheres`."""
+"""Forces between N wet spheres in a plane from Cartesian positions and velocities (Davis 2023, 1-4), for
+`reference_impl.spheres`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Collisions of N wet spheres in a plane after Davis 2023: the public face.
 
-Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts, every event located,
+Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts,
+every event located,
 a few spheres, adaptive steps.
 """
 
@@ -26,8 +27,8 @@ __all__ = [
     "describe",
     "head_on_restitution",
     "mechanism",
-    "parse",
     "outcome",
+    "parse",
     "run",
     "stokes_to_rebound",
     "three_equal_spheres",

@@ -19,7 +19,8 @@ pytestmark = pytest.mark.engine
 def test_three_spheres_as_in_the_model(tmp_path: Path, stokes: float, angle: float, ca: float | None) -> None:
     """Final velocities within 0.6 % of the largest.
 
-    The soft contact (1e9 N/m) lasts 0.004 of t̂, in which the film at h_min takes a part of about 0.004/(2 St h_m) = 0.3 to 0.5 % of
+    The soft contact (1e9 N/m) lasts 0.004 of t̂, in which the film at h_min takes a part of about 0.004/(2 St h_m) =
+    0.3 to 0.5 % of
     the speed; at 1e8 N/m the difference is 3.2 times as large, as it must be.
     """
     exact = engine.model(stokes, angle, ca, 5.0)

@@ -121,5 +121,5 @@ def test_what_the_model_cannot_describe_is_refused(change: dict[str, float], sai
 
 def test_a_run_beyond_its_work_bound_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulate, "MOST_STEPS", 50)
-    with pytest.raises(PywetError, match="given up at t = .*more than 50 steps"):
+    with pytest.raises(PywetError, match=r"given up at t = .*more than 50 steps"):
         run(three_equal_spheres(5.0))

@@ -40,7 +40,8 @@ def agree(ours: dict[str, Any], theirs: dict[str, Any], tolerance: float) -> Non
 def test_random_collisions(seed: int) -> None:
     """25 collisions a seed, 200 in all, to 1e-7.
 
-    Left out: contacts that rest (a rule, see below) and pairs that bounce more than eight times, whose last bounces are lower than the
+    Left out: contacts that rest (a rule, see below) and pairs that bounce more than eight times, whose last bounces
+    are lower than the
     floor below which the reference looks for no event.
     """
     rng = np.random.default_rng(seed)

@@ -1,7 +1,10 @@
-"""Solid contact, compiled: impact with restitution and friction (Davis 2023, appendix A), contacts that come to rest, who overlaps.
+"""Solid contact, compiled: impact with restitution and friction (Davis 2023, appendix A), contacts that come to rest,
+who overlaps.
 
-Impacts that coincide are treated one after the other, the fastest first. A contact comes to rest when its rebound would be slower than the
-rest speed of the pair and the forces press it; the rest speed doubles after every `BURST` impacts of a pair whose films stay in touch, so that
+Impacts that coincide are treated one after the other, the fastest first. A contact comes to rest when its rebound
+would be slower than the
+rest speed of the pair and the forces press it; the rest speed doubles after every `BURST` impacts of a pair whose
+films stay in touch, so that
 a pair makes at most BURST·log2(speed scale/rest speed) impacts, and no bouncing goes on without end.
 """
 
@@ -33,8 +36,8 @@ OVERLAP, SEPARATION, CONTACT, REST, RELEASE = range(5)
 @compiled
 def log_event(w: Any, kind: int, p: int, u: float) -> None:
     """Note an event; what does not fit any more is counted only."""
-    k = w.count[LOGGED]
-    w.count[LOGGED] += 1
+    k = w.number[LOGGED]
+    w.number[LOGGED] += 1
     if k < w.log.shape[0]:
         w.log[k, 0], w.log[k, 1], w.log[k, 2], w.log[k, 3] = w.value[TIME], kind, p, u
 
@@ -42,32 +45,32 @@ def log_event(w: Any, kind: int, p: int, u: float) -> None:
 @compiled
 def activate(s: Any, w: Any, p: int, gap: float, polar: bool) -> None:
     """Pair p overlaps from now on; `gap` is its gap, known better than from the difference of positions."""
-    k = w.count[PAIRS]
+    k = w.number[PAIRS]
     pair_geometry(w.y, s, p, -1, polar, w.geometry[k])
     w.act[k], w.slot[p] = p, k
-    w.count[PAIRS] += 1
+    w.number[PAIRS] += 1
     w.impacts[p] = 0
     if polar:
-        b = w.count[SIZE]
+        b = w.number[SIZE]
         g = w.geometry[k]
         w.y[b], w.y[b + 1], w.y[b + 2], w.y[b + 3] = math.log(gap), math.atan2(g[SIN], g[COS]), g[U], g[W]
-        w.count[SIZE] += 4
+        w.number[SIZE] += 4
 
 
 @compiled
 def deactivate(s: Any, w: Any, p: int, polar: bool) -> None:
     """Pair p no longer overlaps; the last slot takes its place."""
-    k, last = w.slot[p], w.count[PAIRS] - 1
+    k, last = w.slot[p], w.number[PAIRS] - 1
     if polar:
         first = 5 * s.radius.size + WORKS
         for q in range(4):
             w.y[first + 4 * k + q] = w.y[first + 4 * last + q]
-        w.count[SIZE] -= 4
+        w.number[SIZE] -= 4
     w.act[k] = w.act[last]
     w.slot[w.act[k]] = k
     w.slot[p] = -1
     w.rest[p] = False
-    w.count[PAIRS] = last
+    w.number[PAIRS] = last
 
 
 @compiled
@@ -96,7 +99,7 @@ def impulse(s: Any, w: Any, p: int, jn: float, jt: float, polar: bool) -> None:
     w.value[IMPACT_LOSS] += before - kinetic_energy(w.y, s)
     if not polar:
         return
-    for k in range(w.count[PAIRS]):
+    for k in range(w.number[PAIRS]):
         o, b, h = w.act[k], 5 * s.radius.size + WORKS + 4 * k, w.geometry[k]
         share = 0.0
         for at, sign in ((i, -1.0), (j, 1.0)):
@@ -111,7 +114,8 @@ def impulse(s: Any, w: Any, p: int, jn: float, jt: float, polar: bool) -> None:
 
 @compiled
 def hit(s: Any, w: Any, p: int, restitution: float, polar: bool) -> None:
-    """Impact of pair p: u → −restitution·u; tangential impulse μ_f times the normal one, or the sticking one where that is smaller."""
+    """Impact of pair p: u → −restitution·u; tangential impulse μ_f times the normal one, or the sticking one where
+    that is smaller."""
     g = w.geometry[w.slot[p]]
     i, j = s.first[p], s.second[p]
     reduced = s.mass[i] * s.mass[j] / (s.mass[i] + s.mass[j])
@@ -127,15 +131,16 @@ def hit(s: Any, w: Any, p: int, restitution: float, polar: bool) -> None:
 @compiled
 def geometries(s: Any, w: Any, polar: bool) -> None:
     """Geometry of all overlapping pairs at w.y."""
-    for k in range(w.count[PAIRS]):
+    for k in range(w.number[PAIRS]):
         pair_geometry(w.y, s, w.act[k], k, polar, w.geometry[k])
 
 
 @compiled
 def fastest(s: Any, w: Any) -> int:
-    """Touching pair that approaches fastest, −1 for none; a resting one nudged by less than its rest speed, either way, is held."""
+    """Touching pair that approaches fastest, −1 for none; a resting one nudged by less than its rest speed, either
+    way, is held."""
     found, most = -1, 1e-13 * w.value[SPEED]
-    for k in range(w.count[PAIRS]):
+    for k in range(w.number[PAIRS]):
         p, g = w.act[k], w.geometry[k]
         u = g[U]
         if w.rest[p] and abs(u) < w.rest_speed[p]:
@@ -148,18 +153,18 @@ def fastest(s: Any, w: Any) -> int:
 @compiled
 def resolve(s: Any, w: Any, polar: bool) -> None:
     """All impacts of this instant; then which contacts rest. Leaves w.f at the new state."""
-    for k in range(AT_ONCE * (w.count[PAIRS] + 1)):
+    for k in range(AT_ONCE * (w.number[PAIRS] + 1)):
         geometries(s, w, polar)
         p = fastest(s, w)
         if p < 0:
             break
         u = w.geometry[w.slot[p]][U]
         held = w.rest[p] and abs(u) < w.rest_speed[p]
-        bounces = not held and s.e_dry * u > w.rest_speed[p] and k < AT_ONCE * w.count[PAIRS] // 2
+        bounces = not held and s.e_dry * u > w.rest_speed[p] and k < AT_ONCE * w.number[PAIRS] // 2
         if bounces:
             w.rest[p] = False
             w.impacts[p] += 1
-            w.count[IMPACTS] += 1
+            w.number[IMPACTS] += 1
             log_event(w, CONTACT, p, u)
             if w.impacts[p] % BURST == 0:
                 w.rest_speed[p] *= 2.0
@@ -168,7 +173,7 @@ def resolve(s: Any, w: Any, polar: bool) -> None:
             log_event(w, REST, p, u)
         hit(s, w, p, s.e_dry if bounces else 0.0, polar)
     geometries(s, w, polar)
-    for k in range(w.count[PAIRS]):
+    for k in range(w.number[PAIRS]):
         p, u = w.act[k], w.geometry[k][U]
         if w.rest[p] and u < -1e-12 * w.value[SPEED]:
             release(w, p)
@@ -186,9 +191,9 @@ def release(w: Any, p: int) -> None:
 @compiled
 def drop_pulled(s: Any, w: Any, polar: bool) -> None:
     """Release resting contacts that would have to pull, the worst first."""
-    for _ in range(w.count[PAIRS]):
+    for _ in range(w.number[PAIRS]):
         worst, least = -1, 0.0
-        for k in range(w.count[PAIRS]):
+        for k in range(w.number[PAIRS]):
             p = w.act[k]
             if w.rest[p] and w.lam[p] < least:
                 worst, least = p, w.lam[p]

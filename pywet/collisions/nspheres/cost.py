@@ -1,6 +1,7 @@
 """What accuracy costs: error against wall time over tolerance and integrator, polar against Cartesian pair coordinates.
 
-The error is that of the final velocities against the tightest run, over the largest of them. Wall times are medians of `REPEATS` runs.
+The error is that of the final velocities against the tightest run, over the largest of them. Wall times are medians
+of `REPEATS` runs.
 """
 
 from __future__ import annotations

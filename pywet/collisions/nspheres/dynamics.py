@@ -103,7 +103,8 @@ def along(dy: Any, s: Any, p: int, x: float, y: float) -> float:
 
 @compiled
 def resting_forces(y: Any, dy: Any, s: Any, act: Any, m: int, rest: Any, lam: Any, geo: Any) -> float:
-    """Normal forces `lam` that keep resting pairs at du/dt = 0; they and their friction are added to dy. Returns friction's power.
+    """Normal forces `lam` that keep resting pairs at du/dt = 0; they and their friction are added to dy. Returns
+    friction's power.
 
     Friction of a resting contact: μ_f λ v_s/√(v_s² + slip_scale²), against the slip v_s.
     """

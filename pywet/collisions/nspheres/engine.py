@@ -1,7 +1,9 @@
 """The same collision in the discrete element engine: three wet spheres in LIGGGHTS with the laws of `pywet.laws.davis`.
 
-The engine's solid contact is a stiff spring at S = 0, the model's a hard impact at h = h_min: h = S + S_min with S_min = 0.001 r_eff plays
-h_min, films of δ − S_min together play δ, and the model's centres are S_min further apart. The plane of the collision is tilted, so that
+The engine's solid contact is a stiff spring at S = 0, the model's a hard impact at h = h_min: h = S + S_min with
+S_min = 0.001 r_eff plays
+h_min, films of δ − S_min together play δ, and the model's centres are S_min further apart. The plane of the collision
+is tilted, so that
 nothing hangs on two dimensions.
 """
 
@@ -46,8 +48,8 @@ class Twin:
         """h/δ of the pairs 1-2, 1-3, 2-3, shape (times, 3)."""
         touch = 1.0 / H_A - 0.05  # h = S + S_min
         pairs = ((0, 1), (0, 2), (1, 2))
-        return (
-            np.stack([np.linalg.norm(self.position[:, i] - self.position[:, j], axis=1) - touch for i, j in pairs], 1)
+        return np.stack(
+            [np.linalg.norm(self.position[:, i] - self.position[:, j], axis=1) - touch for i, j in pairs], 1
         )
 
 

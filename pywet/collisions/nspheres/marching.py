@@ -1,8 +1,6 @@
-"""From the first state to the last, compiled: steps, events located to round-off, flight without contact in closed form.
+"""From the first state to the last, compiled: steps, events, flight without contact in closed form.
 
-An event (films touch or part, solid contact, a resting contact that would pull) is suspected where the cubic through the ends of a step crosses
-its level, the start of a bounce inside a single step included, and located by repeating the step with other lengths: its place is as
-accurate as a step. What happens at an event is in `contacts`.
+Where events are is the business of `events`, what happens at them that of `contacts`.
 """
 
 from __future__ import annotations
@@ -28,6 +26,7 @@ from pywet.collisions.nspheres.contacts import (
     resolve,
 )
 from pywet.collisions.nspheres.dynamics import WORKS, H, U, compiled, pair_geometry
+from pywet.collisions.nspheres.events import first_event, locate
 from pywet.collisions.nspheres.steppers import (
     END,
     ENERGY,
@@ -45,6 +44,7 @@ from pywet.collisions.nspheres.steppers import (
     STEPS_IMPLICIT,
     STIFF,
     TIME,
+    TOLERANCE,
     TRACED,
     derivative,
     norm,
@@ -53,124 +53,11 @@ from pywet.collisions.nspheres.steppers import (
 )
 
 DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
-SAMPLES = 8
-"""Points of a step at which the cubic is looked at."""
 PATIENCE = 1000
-"""Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method (some ten times dearer a step)."""
+"""Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method (some ten times
+dearer a step)."""
 AUTO = 2
 """Method: explicit until a segment turns out to be stiff, then implicit until its end."""
-
-
-@compiled
-def gap_of(y: Any, s: Any, w: Any, p: int, polar: bool, out: Any) -> tuple[float, float]:
-    """Monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
-    k = w.slot[p]
-    pair_geometry(y, s, p, k, polar, out)
-    if polar and k >= 0:
-        return y[5 * s.radius.size + WORKS + 4 * k], -out[U] / out[H]
-    return out[H], -out[U]
-
-
-@compiled
-def level_of(s: Any, w: Any, p: int, kind: int, polar: bool) -> float:
-    """Level of the monitored gap at which an event of that kind happens."""
-    level = s.h_min[p] if kind == CONTACT else s.film[p]
-    return math.log(level) if polar and w.slot[p] >= 0 else level
-
-
-@compiled
-def cubic(a: float, da: float, b: float, db: float, x: float) -> float:
-    """Hermite's cubic on 0..1 with end values a, b and slopes da, db."""
-    z = 1.0 - x
-    return a * z * z * (1.0 + 2.0 * x) + b * x * x * (3.0 - 2.0 * x) + da * x * z * z - db * x * x * z
-
-
-@compiled
-def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[float, float]:
-    """Part of the step (lo, hi) in which the cubic rises through 0 to above `slack`, or rises above it; hi < 0 for none."""
-    if max(a, b) + 0.3 * (abs(da) + abs(db)) < 0.0:
-        return 0.0, -1.0
-    before, x0 = a, 0.0
-    for k in range(1, SAMPLES + 1):
-        x = k / SAMPLES
-        v = cubic(a, da, b, db, x)
-        if v > slack and (before <= slack or v > before):
-            if k == 1 and a > -slack:  # starts on the level: begin where it is deepest below
-                best = 0.0
-                for o in range(1, 16):
-                    if cubic(a, da, b, db, o / (16.0 * SAMPLES)) < min(best, 0.0):
-                        best, x0 = cubic(a, da, b, db, o / (16.0 * SAMPLES)), o / (16.0 * SAMPLES)
-            return x0, x
-        before, x0 = v, x
-    return 0.0, -1.0
-
-
-@compiled
-def value_at(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> float:
-    """The quantity that rises through 0 at the event, at w.y_new."""
-    if kind == RELEASE:
-        return -w.lam_new[p]
-    sign = 1.0 if kind == SEPARATION else -1.0
-    return sign * (gap_of(w.y_new, s, w, p, polar, out)[0] - level_of(s, w, p, kind, polar))
-
-
-@compiled
-def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, int, float, float]:
-    """Earliest suspected event of the step just made: kind (−1 none), pair, and the part of the step it is in."""
-    kind, pair, low, high = -1, -1, 0.0, 2.0
-    for p in range(s.first.size):
-        active = w.slot[p] >= 0
-        if active and w.rest[p]:
-            if w.lam_new[p] < 0.0 and high > 1.0:
-                kind, pair, low, high = RELEASE, p, 0.0, 1.0
-            continue
-        a, da = gap_of(w.y, s, w, p, polar, out)
-        b, db = gap_of(w.y_new, s, w, p, polar, out)
-        slack = 1e-11 if polar and active else 2e-11
-        for one in (CONTACT, SEPARATION) if active else (OVERLAP, -1):
-            if one < 0:
-                continue
-            sign, level = (1.0 if one == SEPARATION else -1.0), level_of(s, w, p, one, polar)
-            lo, hi = crossing(sign * (a - level), sign * da * dt, sign * (b - level), sign * db * dt, slack)
-            if hi > 0.0 and (hi < high or (hi == high and lo < low)):
-                kind, pair, low, high = one, p, lo, hi
-    return kind, pair, low, high
-
-
-@compiled
-def locate(
-    dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any, tab: Any, polar: bool, out: Any
-) -> tuple[float, bool]:
-    """Repeat the step with other lengths until the event is at its end; returns the length and whether there is an event."""
-    x1 = high * dt
-    step(x1, s, w, tab, polar)
-    g1 = value_at(kind, p, s, w, polar, out)
-    if g1 <= 0.0:
-        return x1, False
-    x0, g0 = low * dt, -1e-300
-    if low > 0.0:
-        step(x0, s, w, tab, polar)
-        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
-    else:
-        w.y_new[: w.count[SIZE]] = w.y[: w.count[SIZE]]
-        w.lam_new[p] = w.lam[p]
-        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
-    x, side, enough = x1, 0, 1e-13 if polar and w.slot[p] >= 0 else 1e-12
-    for k in range(80):
-        x = x0 + (x1 - x0) * (-g0 / (g1 - g0)) if k % 6 != 5 else 0.5 * (x0 + x1)
-        if x1 - x0 < 4e-16 * max(w.value[TIME], 1e-3 * dt) or not x0 < x < x1:
-            x = x1
-        step(x, s, w, tab, polar)
-        g = value_at(kind, p, s, w, polar, out)
-        if abs(g) < enough or x == x1:
-            break
-        if g > 0.0:
-            x1, g1, g0 = x, g, g0 * (0.5 if side == 1 else 1.0)
-            side = 1
-        else:
-            x0, g0, g1 = x, g, g1 * (0.5 if side == -1 else 1.0)
-            side = -1
-    return x, True
 
 
 @compiled
@@ -220,22 +107,23 @@ def fly(limit: float, s: Any, w: Any) -> int:
 @compiled
 def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
     """First step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than asked for."""
-    n = w.count[SIZE]
+    n = w.number[SIZE]
     set_scale(s, w, w.y, w.y)
     slope = norm(w.f, w.scale, n)
-    first = min(1e-3, 1.0 / slope if slope > 0.0 else 1e-3) * (1.0 if w.count[STEPS] else 1e-2)
+    rate = slope * w.value[TOLERANCE]  # relative change of the variables per unit of time
+    first = min(1e-3, 0.01 / rate if rate > 0.0 else 1e-3)
     w.y_trial[:n] = w.y[:n] + first * w.f[:n]
     derivative(w.y_trial, w.f_new, s, w, w.lam_new, polar)
     curve = norm(w.f_new[:n] - w.f[:n], w.scale, n) / first
-    most = max(slope * 1e-2, curve)
+    most = max(slope, curve)
     w.value[STEP] = min((0.01 / most) ** (1.0 / tab.order) if most > 0.0 else 1.0, 100.0 * first, limit)
-    w.count[STIFF] = 0
+    w.number[STIFF] = 0
 
 
 @compiled
 def trace(s: Any, w: Any, polar: bool, out: Any) -> None:
     """A row of the record: time, Cartesian state, then h, u, w and the angle of every pair."""
-    k, n = w.count[TRACED], 5 * s.radius.size
+    k, n = w.number[TRACED], 5 * s.radius.size
     if k >= w.trace.shape[0]:
         return
     w.trace[k, 0] = w.value[TIME]
@@ -245,13 +133,13 @@ def trace(s: Any, w: Any, polar: bool, out: Any) -> None:
         b = n + 1 + 4 * p
         w.trace[k, b], w.trace[k, b + 1], w.trace[k, b + 2] = out[H], out[U], out[4]
         w.trace[k, b + 3] = math.atan2(out[2], out[1])
-    w.count[TRACED] += 1
+    w.number[TRACED] += 1
 
 
 @compiled
 def next_length(error: float, dt: float, w: Any, tab: Any) -> float:
     """Length of the next step from the error of this one."""
-    order = 4.0 if w.count[MODE] == IMPLICIT else tab.order
+    order = 4.0 if w.number[MODE] == IMPLICIT else tab.order
     if not math.isfinite(error):
         return 0.25 * dt
     return dt * min(6.0, max(0.2, 0.9 * (error + 1e-30) ** (-1.0 / order)))
@@ -272,7 +160,7 @@ def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tu
         error = step(dt, s, w, tab, polar)
         if error <= 1.0:
             break
-        w.count[REJECTED] += 1
+        w.number[REJECTED] += 1
         w.value[STEP] = min(0.9 * dt, next_length(error, dt, w, tab))
     stiff = w.value[-1]
     kind, p, low, high = first_event(dt, s, w, polar, out)
@@ -286,14 +174,16 @@ def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tu
                 break
             taken, real = locate(taken, other, q, low, high, s, w, tab, polar, out)
             kind, p = (other, q) if real else (-1, -1)
-    if w.count[MODE] == EXPLICIT:
-        w.count[STIFF] = w.count[STIFF] + 1 if stiff > (5.0 if tab.order > 6.0 else 3.0) else max(w.count[STIFF] - 1, 0)
+    if w.number[MODE] == EXPLICIT:
+        w.number[STIFF] = (
+            w.number[STIFF] + 1 if stiff > (5.0 if tab.order > 6.0 else 3.0) else max(w.number[STIFF] - 1, 0)
+        )
     w.value[STEP] = max(proposal, full) if dt < 0.99 * full else proposal
-    n = w.count[SIZE]
+    n = w.number[SIZE]
     w.y[:n], w.f[:n], w.lam[:] = w.y_new[:n], w.f_new[:n], w.lam_new
     w.value[TIME] = limit if taken >= left else w.value[TIME] + taken
-    w.count[STEPS] += 1
-    w.count[STEPS_IMPLICIT] += 1 if w.count[MODE] == IMPLICIT else 0
+    w.number[STEPS] += 1
+    w.number[STEPS_IMPLICIT] += 1 if w.number[MODE] == IMPLICIT else 0
     return kind, p
 
 
@@ -317,7 +207,7 @@ def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, mo
     out = np.empty(6)
     fresh = True
     while w.value[TIME] < limit:
-        if w.count[PAIRS] == 0:
+        if w.number[PAIRS] == 0:
             p = fly(limit, s, w)
             if p >= 0:
                 apply(OVERLAP, p, s, w, polar, out)
@@ -325,7 +215,7 @@ def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, mo
         else:
             if fresh:
                 resolve(s, w, polar)
-                w.count[MODE] = EXPLICIT if method == AUTO else method
+                w.number[MODE] = EXPLICIT if method == AUTO else method
                 start_step(limit - w.value[TIME], s, w, tab, polar)
             if fresh and every:
                 trace(s, w, polar, out)
@@ -337,14 +227,14 @@ def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, mo
             if kind >= 0:
                 apply(kind, p, s, w, polar, out)
                 fresh = True
-            elif method == AUTO and w.count[STIFF] >= PATIENCE:
-                w.count[MODE], w.count[STIFF] = IMPLICIT, 0
-            w.count[INSTANT] = w.count[INSTANT] + 1 if w.value[TIME] - t < 1e-13 * max(t, 1e-3) else 0
+            elif method == AUTO and w.number[STIFF] >= PATIENCE:
+                w.number[MODE], w.number[STIFF] = IMPLICIT, 0
+            w.number[INSTANT] = w.number[INSTANT] + 1 if w.value[TIME] - t < 1e-13 * max(t, 1e-3) else 0
         if every:
             trace(s, w, polar, out)
-        if w.count[INSTANT] > 300:
+        if w.number[INSTANT] > 300:
             return STALLED
-        if w.count[STEPS] + 9 * w.count[STEPS_IMPLICIT] > most or w.count[LOGGED] > most:
+        if w.number[STEPS] + 9 * w.number[STEPS_IMPLICIT] > most or w.number[LOGGED] > most:
             return TOO_MANY_STEPS
     return DONE
 
@@ -374,9 +264,10 @@ def compile_march(sources: str) -> Any:
 
 def digest() -> str:
     """Of the sources that `march` is made of."""
-    names = ("dynamics", "steppers", "contacts", "marching")
+    names = ("dynamics", "steppers", "contacts", "events", "marching")
     return hashlib.sha256(b"".join((Path(__file__).parent / f"{n}.py").read_bytes() for n in names)).hexdigest()
 
 
 march = compile_march(digest())
-"""march(stops, gaps, system, work, tableau, method, polar, most, every): from the start to the last stop, a record at each stop or step."""
+"""march(stops, gaps, system, work, tableau, method, polar, most, every): from the start to the last stop, a record at
+each stop or step."""

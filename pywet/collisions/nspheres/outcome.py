@@ -42,7 +42,8 @@ def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
 def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
     """How a pair parted the last time: rapid bounce, stick-rotate-separate, or None where it did not.
 
-    A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at parting. A pair that
+    A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at
+    parting. A pair that
     stuck and is drawn apart by its rotation speeds up: its mean speed is below half of that at parting (or there was no contact).
     """
     parted = [e for e in run.events if e.pair == pair and e.kind == "separation"]

@@ -74,7 +74,7 @@ def write(folder: Path) -> None:
         temporary.write_text(
             "<!doctype html><meta charset='utf-8'><title>Collisions of wet spheres</title><style>body{font:15px sans-serif;"
             "max-width:70em;margin:2em auto}td,th{padding:.15em .7em;text-align:left}figure{display:inline-block;margin:1em}"
-            "img{max-width:100%}</style><h1>Collisions of wet spheres (Davis 2023)</h1><p>Numbers printed in the paper's text and "
-            "those of a converged solution of the same equations; what they mean is in docs/sphere_collisions.md.</p><table><tr>"
+            "img{max-width:100%}</style><h1>Collisions of wet spheres (Davis 2023)</h1><p>Numbers printed in the paper's text "
+            "and those of a converged solution of the same equations; see docs/sphere_collisions.md.</p><table><tr>"
             f"<th>where<th>what<th>paper<th>ours<th>difference<th>moved by half the tolerance{cells}</table>{pictures}\n"
         )

@@ -1,4 +1,5 @@
-"""What collides: spheres, films, liquid, contact, and the scales in which the equations are solved. SI or any consistent units."""
+"""What collides: spheres, films, liquid, contact, and the scales in which the equations are solved. SI or any
+consistent units."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ MOST_SPHERES = 60
 class Problem:
     """Spheres in a plane and the liquid between them; any consistent units.
 
-    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair touch, δ_i + δ_j, and `gap`
+    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair touch,
+    δ_i + δ_j, and `gap`
     gaps known better than from differences of positions, both by pair (i, j), i < j, from 0.
     """
 

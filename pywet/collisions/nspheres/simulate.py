@@ -34,7 +34,8 @@ class Event:
 
 @dataclass(frozen=True)
 class Energy:
-    """Budget of kinetic energy: in + gravity − out = viscous + capillary + impact + residual; friction of resting contacts is in impact."""
+    """Budget of kinetic energy: in + gravity − out = viscous + capillary + impact + residual; friction of resting
+    contacts is in impact."""
 
     start: float
     end: float
@@ -85,14 +86,26 @@ def workspace(problem: Problem, s: System, unit: Scales, rows: int, polar: bool)
     for i in range(n):
         y[5 * i : 5 * i + 2], y[5 * i + 2 : 5 * i + 4] = moved[i], problem.velocity[i] / unit.speed
         y[5 * i + 4] = problem.omega[i] * unit.time
-    empty = [np.zeros(size) for _ in range(6)]
+    names = ("f", "y_new", "f_new", "y_trial", "scale")
     w = steppers.Work(
-        y, *empty[:5], np.zeros((13, size)), np.zeros(pairs, dtype=np.int64), np.full(pairs, -1, dtype=np.int64),
-        np.zeros(pairs, dtype=np.bool_), np.zeros(pairs), np.zeros(pairs), np.zeros((pairs, 6)),
-        np.zeros(pairs, dtype=np.int64), np.full(pairs, float(problem.rest_speed)), np.zeros(12, dtype=np.int64),
-        np.zeros(8), np.zeros((LOG_ROWS, 4)), np.zeros((rows, 1 + 5 * n + 4 * pairs)), np.zeros((pairs, 6)),
-    )  # fmt: skip
-    w.count[steppers.SIZE] = 5 * n + WORKS
+        y=y,
+        **{name: np.zeros(size) for name in names},
+        stages=np.zeros((13, size)),
+        act=np.zeros(pairs, dtype=np.int64),
+        slot=np.full(pairs, -1, dtype=np.int64),
+        rest=np.zeros(pairs, dtype=np.bool_),
+        lam=np.zeros(pairs),
+        lam_new=np.zeros(pairs),
+        geometry=np.zeros((pairs, 6)),
+        impacts=np.zeros(pairs, dtype=np.int64),
+        rest_speed=np.full(pairs, float(problem.rest_speed)),
+        number=np.zeros(12, dtype=np.int64),
+        value=np.zeros(9),
+        log=np.zeros((LOG_ROWS, 4)),
+        trace=np.zeros((rows, 1 + 5 * n + 4 * pairs)),
+        final=np.zeros((pairs, 6)),
+    )
+    w.number[steppers.SIZE] = 5 * n + WORKS
     w.value[steppers.SPEED], w.value[steppers.TOLERANCE] = 1.0, problem.rtol
     return w
 
@@ -116,7 +129,7 @@ def run(
     problem: Problem,
     method: str = "auto",
     polar: bool = True,
-    times: Sequence[float] = (),
+    times: Sequence[float] | np.ndarray = (),
     record: int = 0,
 ) -> Run:
     """March a problem to its end; `times` are stops whose states are recorded, `record` the most steps recorded besides."""
@@ -155,29 +168,29 @@ def collect(problem: Problem, s: System, w: steppers.Work, unit: Scales, wall: f
     n, pairs = len(problem.radius), problem.pairs
     origin = problem.position.mean(axis=0)
     state = w.y[: 5 * n].reshape(n, 5)
-    logged = w.log[: min(w.count[steppers.LOGGED], LOG_ROWS)]
+    logged = w.log[: min(w.number[steppers.LOGGED], LOG_ROWS)]
     works = w.y[5 * n : 5 * n + WORKS] * unit.energy
     impact = w.value[steppers.IMPACT_LOSS] * unit.energy + works[3]
     start, end = w.value[steppers.START] * unit.energy, w.value[steppers.END] * unit.energy
-    traced = w.trace[: w.count[steppers.TRACED]]
+    traced = w.trace[: w.number[steppers.TRACED]]
     return Run(
         problem=problem,
         speed=unit.speed,
         events=[
             Event(float(t * unit.time), KINDS[int(k)], pairs[int(p)], float(u * unit.speed)) for t, k, p, u in logged
         ],
-        events_left_out=int(w.count[steppers.LOGGED] - len(logged)),
+        events_left_out=int(w.number[steppers.LOGGED] - len(logged)),
         position=origin + state[:, :2] * unit.length,
         velocity=state[:, 2:4] * unit.speed,
         omega=state[:, 4] / unit.time,
-        overlapping=sorted(pairs[int(p)] for p in w.act[: w.count[steppers.PAIRS]]),
+        overlapping=sorted(pairs[int(p)] for p in w.act[: w.number[steppers.PAIRS]]),
         resting=[pairs[p] for p in range(len(pairs)) if w.rest[p]],
         gaps={pair: float(w.final[p, 0] * unit.length) for p, pair in enumerate(pairs)},
         energy=Energy(*(float(x) for x in (start, end, works[0], works[1], impact, works[2]))),
-        steps=int(w.count[steppers.STEPS]),
-        implicit_steps=int(w.count[steppers.STEPS_IMPLICIT]),
-        evaluations=int(w.count[steppers.EVALUATIONS]),
-        impacts=int(w.count[steppers.IMPACTS]),
+        steps=int(w.number[steppers.STEPS]),
+        implicit_steps=int(w.number[steppers.STEPS_IMPLICIT]),
+        evaluations=int(w.number[steppers.EVALUATIONS]),
+        impacts=int(w.number[steppers.IMPACTS]),
         rest_speed=float(w.rest_speed.max()),
         wall_s=wall,
         record=columns(traced, n, len(pairs), unit, origin),

@@ -1,6 +1,7 @@
 """One step of an embedded Runge-Kutta method, compiled: DOP853 and Dormand-Prince 5(4) (explicit), Radau IIA 5 (implicit).
 
-The coefficients are those of `scipy.integrate` (public class attributes; Hairer, Nørsett & Wanner I and II). A step gives the new state, its
+The coefficients are those of `scipy.integrate` (public class attributes; Hairer, Nørsett & Wanner I and II). A step
+gives the new state, its
 derivative and the error relative to the tolerance; choosing the next step is the business of `marching`.
 """
 
@@ -49,11 +50,16 @@ class Tableau(NamedTuple):
     order: float
 
 
+def tableau(a: np.ndarray, b: np.ndarray, error: np.ndarray, error_low: np.ndarray, order: float) -> Tableau:
+    """A square, contiguous tableau."""
+    square = np.zeros((len(b), len(b)))
+    square[:, : a.shape[1]] = a
+    return Tableau(square, np.array(b), np.array(error), np.array(error_low), order)
+
+
 TABLEAUS = {
-    "dop853": Tableau(*(np.ascontiguousarray(x) for x in (DOP853.A, DOP853.B, DOP853.E5, DOP853.E3)), order=8.0),
-    "dopri5": Tableau(
-        *(np.ascontiguousarray(x) for x in (np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B, RK45.E, 0.0 * RK45.E)), order=5.0
-    ),
+    "dop853": tableau(DOP853.A, DOP853.B, DOP853.E5, DOP853.E3, 8.0),
+    "dopri5": tableau(RK45.A, RK45.B, RK45.E, 0.0 * RK45.E, 5.0),
 }
 
 
@@ -81,7 +87,7 @@ class Work(NamedTuple):
     """Impacts of a pair since its films touched."""
     rest_speed: np.ndarray
     """Rebound speed below which a pressed contact rests, by pair."""
-    count: np.ndarray
+    number: np.ndarray
     value: np.ndarray
     log: np.ndarray
     """Events: time, kind, pair, u before."""
@@ -92,7 +98,7 @@ class Work(NamedTuple):
 
 
 PAIRS, SIZE, STEPS, REJECTED, EVALUATIONS, IMPACTS, LOGGED, STIFF, MODE, TRACED, INSTANT, STEPS_IMPLICIT = range(12)
-"""Entries of `Work.count`."""
+"""Entries of `Work.number`."""
 TIME, STEP, IMPACT_LOSS, SPEED, TOLERANCE, ENERGY, START, END = range(8)
 """Entries of `Work.value`; SPEED and ENERGY are scales, START and END kinetic energies."""
 
@@ -100,13 +106,14 @@ TIME, STEP, IMPACT_LOSS, SPEED, TOLERANCE, ENERGY, START, END = range(8)
 @compiled
 def derivative(y: Any, dy: Any, s: Any, w: Any, lam: Any, polar: bool) -> None:
     """Right-hand side of the pairs that overlap now."""
-    w.count[EVALUATIONS] += 1
-    rhs(y, dy, s, w.act, w.count[PAIRS], w.rest, lam, w.geometry, polar)
+    w.number[EVALUATIONS] += 1
+    rhs(y, dy, s, w.act, w.number[PAIRS], w.rest, lam, w.geometry, polar)
 
 
 @compiled
 def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
-    """Error scale of each variable: gaps relative (ln h), angles absolute, lengths by 1, speeds by the speed scale or their size."""
+    """Error scale of each variable: gaps relative (ln h), angles absolute, lengths by 1, speeds by the speed scale or
+    their size."""
     spheres, tol, v = s.radius.size, w.value[TOLERANCE], w.value[SPEED]
     for i in range(spheres):
         b = 5 * i
@@ -116,7 +123,7 @@ def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
         w.scale[b + 4] = tol * max(v / s.radius[i], abs(y[b + 4]), abs(other[b + 4]))
     for k in range(WORKS):
         w.scale[5 * spheres + k] = tol * max(w.value[ENERGY], 0.01 * abs(y[5 * spheres + k]))
-    for b in range(5 * spheres + WORKS, w.count[SIZE], 4):
+    for b in range(5 * spheres + WORKS, w.number[SIZE], 4):
         w.scale[b] = w.scale[b + 1] = tol
         for k in (2, 3):
             w.scale[b + k] = tol * max(v, abs(y[b + k]), abs(other[b + k]))
@@ -125,7 +132,7 @@ def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
 @compiled
 def explicit_step(dt: float, s: Any, w: Any, tab: Any, polar: bool) -> float:
     """Step of size dt from w.y into w.y_new, w.f_new; returns the error over the tolerance and leaves dt·|λ| in w.value[-1]."""
-    n, last = w.count[SIZE], tab.b.size
+    n, last = w.number[SIZE], tab.b.size
     w.stages[0, :n] = w.f[:n]
     for k in range(1, last + 1):
         for q in range(n):
@@ -183,7 +190,7 @@ def norm(x: Any, scale: Any, n: int) -> float:
 @compiled
 def implicit_step(dt: float, s: Any, w: Any, polar: bool) -> float:
     """Radau IIA step of size dt from w.y into w.y_new, w.f_new; infinite error where Newton's iteration does not converge."""
-    n = w.count[SIZE]
+    n = w.number[SIZE]
     set_scale(s, w, w.y, w.y)
     w.scale[:n] *= SHARPER
     j = jacobian(s, w, polar, n)
@@ -222,7 +229,7 @@ def implicit_step(dt: float, s: Any, w: Any, polar: bool) -> float:
 
 @compiled
 def step(dt: float, s: Any, w: Any, tab: Any, polar: bool) -> float:
-    """A step by the method in force (`w.count[MODE]`)."""
-    if w.count[MODE] == IMPLICIT:
+    """A step by the method in force (`w.number[MODE]`)."""
+    if w.number[MODE] == IMPLICIT:
         return implicit_step(dt, s, w, polar)
     return explicit_step(dt, s, w, tab, polar)
