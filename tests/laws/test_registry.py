@@ -63,7 +63,7 @@ def test_law_from_a_file(own: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "name", "says"),
     [
-        ("capillary", "nonsense", "no capillary law named nonsense; expected one of rabinovich"),
+        ("capillary", "nonsense", "no capillary law named nonsense; expected one of .*rabinovich"),
         ("colour", "red", "no kind of law named colour; expected one of capillary"),
         ("capillary", "nowhere.py:law", "nowhere.py does not exist"),
         ("dynamic_rupture", "{own}:absent", "has no absent"),
@@ -95,7 +95,7 @@ def test_published_laws(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     monkeypatch.setattr(registry, "entry_points", lambda group: points)
     assert registry.names("dynamic_rupture") == ["pitois", "published_steady"]
-    assert registry.names("capillary") == ["rabinovich"]
+    assert {"published_steady", "published_broken"}.isdisjoint(registry.names("capillary"))
     assert registry.get("dynamic_rupture", "published_steady").functions[0](0.0, 1.0, 1.0) == 1.25
     with pytest.raises(PywetError, match="published_broken: no_such_package:law raises ModuleNotFoundError"):
         registry.get("capillary", "published_broken")

@@ -175,8 +175,15 @@ def resolve(s: Any, w: Any, polar: bool) -> None:
     geometries(s, w, polar)
     for k in range(w.number[PAIRS]):
         p, u = w.act[k], w.geometry[k][U]
-        if w.rest[p] and u < -1e-12 * w.value[SPEED]:
+        still = abs(u) <= 1e-12 * w.value[SPEED]
+        if w.rest[p] and not still:
             release(w, p)
+        elif still and not w.rest[p] and w.lam[p] >= 0.0 and w.geometry[k][H] <= s.h_min[p] * (1.0 + 1e-9):
+            w.rest[p] = True  # touching without speed: the forces decide, below
+            if polar:
+                w.y[5 * s.radius.size + WORKS + 4 * k + 2] = 0.0
+        if not w.rest[p]:
+            w.lam[p] = 0.0
     derivative(w.y, w.f, s, w, w.lam, polar)
     drop_pulled(s, w, polar)
 

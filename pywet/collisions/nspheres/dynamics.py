@@ -128,6 +128,9 @@ def resting_forces(y: Any, dy: Any, s: Any, act: Any, m: int, rest: Any, lam: An
                     matrix[a, b] -= sign * (x * k[COS] + z * k[SIN]) / s.mass[at]
     for a in range(count):
         matrix[a, a] *= 1.0 + 1e-12  # redundant contacts of a dense cluster share the load
+    if not math.isfinite(matrix.sum() + wanted.sum()):  # a trial stage far off: its step is refused
+        dy[:] = math.nan
+        return math.nan
     force = np.linalg.solve(matrix, wanted)
     power = 0.0
     for a in range(count):

@@ -43,7 +43,10 @@ def cubic(a: float, da: float, b: float, db: float, x: float) -> float:
 
 @compiled
 def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[float, float]:
-    """Part of the step (lo, hi) in which the cubic rises through 0 to above `slack`, or rises above it; hi < 0 for none."""
+    """Part of the step (lo, hi) in which the cubic rises through 0 to above `slack`, or rises above it; hi < 0 for none.
+
+    lo < 0: it leaves the level at first and is beyond it soon after, and the cubic does not show where it turns.
+    """
     if max(a, b) + 0.3 * (abs(da) + abs(db)) < 0.0:
         return 0.0, -1.0
     before, x0 = a, 0.0
@@ -56,6 +59,8 @@ def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[fl
                 for o in range(1, 16):
                     if cubic(a, da, b, db, o / (16.0 * SAMPLES)) < min(best, 0.0):
                         best, x0 = cubic(a, da, b, db, o / (16.0 * SAMPLES)), o / (16.0 * SAMPLES)
+                if best == 0.0 and da <= 0.0:
+                    return -1.0, x
             return x0, x
         before, x0 = v, x
     return 0.0, -1.0

@@ -25,7 +25,7 @@ from pywet.collisions.nspheres.contacts import (
     release,
     resolve,
 )
-from pywet.collisions.nspheres.dynamics import WORKS, H, U, compiled, pair_geometry
+from pywet.collisions.nspheres.dynamics import COS, SIN, WORKS, H, R, U, W, along, compiled, pair_geometry
 from pywet.collisions.nspheres.events import first_event, locate
 from pywet.collisions.nspheres.steppers import (
     END,
@@ -56,6 +56,8 @@ DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
 PATIENCE = 1000
 """Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method (some ten times
 dearer a step)."""
+SHORTEST = 1e-12
+"""Step below which a contact that closes at once is taken to do so."""
 AUTO = 2
 """Method: explicit until a segment turns out to be stiff, then implicit until its end."""
 
@@ -75,6 +77,7 @@ def apply(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> None:
         w.y[b] = math.log(s.h_min[p])
     elif kind == RELEASE:
         release(w, p)
+        w.lam[p] = -1.0  # and does not close again at once, see `resolve`
 
 
 @compiled
@@ -109,6 +112,7 @@ def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
     """First step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than asked for."""
     n = w.number[SIZE]
     set_scale(s, w, w.y, w.y)
+    bounce = top_of_bounce(s, w)  # before the probe below changes the geometry
     slope = norm(w.f, w.scale, n)
     rate = slope * w.value[TOLERANCE]  # relative change of the variables per unit of time
     first = min(1e-3, 0.01 / rate if rate > 0.0 else 1e-3)
@@ -116,8 +120,22 @@ def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
     derivative(w.y_trial, w.f_new, s, w, w.lam_new, polar)
     curve = norm(w.f_new[:n] - w.f[:n], w.scale, n) / first
     most = max(slope, curve)
-    w.value[STEP] = min((0.01 / most) ** (1.0 / tab.order) if most > 0.0 else 1.0, 100.0 * first, limit)
+    w.value[STEP] = min((0.01 / most) ** (1.0 / tab.order) if most > 0.0 else 1.0, first, limit)
+    w.value[STEP] = min(w.value[STEP], bounce)
     w.number[STIFF] = 0
+
+
+@compiled
+def top_of_bounce(s: Any, w: Any) -> float:
+    """Time to the top of the shortest bounce that begins now: a whole one could hide inside a longer step."""
+    shortest = math.inf
+    for k in range(w.number[PAIRS]):
+        p, g = w.act[k], w.geometry[k]
+        if not w.rest[p] and g[U] < 0.0 and g[H] <= s.h_min[p] * (1.0 + 1e-9):
+            faster = along(w.f, s, p, g[COS], g[SIN]) - g[W] * g[W] / g[R]
+            if faster > 0.0:
+                shortest = min(shortest, -g[U] / faster)
+    return shortest
 
 
 @compiled
@@ -147,7 +165,7 @@ def next_length(error: float, dt: float, w: Any, tab: Any) -> float:
 
 @compiled
 def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tuple[int, int]:
-    """One accepted step, cut at `limit` or at an event; returns the event's kind and pair (−1 none, −2 step too small)."""
+    """One accepted step, cut at `limit` or at an event; the event's kind and pair (−1 none, −2 step too small, −3 again)."""
     left = limit - w.value[TIME]
     while True:
         full = w.value[STEP]
@@ -164,6 +182,10 @@ def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tu
         w.value[STEP] = min(0.9 * dt, next_length(error, dt, w, tab))
     stiff = w.value[-1]
     kind, p, low, high = first_event(dt, s, w, polar, out)
+    if low < 0.0 and dt > SHORTEST:  # a bounce that the cubic does not show is somewhere in this step
+        w.value[STEP] = 0.1 * dt
+        return -3, -1
+    low = max(low, 0.0)
     proposal, taken = next_length(error, dt, w, tab), dt
     if kind >= 0:
         taken, real = locate(dt, kind, p, low, high, s, w, tab, polar, out)
@@ -172,7 +194,7 @@ def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tu
             other, q, low, high = first_event(taken, s, w, polar, out)
             if other < 0 or (other == kind and q == p):
                 break
-            taken, real = locate(taken, other, q, low, high, s, w, tab, polar, out)
+            taken, real = locate(taken, other, q, max(low, 0.0), high, s, w, tab, polar, out)
             kind, p = (other, q) if real else (-1, -1)
     if w.number[MODE] == EXPLICIT:
         w.number[STIFF] = (
@@ -222,6 +244,8 @@ def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, mo
             fresh = False
             t = w.value[TIME]
             kind, p = advance(limit, s, w, tab, polar, out)
+            if kind == -3:
+                continue
             if kind == -2:
                 return TOO_SMALL
             if kind >= 0:

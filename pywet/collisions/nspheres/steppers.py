@@ -194,6 +194,8 @@ def implicit_step(dt: float, s: Any, w: Any, polar: bool) -> float:
     set_scale(s, w, w.y, w.y)
     w.scale[:n] *= SHARPER
     j = jacobian(s, w, polar, n)
+    if not math.isfinite(j.sum()):
+        return math.inf
     real = np.linalg.inv(MU_REAL / dt * np.eye(n) - j)
     cplx = np.linalg.inv(MU_COMPLEX / dt * np.eye(n) - j)
     z, v, f = np.zeros((3, n)), np.zeros((3, n)), np.empty((3, n))
