@@ -66,6 +66,7 @@ def test_equilateral_cluster(stokes: float, ca: float | None, mu_f: float) -> No
 def test_cluster_with_redundant_contacts() -> None:
     found = holds(hard.hexagon(10.0, 10.0, t_end=20.0))
     assert len(found.resting) >= 6
+    holds(hard.hexagon(10.0, 1.0, t_end=20.0).with_(mu_f=0.2))
 
 
 @pytest.mark.parametrize(("stokes", "ca"), list(itertools.product([0.05, 500.0], [0.1, None])))
