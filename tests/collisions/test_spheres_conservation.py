@@ -79,7 +79,9 @@ def test_polar_pairs_resolve_a_small_gap_where_cartesian_ones_cannot() -> None:
     problem = three_equal_spheres(30.0, h_a=0.001, h_min=1e-8, t_end=30.0)
     exact = run(problem.with_(rtol=1e-11)).velocity
     for rtol, most, least in ((1e-8, 1e-8, 1e-8), (1e-10, 1e-10, 1e-8)):
-        polar, cartesian = (np.abs(run(problem.with_(rtol=rtol), polar=k).velocity - exact).max() for k in (True, False))
+        polar, cartesian = (
+            np.abs(run(problem.with_(rtol=rtol), polar=k).velocity - exact).max() for k in (True, False)
+        )
         assert polar < most
         assert cartesian > least
 
@@ -89,7 +91,9 @@ def test_polar_pairs_are_more_accurate_at_the_same_tolerance() -> None:
     problem = three_equal_spheres(12.0, theta12_deg=30.0, t_end=10.0)
     exact = run(problem.with_(rtol=1e-11)).velocity
     for rtol in (1e-6, 1e-8):
-        polar, cartesian = (np.abs(run(problem.with_(rtol=rtol), polar=k).velocity - exact).max() for k in (True, False))
+        polar, cartesian = (
+            np.abs(run(problem.with_(rtol=rtol), polar=k).velocity - exact).max() for k in (True, False)
+        )
         assert cartesian > 5.0 * polar
 
 
