@@ -23,6 +23,7 @@ include: "workflow/rules/case.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/collisions.smk"
 include: "workflow/rules/atlas.smk"
+include: "workflow/rules/spheres.smk"
 
 
 rule all:

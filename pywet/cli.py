@@ -1,13 +1,13 @@
 """The command `pywet`: one thin function per subcommand; what they do is in the modules they call.
 
-A user's mistake ends with one red sentence and exit code 1, what is not built yet with one sentence and exit code 3.
+A user's mistake ends with one red sentence and exit code 1.
 Heavy modules are imported inside the commands, so that `pywet --help` answers at once.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -16,8 +16,6 @@ from typer.core import TyperGroup
 
 from pywet.errors import PywetError
 
-NOT_BUILT = 3
-"""Exit code of a command that exists but is not built yet."""
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
@@ -220,8 +218,14 @@ def wall(
 
 @collide.command()
 def spheres(file: JsonFile) -> None:
-    """Wet spheres in a plane (not built yet)."""
-    _not_built("`pywet collide spheres`")
+    """Wet spheres in a plane (Davis 2023); the first call on a machine compiles for a minute."""
+    import json
+
+    from pywet.collisions import spheres as module
+
+    with err.status("colliding (compiled at first use)"):
+        answer = module.collide_file(file)
+    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
 def _atlas(folder: Path, stock: bool) -> Path:
@@ -235,11 +239,6 @@ def _atlas(folder: Path, stock: bool) -> Path:
         return page.write(
             folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
         )
-
-
-def _not_built(what: str) -> NoReturn:
-    err.print(f"{what} is not built yet.", soft_wrap=True)
-    raise typer.Exit(NOT_BUILT)
 
 
 def _need_run(run_dir: Path) -> None:

@@ -29,17 +29,6 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
 
 
 @pytest.mark.parametrize(
-    "command",
-    [["bridge", "a.json"], ["collide", "spheres", "a.json"], ["laws", "--atlas"]],
-)
-def test_what_is_not_built_says_so_in_one_sentence_and_exits_3(runner: CliRunner, command: list[str]) -> None:
-    result = runner.invoke(app, command)
-    assert result.exit_code == 3
-    assert result.stderr.strip().endswith("is not built yet.")
-    assert len(result.stderr.strip().splitlines()) == 1
-
-
-@pytest.mark.parametrize(
     ("command", "said"),
     [
         (["plan", "99", "--config", str(CONFIG)], "there is no case 99"),

@@ -15,6 +15,7 @@ from pywet.laws import (
     buck,
     capillary,
     capillary_fits,
+    davis,
     formation,
     rupture,
     transfer,
@@ -108,6 +109,11 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
     },
     "transfer": {"parabola": (), "young_laplace": ()},
 }
+BUILT_IN["capillary"]["davis"] = (davis.capillary,)
+BUILT_IN["viscous_normal"]["davis"] = (davis.normal,)
+BUILT_IN["viscous_tangential"]["davis"] = davis.TANGENTIAL
+BUILT_IN["rupture"]["davis"] = (davis.rupture,)
+BUILT_IN["formation"]["davis"] = davis.FORMATION
 
 
 TRANSFER = {"parabola": transfer.transfer_table, "young_laplace": transfer_exact.exact_table}

@@ -367,7 +367,30 @@ def buck_coefficient(s, ri, rj, eta, slope, offset):
     return 6 * pi * eta * r * (slope * log(r / max(s, mpf("0.5e-6"))) + mpf(offset))
 
 
+def davis_film(v, ri, rj):
+    return v / (pi * reduced(ri, rj) ** 2)
+
+
+def davis_capillary(s, v, ri, rj, ti, tj, sigma):
+    return 8 * pi * reduced(ri, rj) * sigma if s < davis_film(v, ri, rj) else mpf(0)
+
+
+def davis_normal(s, v, ri, rj, vn, eta):
+    a, h, film = reduced(ri, rj), wet_gap(s, ri, rj), davis_film(v, ri, rj) + own(ri, rj) / 1000
+    return -6 * pi * eta * a * a * vn / h * (1 - h / (2 * film - h)) ** 2 if h < film else mpf(0)
+
+
+def davis_tangential(s, ri, rj, eta):
+    a, h = reduced(ri, rj), wet_gap(s, ri, rj)
+    film = a * mpf("0.04") + own(ri, rj) / 1000
+    return 2 * pi * eta * a * log((2 * film - h) / h) if h < film else mpf(0)
+
+
 LAWS += [
+    ("capillary", "davis", "capillary", davis_capillary, CAPILLARY, "D 3"),
+    ("viscous_normal", "davis", "normal", davis_normal, NORMAL, "D 3"),
+    ("viscous_tangential", "davis", "translation", davis_tangential, TANGENTIAL, "D 4"),
+    ("rupture", "davis", "rupture", lambda v, ri, rj, ti, tj: davis_film(v, ri, rj), RUPTURE, "D after 33"),
     ("capillary", "buck", "buck", buck, CAPILLARY, "B 31-35"),
     ("viscous_normal", "buck_water", "buck_water", buck_water, NORMAL, "B 25-28"),
     (
@@ -393,6 +416,12 @@ LAWS += [
     ("viscous_tangential", "goldman", "goldman_rotation", goldman_rotation, TANGENTIAL, "E 28 29"),
     ("rupture", "willett_unequal", "willett_unequal", unequal, RUPTURE, "E 32 mended"),
 ]
+
+
+def davis_draw(film, r, a):
+    return pi * a * a * ((3 * film / (4 * pi) + r**3) ** (mpf(1) / 3) - r)
+
+
 SMALL: list[tuple[str, str, str, Callable, list[str], list[tuple[str, ...]], str]] = [
     ("dynamic_rupture", "pitois", "pitois_dynamic", pitois_dynamic, ["speed", "viscosity", "surface_tension"],
      [(v, eta, "0.0728") for v in ("0", "0.001", "0.1", "1", "3") for eta in ("0.001", "0.1")], "E 33"),
@@ -406,6 +435,17 @@ SMALL: list[tuple[str, str, str, Callable, list[str], list[tuple[str, ...]], str
     ("formation", "shi_mccarthy", "formation_wire", lambda t, r, w: t * r * 2 * w,
      ["film_thickness", "radius_i", "half_width"],
      [(t, r, w) for t in ("0", "1e-6", "1e-4") for r in (ONE, THREE) for w in ("0.001", "0.0008")], "E 13"),
+    ("formation", "davis", "formation_sphere", lambda f, ri, rj: davis_draw(f, ri, reduced(ri, rj)),
+     ["film_volume_i", "radius_i", "radius_j"],
+     [(f, ri, rj) for f in ("1e-11", "3e-9") for ri in (ONE, THREE) for rj in (ONE, "0.005", "inf")], "D"),
+    ("formation", "davis", "formation_sphere_wire", lambda f, r, w: davis_draw(f, r, r),
+     ["film_volume_i", "radius_i", "half_width"],
+     [(f, r, w) for f in ("0", "1e-11", "3e-9") for r in (ONE, THREE) for w in ("0.001", "0.0008")], "D"),
+    ("formation", "davis", "formation_wall", lambda w, r: w * pi * r * r, ["film_thickness", "radius_i"],
+     [(w, r) for w in ("0", "1e-6", "2e-5", "1e-4") for r in (ONE, TWO, "0.005")], "D"),
+    ("formation", "davis", "formation_wire", lambda t, r, w: t * r * r * pi,
+     ["film_thickness", "radius_i", "half_width"],
+     [(t, r, w) for t in ("0", "1e-6", "1e-4") for r in (ONE, THREE) for w in ("0.001", "0.0008")], "D"),
 ]  # fmt: skip
 """Laws with arguments of their own, and the points they are evaluated at."""
 

@@ -95,7 +95,7 @@ def test_published_laws(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     monkeypatch.setattr(registry, "entry_points", lambda group: points)
     assert registry.names("dynamic_rupture") == ["pitois", "published_steady"]
-    assert registry.names("capillary") == sorted(registry.BUILT_IN["capillary"])
+    assert {"published_steady", "published_broken"}.isdisjoint(registry.names("capillary"))
     assert registry.get("dynamic_rupture", "published_steady").functions[0](0.0, 1.0, 1.0) == 1.25
     with pytest.raises(PywetError, match="published_broken: no_such_package:law raises ModuleNotFoundError"):
         registry.get("capillary", "published_broken")

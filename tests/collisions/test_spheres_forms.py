@@ -1,0 +1,95 @@
+"""The JSON descriptions and the command `pywet collide spheres`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from pywet.cli import app
+from pywet.collisions.spheres import collide
+from pywet.errors import PywetError
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+THREE = json.loads((EXAMPLES / "three_equal_spheres.json").read_text())
+FOUR = json.loads((EXAMPLES / "four_spheres.json").read_text())
+
+
+def test_command_prints_json() -> None:
+    result = CliRunner().invoke(app, ["collide", "spheres", str(EXAMPLES / "three_equal_spheres.json")])
+    assert result.exit_code == 0, result.output
+    answer = json.loads(result.stdout)
+    assert answer["outcome"] == "FS"
+    assert answer["pairs"]["1-2"]["e_wet"] == pytest.approx(0.168, abs=5e-4)  # printed in the paper, Fig. 11
+    assert answer["pairs"]["2-3"]["e_wet"] == pytest.approx(0.393, abs=5e-4)
+    assert answer["pairs"]["1-3"] == {
+        "overlap_times": [], "contact_times": [], "rest_times": [], "separation_times": [], "e_wet": None, "mechanism": None,
+    }  # fmt: skip
+    assert abs(answer["energy"]["residual"]) < 1e-8 * answer["energy"]["in"]
+
+
+def test_si_form_closes_its_budget() -> None:
+    answer = collide(FOUR)
+    e = answer["energy"]
+    assert e["in"] + e["gravity"] - e["out"] == pytest.approx(e["viscous"] + e["capillary"] + e["impact"], rel=1e-8)
+    assert answer["outcome"] == "FS"
+
+
+def test_both_forms_describe_the_same_collision() -> None:
+    """Three equal spheres written in SI units: radius 1 mm, δ 20 µm, 0.4 m/s, St 12."""
+    length, speed, mass, stokes, angle = 2e-5, 0.4, 5e-6, 12.0, 30.0
+    import math
+
+    a = 0.5e-3
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    at = 2e-3 + length
+    sphere: dict[str, Any] = {"radius_m": 1e-3, "mass_kg": mass, "film_m": length / 2}
+    si = {
+        "form": "spheres",
+        "spheres": [
+            {**sphere, "position_m": [-at * c, -at * s], "velocity_m_per_s": [speed / c, 0.0]},
+            {**sphere, "position_m": [0.0, 0.0]},
+            {**sphere, "position_m": [at, 0.0]},
+        ],
+        "viscosity_Pa_s": mass / 2 * speed / (6 * math.pi * a**2 * stokes),
+        "h_min_m": 0.05 * length, "t_end_s": 10 * length / speed, "rtol": 1e-10,
+    }  # fmt: skip
+    ours, plain = collide(si), collide({**THREE, "t_end": 10.0})
+    assert ours["pairs"]["1-2"]["e_wet"] == pytest.approx(plain["pairs"]["1-2"]["e_wet"], rel=1e-7)
+    assert ours["pairs"]["2-3"]["separation_times"][0] * speed / length == pytest.approx(
+        plain["pairs"]["2-3"]["separation_times"][0], rel=1e-7
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ([], '"form" is None; expected one of three_equal_spheres, spheres'),
+        ({"form": "cubes"}, "\"form\" is 'cubes'; expected one of three_equal_spheres, spheres"),
+        ({"form": "three_equal_spheres"}, "key St_n is missing"),
+        ({**THREE, "St": 3}, "key St is not known, expected"),
+        ({**THREE, "St_n": -1}, "St_n is -1, expected greater than 0"),
+        ({**THREE, "theta12_deg": 95}, "theta12_deg is 95; expected less than 90 either way"),
+        ({**FOUR, "spheres": FOUR["spheres"][:1]}, "spheres is"),
+        ({**FOUR, "spheres": [{**FOUR["spheres"][0], "radius_m": 0}, FOUR["spheres"][1]]}, "radius_m is 0"),
+        ({**FOUR, "h_min_m": 1e-3}, "not above h_min"),
+    ],
+)
+def test_a_mistake_is_one_sentence(given: Any, said: str) -> None:
+    with pytest.raises(PywetError) as refusal:
+        collide(given)
+    assert said in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(("text", "said"), [("{", "is no JSON"), (None, "could not be read")])
+def test_a_file_that_is_no_json(tmp_path: Path, text: str | None, said: str) -> None:
+    path = tmp_path / "a.json"
+    if text is not None:
+        path.write_text(text)
+    result = CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"}).invoke(app, ["collide", "spheres", str(path)])
+    assert result.exit_code == 1
+    assert said in result.stderr
