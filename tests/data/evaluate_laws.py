@@ -419,7 +419,7 @@ LAWS += [
 
 
 def davis_draw(film, r, a):
-    return pi * a * a * ((3 * film / (4 * pi) + r**3) ** (mpf(1) / 3) - r)
+    return pi * a * a * ((3 * film / (4 * pi) + r**3) ** (mpf(1) / 3) - r) if film else mpf(0)
 
 
 SMALL: list[tuple[str, str, str, Callable, list[str], list[tuple[str, ...]], str]] = [
