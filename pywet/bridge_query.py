@@ -81,8 +81,8 @@ class Query(Strict):
 
     @property
     def rule(self) -> str:
-        """Rupture law that ends the closed forms: the first named that is nothing but a rupture law, else the paper's."""
-        elsewhere = {name for kind in registry.SIGNATURES if kind != "rupture" for name in registry.names(kind)}
+        """Rupture law that ends the closed forms: the first named that is no force of the answer too, else the paper's."""
+        elsewhere = {name for kind in DEFAULT if kind != "rupture" for name in registry.names(kind)}
         return next((n for n in self.named("rupture") if n not in elsewhere), DEFAULT["rupture"])
 
 

@@ -238,7 +238,7 @@ def _force(
     surface_tension σ [N/m]. Returns F [N]. Radius convention: V* = V/r_eff³ with the harmonic mean r_eff (2 r_i at a plate).
     Valid for 1e-9 ≤ V* ≤ 0.5 and contact angles below 90°; a larger volume counts as V* = 0.5, for a smaller one the known
     limit is approached. S ≤ 0: the force at touch. Beyond the rupture distance (dynamic rupture comes later): the force there.
-    Source: the exact solution, `pywet.young_laplace`; errors of the interpolation are in docs/laws.md.
+    Source: the exact solution, `pywet.young_laplace`; errors of the interpolation are in docs/young_laplace.md.
 
     >>> f"{young_laplace(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.4e}"
     '3.8898e-04'

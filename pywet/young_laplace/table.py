@@ -15,6 +15,8 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -236,15 +238,26 @@ def cache_folder() -> Path:
     return Path(os.environ.get("PYWET_CACHE") or Path.home() / ".cache" / "pywet")
 
 
+def _read(path: Path) -> list[Floats] | None:
+    """Arrays of a file of the cache; None where there is none or it is damaged, so that the table is made anew."""
+    shapes = ((X_NODES,), (Y_NODES, X_NODES), (Y_NODES, X_NODES), (Y_NODES, X_NODES, U_NODES))
+    try:
+        with np.load(path) as file:
+            held = [file[name] for name in NAMES]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+        return None
+    whole = all(v.shape == shape and np.isfinite(v).all() for v, shape in zip(held, shapes, strict=True))
+    return held if whole else None
+
+
 def load(theta_small: float, theta_large: float, progress: Callable[[int, int], None] | None = None) -> Table:
-    """The table from the cache, or built now and kept there."""
+    """The table from the cache, or built now and kept there; a damaged file is replaced."""
     key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {theta_small!r} {theta_large!r}"
     path = cache_folder() / f"young_laplace-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
-    if path.exists():
-        with np.load(path) as held:
-            return Table(theta_small, theta_large, *(held[name] for name in NAMES))
+    held = _read(path)
+    if held:
+        return Table(theta_small, theta_large, *held)
     table = build(theta_small, theta_large, progress)
-    path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(path) as temporary, temporary.open("wb") as stream:
         np.savez(stream, **{name: getattr(table, name) for name in NAMES})
     return table
