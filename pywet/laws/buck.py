@@ -104,7 +104,10 @@ def buck_water(
     share = 1.0 if math.isinf(radius_j) else 0.5
     reduced = radius * share if not math.isinf(radius_j) else radius_i
     rim = radius * math.sin(half_filling(share * volume / radius**3, 0.2617993877991494))
-    reynolds = 2.0 * rim * abs(normal_velocity) * WATER_DENSITY / viscosity
+    inertia = 2.0 * rim * abs(normal_velocity) * WATER_DENSITY
+    if viscosity <= 0.0:  # what is left of the drag without viscosity
+        return -math.pi / 10.0 * rim * inertia * normal_velocity
+    reynolds = inertia / viscosity
     drag = rim * (1.0 + 0.25 * reynolds / (1.0 + math.sqrt(reynolds)) + reynolds / 60.0)
     return -6.0 * math.pi * viscosity * max(drag, reduced * reduced / max(separation, GAP_MIN)) * normal_velocity
 

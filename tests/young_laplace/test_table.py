@@ -100,10 +100,11 @@ def test_slope_over_volume_has_no_jump(angles: tuple[float, float]) -> None:
     at = np.exp(np.linspace(tables.X_FIRST, tables.X_LAST, tables.X_NODES)[10:-3]) * effective(case) ** 3
     gap = 0.3 * laws.young_laplace_rupture(at[0], *case)
     bends = []
-    for h in (1e-3, 1e-4):
+    for h in (3e-2, 3e-3):
         left, middle, right = (laws.young_laplace(gap, at * (1 + k * h), *case, SIGMA) for k in (-1, 0, 1))
         bends.append(np.abs(right - 2 * middle + left) / h)
-    assert (bends[1] < 0.15 * bends[0] + 1e-9 * middle).all()
+    # the splines of a bridge are kept in single precision: four roundings of 6e-8 over h are 8e-5
+    assert (bends[1] < 0.15 * bends[0] + 1e-4 * middle).all()
 
 
 @pytest.mark.parametrize("angles", PAIRS, ids=IDS)
