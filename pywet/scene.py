@@ -144,7 +144,7 @@ class Scene(Strict):
     rotation: Rotation | None = None
     effects: Effects
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
-    largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.3
+    largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     box_low_m: Vector

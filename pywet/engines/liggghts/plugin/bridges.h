@@ -99,7 +99,7 @@ class Bridges {
   std::vector<double> film;                       // index: sphere id [m3]
   std::vector<int64_t> output_steps, window_first, window_last;
   Vec gravity;
-  double largest_overlap = 0.3;                   // of the smaller radius; beyond, the run stops
+  double largest_overlap = 0.5;                   // of the smaller radius; beyond, the run stops
   bool semi_implicit = false;
   int64_t checkpoint_every = 0;                   // steps; 0: none
 
