@@ -15,6 +15,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from pywet.errors import PywetError
+from pywet.study.app import app as study
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -40,6 +41,7 @@ app = typer.Typer(
 )
 collide = typer.Typer(cls=Group, no_args_is_help=True, help="Collisions of a few wet bodies.")
 app.add_typer(collide, name="collide")
+app.add_typer(study, name="study")
 
 CaseNumber = Annotated[int, typer.Argument(metavar="CASE", help="Number of the case in cases.csv.")]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]

@@ -1,0 +1,1 @@
+"""Studies of the whole workflow: what accuracy costs, where runs stay stable, what each effect contributes."""

@@ -1,0 +1,110 @@
+"""One look for the pages that stand beside the screening report: cards on top, then sections with pictures and tables.
+
+A page is one HTML file with its pictures inside. What is said, and with which colour, is up to the caller.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import jinja2
+from matplotlib.figure import Figure
+
+from pywet.files import atomic_write
+
+TEMPLATE = Path(__file__).with_name("page.html.j2")
+Grade = Literal["good", "fair", "bad", "none", ""]
+
+
+@dataclass(frozen=True)
+class Card:
+    """One number at the top of a page."""
+
+    value: str
+    text: str
+    state: Literal["good", "bad", ""] = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading with its body of HTML; `short` is its name in the navigation."""
+
+    heading: str
+    body: str
+    short: str = ""
+
+    @property
+    def anchor(self) -> str:
+        """Name of the section in links."""
+        return re.sub(r"[^a-z0-9]+", "-", (self.short or self.heading).lower()).strip("-")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A table's cell: text, colour, what is said when pointing at it, and where it leads."""
+
+    text: str
+    grade: Grade = ""
+    hint: str = ""
+    link: str = ""
+    left: bool = False
+
+    @property
+    def html(self) -> str:
+        """The cell as HTML."""
+        names = " ".join(n for n in (self.grade, "left" if self.left else "") if n)
+        text = html.escape(self.text)
+        inner = f'<a href="{html.escape(self.link)}">{text}</a>' if self.link else text
+        hint = f' title="{html.escape(self.hint)}"' if self.hint else ""
+        return f'<td class="{names}"{hint}>{inner}</td>' if names else f"<td{hint}>{inner}</td>"
+
+
+def paragraph(text: str, soft: bool = False) -> str:
+    """A paragraph of plain text; `code` between backquotes is set as such."""
+    marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+    return f'<p class="soft">{marked}</p>' if soft else f"<p>{marked}</p>"
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
+    """A table; a plain string is a cell without colour."""
+    head = "".join(f"<th>{html.escape(h)}</th>" for h in header)
+    body = "".join(
+        "<tr>" + "".join((c if isinstance(c, Cell) else Cell(c)).html for c in row) + "</tr>\n" for row in rows
+    )
+    return f'<div class="scroll"><table><tr>{head}</tr>\n{body}</table></div>'
+
+
+def picture(figure: Figure, caption: str, vector: bool = True, dpi: int = 130) -> str:
+    """A matplotlib figure with its caption, inside the page; `vector` False where it has many thousand points."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=dpi)
+    kind = "svg+xml" if vector else "png"
+    data = base64.b64encode(buffer.getvalue()).decode()
+    said = html.escape(caption)
+    return f'<figure><img src="data:image/{kind};base64,{data}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+
+
+def write(
+    path: Path, title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = ""
+) -> Path:
+    """Write the page and return its path."""
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    shown = [
+        {"anchor": s.anchor, "short": s.short or s.heading, "heading": s.heading, "body": s.body} for s in sections
+    ]
+    text = environment.from_string(TEMPLATE.read_text()).render(
+        title=title, lead=lead, sections=shown, cards=cards, footer=footer
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
