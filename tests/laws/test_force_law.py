@@ -24,10 +24,14 @@ DYNAMIC = registry.SIGNATURES["dynamic_rupture"][0]
 each_law = pytest.mark.parametrize(("law", "wanted"), BUILT_IN, ids=lambda x: x.name if isinstance(x, ForceLaw) else "")
 
 
-@each_law
+@pytest.mark.parametrize(
+    ("law", "wanted"),
+    [
+        (law, wanted) for law, wanted in BUILT_IN if not isinstance(law, TableLaw)
+    ],  # those are compiled only: test_table.py
+    ids=lambda x: x.name if isinstance(x, ForceLaw) else "",
+)
 def test_c_function_equals_the_python_function(law: ForceLaw, wanted: tuple[str, ...]) -> None:
-    if isinstance(law, TableLaw):
-        pytest.skip("reads tables by address, compiled only: tests/laws/test_young_laplace.py")
     c_function = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * len(wanted))(law.address)
     for values in itertools.product(*(PROBE[name] for name in wanted)):
         # 1e-14: the compiler may contract a multiplication and an addition
