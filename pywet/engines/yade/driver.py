@@ -22,7 +22,7 @@ import pandas as pd
 from pywet import advisor
 from pywet.engines.liggghts import deck
 from pywet.engines.liggghts.build import package_version
-from pywet.engines.liggghts.driver import alone, mesh_translation
+from pywet.engines.liggghts.driver import alone
 from pywet.engines.liggghts.process import die_with_parent, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
@@ -232,10 +232,5 @@ def _collect(scene: Scene, run_dir: Path, folder: Path) -> None:
     table.insert(1, "time", table["step"] * scene.time_step_s)
     write_table(table.sort_values(["step", "id"], ignore_index=True), run_dir / "trajectory.parquet")
     (folder / "frames.bin").unlink()
-    moved = [(int(s), w.name, *mesh_translation(scene, w, int(s))) for s in table["step"].unique() for w in scene.walls]
+    moved = json.loads((folder / "walls.json").read_text())
     write_table(pd.DataFrame(moved, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")
-
-
-def read_json(path: Path) -> Any:
-    """A result of the script."""
-    return json.loads(path.read_text())
