@@ -161,7 +161,9 @@ def write(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     times, one = read(run_dirs["liggghts"])
     _, two = read(run_dirs["yade"])
     frame, verdict = compare(times, one, two)
-    named = {f"{a}_{k}": f"{a}_{e}" for a in ("mean", "deviation") for k, e in zip(("one", "two"), ENGINES, strict=True)}
+    named = {
+        f"{a}_{k}": f"{a}_{e}" for a in ("mean", "deviation") for k, e in zip(("one", "two"), ENGINES, strict=True)
+    }
     write_table(frame.rename(columns=named), folder / "fraction_retained.parquet", csv=True)
     write_json(folder / "verdict.json", asdict(verdict))
     write_table(pd.DataFrame(rows(frame, verdict)), folder / "rows.parquet", csv=True)

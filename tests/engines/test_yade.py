@@ -73,7 +73,9 @@ def rebound(mass: float, radii: float, restitution: float, speed: float) -> floa
         return float(y[0]) if y[1] < 0 else 1.0
 
     apart.terminal = True  # type: ignore[attr-defined]
-    found = solve_ivp(slope, (0.0, 10 * math.sqrt(mass / STIFFNESS)), [0.0, speed], events=apart, rtol=1e-10, atol=1e-15)
+    found = solve_ivp(
+        slope, (0.0, 10 * math.sqrt(mass / STIFFNESS)), [0.0, speed], events=apart, rtol=1e-10, atol=1e-15
+    )
     return float(-found.y[1, -1] / speed)
 
 

@@ -91,7 +91,9 @@ def bodies(kinds):
     walls = {}
     for name, pieces in TASK["walls"].items():
         walls[name] = [
-            O.bodies.append(polyhedra_utils.polyhedra(O.materials[kinds[0]], v=[Vector3(*p) for p in piece], fixed=True))
+            O.bodies.append(
+                polyhedra_utils.polyhedra(O.materials[kinds[0]], v=[Vector3(*p) for p in piece], fixed=True)
+            )
             for piece in pieces
         ]
     return spheres, walls
@@ -109,7 +111,12 @@ def engines(kinds, vibrating):
             allowBiggerThanPeriod=True,
         ),
         InteractionLoop(
-            [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False), Ig2_Sphere_Polyhedra_ScGeom()], numbers, law
+            [
+                Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False),
+                Ig2_Sphere_Polyhedra_ScGeom(),
+            ],
+            numbers,
+            law,
         ),
     ]
     if TASK["vibration"] and vibrating:
@@ -145,10 +152,15 @@ def bridges():
     """Standing liquid bridges at the end: bodies, volume, gap, whether it is to a wall."""
     found = []
     for i in O.interactions:
-        if i.isReal and i.phys.liqBridgeActive:
+        if i.isReal and i.phys.liqBridgeCreated:
             other = O.bodies[i.id2].shape.__class__.__name__ + O.bodies[i.id1].shape.__class__.__name__
             found.append(
-                {"volume": i.phys.Vb, "gap": -i.geom.penetrationDepth, "wall": "Polyhedra" in other, "rupture": i.phys.sCrit}
+                {
+                    "volume": i.phys.Vb,
+                    "gap": -i.geom.penetrationDepth,
+                    "wall": "Polyhedra" in other,
+                    "rupture": i.phys.sCrit,
+                }
             )
     return found
 
