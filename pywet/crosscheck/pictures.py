@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from pywet.files import atomic_write
 from pywet.geometry.surface import Floats
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from pywet.crosscheck.screening import Verdict
 
 mpl.use("Agg")
-from matplotlib import pyplot as plt  # noqa: E402
+from matplotlib import pyplot as plt
 
 COLOURS = {"LIGGGHTS": "#1f5fa8", "YADE": "#d9661f", "washino": "#7a5195", "easo": "#3a9e6f", "exact": "#222222"}
 
@@ -95,7 +96,7 @@ def _colour(name: str) -> str:
     )
 
 
-def _save(figure: plt.Figure, path: Path) -> None:
+def _save(figure: Figure, path: Path) -> None:
     with atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=130, format="png")
     plt.close(figure)
