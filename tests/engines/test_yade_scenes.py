@@ -120,7 +120,9 @@ def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
     # the wires are where they are in LIGGGHTS; the slide's time of start is rounded to a step
     wires = motion[0]["mesh"] != "slide"
     columns = ["dx", "dy", "dz"]
-    assert motion[1].loc[wires, columns].to_numpy() == pytest.approx(motion[0].loc[wires, columns].to_numpy(), abs=1e-11)
+    assert motion[1].loc[wires, columns].to_numpy() == pytest.approx(
+        motion[0].loc[wires, columns].to_numpy(), abs=1e-11
+    )
     assert motion[1][columns].to_numpy() == pytest.approx(motion[0][columns].to_numpy(), abs=1e-4)
     height = [t.groupby("step")["z"].mean().to_numpy() for t in (one, two)]
     # mean height of 335 spheres that fell by some 30 mm; chance moves it by some tenths of a millimetre
@@ -174,7 +176,9 @@ def test_missing_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     """The sentence names the package and the command that installs it."""
     tiny(tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(PywetError, match="program yade was not found; expected Debian's package yade: run `make peers`"):
+    with pytest.raises(
+        PywetError, match="program yade was not found; expected Debian's package yade: run `make peers`"
+    ):
         driver.run(tmp_path, progress=False)
 
 

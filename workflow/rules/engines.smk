@@ -54,6 +54,19 @@ rule engine_pulls:
         "../scripts/engine_small.py"
 
 
+rule engine_contacts:
+    input:
+        config=CONFIG_FILES,
+    output:
+        rows=f"{ENGINES}/contacts/rows.parquet",
+    params:
+        what="contacts",
+    log:
+        f"{ENGINES}/logs/contacts.log",
+    script:
+        "../scripts/engine_small.py"
+
+
 rule engine_bed:
     output:
         table=f"{ENGINES}/bed/seed{{seed}}/bed.parquet",
@@ -84,6 +97,7 @@ rule engine_beds:
 rule engines:
     input:
         rules.engine_compare.output.rows,
+        rules.engine_contacts.output.rows,
         rules.engine_pulls.output.rows,
         rules.engine_beds.output.rows,
     output:
