@@ -131,7 +131,7 @@ def _friction(path: Path) -> dict[int, float]:
     found = {}
     for kind, rows_of in table.groupby("type"):
         late = rows_of.iloc[len(rows_of) // 2 :]
-        found[int(kind)] = -float(np.polyfit(late["time"], late["vx"], 1)[0]) / GRAVITY  # type: ignore[call-overload]
+        found[int(kind)] = -float(np.polyfit(late["time"], late["vx"], 1)[0]) / GRAVITY  # type: ignore[arg-type]
     return found
 
 

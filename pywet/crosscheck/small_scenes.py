@@ -13,7 +13,10 @@ from pywet.files import write_table
 
 
 def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
-    """Make the outputs of `pulls` (table, limits, picture), `contacts` (table), `bed` (table of a seed), `beds` (table, picture) or `all` (table)."""
+    """Make the outputs of what is asked for.
+
+    `pulls`: table, limits, picture; `contacts`: table; `bed`: table of a seed; `beds`: table, picture; `all`: one table.
+    """
     if what == "pulls":
         write_table(pd.DataFrame(pulls.rows()), outputs[0], csv=True)
         write_table(pd.DataFrame(pulls.limits()), outputs[1], csv=True)
