@@ -84,12 +84,15 @@ def _run(work: Callable[[], Any]) -> str | None:
     return None
 
 
-def build(config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None) -> None:
-    """Stage scene: configuration -> run directory; `preset` replaces the configured laws."""
+def build(
+    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, seed: int | None = None
+) -> None:
+    """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed."""
     from pywet import config
     from pywet.screening import cases
 
     loaded = config.load(config_dir)
+    loaded = loaded if seed is None else loaded.with_seed(seed)
     cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
 
 

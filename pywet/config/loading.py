@@ -64,6 +64,10 @@ class Config:
         chosen = LawSettings.model_validate({"preset": name})
         return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
 
+    def with_seed(self, seed: int) -> Config:
+        """The same with another seed of the spheres' first arrangement."""
+        return replace(self, settings=self.settings.model_copy(update={"seed": seed}))
+
     def resolved(self, number: int, scale: str) -> dict[str, Any]:
         """What concerns one run, with the source of every number, as plain data."""
         return {
