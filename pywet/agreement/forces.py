@@ -7,112 +7,80 @@ Truth of preset `paper` is the law typed anew in `reference_impl`; of preset `ex
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pywet import bridge_engine, young_laplace
+from pywet import bridge_engine
 from pywet.agreement.model import (
-    EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE, Cell, Floats, Source, impossible, measured, not_run, truth,
+    EASO,
+    EXACT,
+    LIGGGHTS,
+    REFERENCE,
+    WASHINO,
+    YADE,
+    Cell,
+    Floats,
+    Source,
+    impossible,
+    measured,
+    not_run,
+    truth,
 )  # fmt: skip
+from pywet.agreement.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, Pair, R, pairs
 from pywet.agreement.rows import PAIRS
+from pywet.agreement.stock import LAWS, SCAN, Stock, scans
 from pywet.bridge_query import Query
-from pywet.engines.stock import liggghts_force, yade_force
 from pywet.engines.stock.liggghts import liggghts_drag
 from pywet.errors import PywetError
 from pywet.history.schema import RUPTURE
 from reference_impl import bridge as own_bridge
-from reference_impl import capillary, laws
+from reference_impl import laws
 
-R, SIGMA, ETA, ANGLE, V_STAR = 2.5e-3, 0.07275, 1e-3, math.radians(15.0), 1e-2
-"""Radius [m], surface tension [N/m], viscosity [Pa s], both contact angles, volume over r_eff³ (at a wall over r³)."""
-SHARES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
-"""Gaps in the smallest rupture distance of all programs' laws."""
-OVERLAPS = (-0.001, -0.01, -0.05)
-"""Overlaps in the radius."""
-RADII = {"equal": (R, R), "unequal": (R, 2.0 * R), "wall": (R, math.inf)}
 CAPILLARY = {"paper": ("rabinovich", "willett_unequal"), "exact": ("young_laplace", "young_laplace")}
-YADE_LAW = {"paper": "Rabinovich", "exact": "Willett_numeric"}
-SCAN = 61
-Programs = dict[str, Callable[[pd.DataFrame, str], pd.DataFrame]]
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Two bodies and the bridge between them."""
-
-    key: str
-    ri: float
-    rj: float
-    volume: float
-
-    @property
-    def wall(self) -> bool:
-        """Whether j is a large wall."""
-        return math.isinf(self.rj)
-
-    @property
-    def flags(self) -> tuple[Floats, Floats, Any]:
-        """Radii and wall flag as the reference takes them."""
-        return np.array([self.ri]), np.array([1.0 if self.wall else self.rj]), np.array([self.wall])
-
-    def paper(self, gaps: Floats) -> Floats:
-        """Rabinovich's force by the reference [N]."""
-        ri, rj, wall = self.flags
-        v, t = np.array([self.volume]), np.array([ANGLE])
-        return np.asarray(capillary.LAWS["rabinovich"](gaps, v, ri, rj, wall, t, t, SIGMA))
-
-    def exact(self, gaps: Floats) -> Floats:
-        """Exact force [N]; in overlap that at touch."""
-        found = [young_laplace.solve(max(s, 0.0), self.volume, self.ri, self.rj, ANGLE, ANGLE) for s in gaps]
-        return np.array([math.nan if b is None else b.force(SIGMA) for b in found])
-
-    def limit(self, preset: str) -> float:
-        """Static rupture distance [m]: Willett's law by the reference, or the exact limit."""
-        if preset == "exact":
-            return young_laplace.rupture(self.volume, self.ri, self.rj, ANGLE, ANGLE).separation
-        ri, rj, wall = self.flags
-        t = np.array([ANGLE])
-        return float(laws.willett_rupture(np.array([self.volume]), ri, rj, wall, t, t)[0])
-
-    def points(self, gaps: Floats) -> pd.DataFrame:
-        """What the stock programs are asked."""
-        return pd.DataFrame({"separation": gaps}).assign(
-            volume=self.volume, radius_i=self.ri, radius_j=self.rj, contact_angle=ANGLE, surface_tension=SIGMA
-        )
-
-
-def pairs() -> list[Pair]:
-    """The three pairs of the table."""
-    found = []
-    for key, (ri, rj) in RADII.items():
-        effective = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
-        found.append(Pair(key, ri, rj, V_STAR * effective**3))
-    return found
+"""Preset -> capillary law and rupture law."""
+STOCK = (YADE, WASHINO, EASO)
 
 
 def source(folder: Path) -> Source:
     """All cells of the force rows, and the curves of the picture; run directories go to `folder`."""
     cells: list[Cell] = []
     curves: dict[str, Any] = {}
+    stock = _stock_forces()
     for pair in pairs():
-        gaps = np.array(SHARES) * min(pair.limit("paper"), pair.limit("exact"))
+        curves[pair.key] = {}
         for preset in CAPILLARY:
             log, events = _drawn(pair, preset, folder / f"pull_{preset}_{pair.key}")
-            cells += list(_engine(pair, preset, gaps, log, events))
+            cells += list(_engine(pair, preset, pair.gaps, log, events))
             if pair.key == "equal":
                 cells.append(_engine_overlap(pair, preset, log))
-            curves.setdefault(pair.key, {})[f"LIGGGHTS + pywet, {preset}"] = _thinned(log)
-        cells += list(_stock(pair, gaps))
-        cells += list(_edges(pair))
+            curves[pair.key][f"LIGGGHTS + pywet, {preset}"] = _thinned(log)
+        cells += [*_stock(pair, stock), *_edges(pair, stock)]
         if pair.key == "equal":
-            cells += [*_overlap(pair), *_drag(pair, gaps)]
-        curves[pair.key] |= _curves(pair)
+            cells += [*_overlap(pair, stock), *_drag(pair, pair.gaps)]
+        curves[pair.key] |= _curves(pair, stock)
     return Source("forces", cells, curves)
+
+
+def _stock_forces() -> Stock:
+    """All that the stock programs are asked: two calls of each law."""
+    stock, asked = Stock(), []
+    for pair in pairs():
+        asked += [pair.points(pair.gaps, "gaps"), pair.points(pair.drawn_gaps, "curve")]
+        asked.append(pair.points(np.array(OVERLAPS) * R, "overlap"))
+        asked.append(pair.points(np.linspace(0.3, 2.5, SCAN) * pair.limit("paper"), "coarse"))
+    stock.measure(pd.concat(asked, ignore_index=True))
+    fine = [
+        {p.key: p for p in pairs()}[key].points(gaps, f"fine {column}")
+        for column in STOCK
+        for key, gaps in scans(stock, list(RADII), column).items()
+    ]
+    if fine:
+        stock.measure(pd.concat(fine, ignore_index=True))
+    return stock
 
 
 def _drawn(pair: Pair, preset: str, folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -190,42 +158,35 @@ def _engine_overlap(pair: Pair, preset: str, log: pd.DataFrame) -> Cell:
     )  # fmt: skip
 
 
-def _programs() -> dict[str, Callable[[pd.DataFrame, str], Floats]]:
-    """Column -> force [N] of a preset at points."""
-    return {
-        YADE: lambda p, preset: yade_force(p, YADE_LAW[preset])["force"].to_numpy(float),
-        WASHINO: lambda p, preset: liggghts_force(p, "washino")["force"].to_numpy(float),
-        EASO: lambda p, preset: liggghts_force(p, "easo")["force"].to_numpy(float),
-    }
-
-
 NOTES = {
     WASHINO: "half of Rabinovich's radius, product of the contact angles, walls as spheres",
     EASO: "Soulié's fit with the product of the contact angles, walls as spheres",
 }
 
 
+UNBOUNDED = "lubrication of an unbounded liquid, whatever the bridge's volume; force with viscosity less that without, over speed"
+
+
 def _note(column: str, preset: str) -> str:
-    return NOTES.get(column) or f"YADE's law {YADE_LAW[preset]}; it takes a wall for an equal sphere"
+    return NOTES.get(column) or f"YADE's law {LAWS[YADE, preset]}; it takes a wall for an equal sphere"
 
 
-def _stock(pair: Pair, gaps: Floats) -> Iterator[Cell]:
+def _stock(pair: Pair, stock: Stock) -> Iterator[Cell]:
     """YADE and the stock models at the same gaps."""
-    for column, force in _programs().items():
+    for column in STOCK:
         for preset in CAPILLARY:
             row = f"capillary_{preset}_{pair.key}"
-            wanted = pair.paper(gaps) if preset == "paper" else pair.exact(gaps)
             try:
-                values = force(pair.points(gaps), preset)
+                gaps, values = stock.force(column, preset, pair.key, "gaps")
             except PywetError as error:
                 yield not_run(row, column, str(error))
                 continue
+            wanted = pair.paper(gaps) if preset == "paper" else pair.exact(gaps)
             yield measured(row, column, values, wanted, at=_named(gaps, pair.limit(preset)), note=_note(column, preset))
 
 
-def _overlap(pair: Pair) -> Iterator[Cell]:
+def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
     """The stock programs in overlap."""
-    at = np.array(OVERLAPS) * R
     for preset in CAPILLARY:
         row = f"capillary_{preset}_overlap"
         touch = pair.paper(np.zeros(3)) if preset == "paper" else pair.exact(np.zeros(3))
@@ -236,9 +197,9 @@ def _overlap(pair: Pair) -> Iterator[Cell]:
             yield truth(row, EXACT, "force at touch", 3)
             own = own_bridge.solve(0.0, pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).force * SIGMA
             yield measured(row, REFERENCE, np.full(3, own), touch, note="collocation")
-        for column, force in _programs().items():
+        for column in STOCK:
             try:
-                values = force(pair.points(at), preset)
+                at, values = stock.force(column, preset, pair.key, "overlap")
             except PywetError as error:
                 yield not_run(row, column, str(error))
                 continue
@@ -246,32 +207,18 @@ def _overlap(pair: Pair) -> Iterator[Cell]:
             yield measured(row, column, values, touch, at=[f"overlap {-s / R:.1%} of r" for s in at], note=says)
 
 
-def _edge(pair: Pair, force: Callable[[Floats], Floats], guess: float) -> float:
-    """Largest gap with a force, by two scans of SCAN points: within 2e-4 of itself."""
-    low, high = 0.3 * guess, 2.5 * guess
-    for _ in range(2):
-        gaps = np.linspace(low, high, SCAN)
-        on = np.flatnonzero(force(gaps) > 0.0)
-        if len(on) == 0 or on[-1] == SCAN - 1:
-            return math.nan
-        low, high = float(gaps[on[-1]]), float(gaps[on[-1] + 1])
-    return 0.5 * (low + high)
-
-
-def _edges(pair: Pair) -> Iterator[Cell]:
+def _edges(pair: Pair, stock: Stock) -> Iterator[Cell]:
     """Where the force of a stock program ends; from the stock models' own law also the volume their bridge has."""
-    for column, force in _programs().items():
+    for column in STOCK:
+        rows = {preset: f"rupture_{preset}_{pair.key}" for preset in CAPILLARY}
         try:
-            edge = _edge(pair, lambda s: np.nan_to_num(force(pair.points(s), "paper")), pair.limit("paper"))
+            edge = stock.edge(column, pair.key)
         except PywetError as error:
-            for preset in CAPILLARY:
-                yield not_run(f"rupture_{preset}_{pair.key}", column, str(error))
+            yield from (not_run(row, column, str(error)) for row in rows.values())
             continue
-        for preset in CAPILLARY:
+        for preset, row in rows.items():
             note = "where its force ends, found within 4e-4; no dynamic factor"
-            yield measured(
-                f"rupture_{preset}_{pair.key}", column, np.array([edge]), np.array([pair.limit(preset)]), note=note
-            )
+            yield measured(row, column, np.array([edge]), np.array([pair.limit(preset)]), note=note)
         if pair.key == "equal":
             yield from _formation(pair, column, edge)
     if pair.key == "equal":
@@ -327,23 +274,18 @@ def _thinned(log: pd.DataFrame) -> dict[str, list[float]]:
     return {"gap": [float(s) for s in kept["separation"]], "force": [float(f) for f in kept["capillary"]]}
 
 
-def _curves(pair: Pair) -> dict[str, Any]:
+def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
     """Force over gap of all programs for the picture."""
-    far = 1.25 * pair.limit("paper")
-    gaps = np.concatenate([np.linspace(-0.05 * R, -0.001 * R, 6), np.linspace(1e-3 * far, far, 50)])
-    found: dict[str, Any] = {}
-    apart = gaps[gaps >= 0]
-    found["exact solution"] = {
-        "gap": apart.tolist(),
-        "force": [None if math.isnan(f) else f for f in pair.exact(apart)],
-    }
-    for column, force in _programs().items():
+    apart = pair.drawn_gaps[pair.drawn_gaps >= 0]
+    exact = [None if math.isnan(f) else f for f in pair.exact(apart)]
+    found: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}
+    for column in STOCK:
         for preset in CAPILLARY if column == YADE else ("paper",):
             try:
-                values = force(pair.points(gaps), preset)
+                gaps, values = stock.force(column, preset, pair.key, "curve")
             except PywetError:
                 continue
-            name = f"YADE {YADE_LAW[preset]}" if column == YADE else f"stock {column}"
+            name = f"YADE {LAWS[column, preset]}" if column == YADE else f"stock {column}"
             found[name] = {"gap": gaps.tolist(), "force": [float(v) for v in np.nan_to_num(values)]}
     return found
 

@@ -111,4 +111,6 @@ def said(deviation: float | None) -> str:
         return "0"
     if deviation < 1e-3:
         return f"{deviation:.0e}".replace("e-0", "e-")
-    return f"{100 * deviation:.2g} %"
+    if deviation >= 10.0:
+        return f"{deviation:.0f} ×"
+    return f"{100 * deviation:.0f} %" if deviation >= 0.095 else f"{100 * deviation:.2g} %"
