@@ -173,5 +173,5 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
     """The second one is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    with driver._alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
+    with driver.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
         small.run(tmp_path, spheres)

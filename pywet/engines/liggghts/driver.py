@@ -86,7 +86,7 @@ def run(
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
     try:
-        with _alone(run_dir):
+        with alone(run_dir):
             point = _begin(scene, folder, mark)
             if point and progress:
                 print(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}", flush=True)
@@ -118,7 +118,7 @@ def run(
 
 
 @contextmanager
-def _alone(run_dir: Path) -> Iterator[None]:
+def alone(run_dir: Path) -> Iterator[None]:
     """Hold the run directory; the lock goes with the process, also when that is killed."""
     with open(run_dir / ".engine.lock", "w") as lock:
         try:

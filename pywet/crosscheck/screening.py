@@ -1,0 +1,198 @@
+"""Dry screening in both engines: runs of several seeds, and whether fraction retained over time differs beyond their spread.
+
+Rolling resistance is off in both engines, because YADE's differs. A seed is that of the first arrangement of the spheres, so
+both engines start from the same places; contacts make the two courses independent within a tenth of a second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet import config as settings
+from pywet.errors import PywetError
+from pywet.files import write_json, write_table
+from pywet.geometry.surface import Floats
+from pywet.scene import Scene
+
+ENGINES = ("liggghts", "yade")
+NAMES = {"liggghts": "LIGGGHTS", "yade": "YADE"}
+LEVEL = 0.05
+"""Probability below which a difference is called one."""
+MANY = 20000
+"""Splits of the runs that are tried at most; beyond, as many drawn at random."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of a comparison of two groups of runs."""
+
+    runs: int
+    """In each group."""
+    times: int
+    largest_t: float
+    """Largest |difference of means| over its standard error, over all output times."""
+    at_time_s: float
+    p: float
+    """Share of the ways to split the runs into two groups that give as large a largest_t or a larger one."""
+    largest_difference: float
+    """Largest |difference of means|, an absolute fraction."""
+    end_difference: float
+    end_standard_error: float
+    agree: bool
+
+
+def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> Scene:
+    """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
+    from pywet.screening import cases
+
+    loaded = without_rolling(settings.load(config_dir))
+    seeded = replace(loaded, settings=loaded.settings.model_copy(update={"seed": seed}))
+    return cases.build(seeded, case, scale, run_dir)
+
+
+def without_rolling(loaded: settings.Config) -> settings.Config:
+    """The same configuration with rolling resistance off."""
+    effects = loaded.settings.effects.model_copy(update={"rolling": "off"})
+    return replace(loaded, settings=loaded.settings.model_copy(update={"effects": effects}))
+
+
+def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:
+    """Run a prepared dry scene in an engine and write its tables of results."""
+    from pywet.engines.liggghts import driver as liggghts
+    from pywet.engines.yade import driver as yade
+    from pywet.screening import results
+
+    if engine not in ENGINES:
+        raise PywetError(f"the engine {engine} was asked for; expected one of {', '.join(ENGINES)}")
+    if engine == "yade":
+        yade.run(run_dir, progress=progress)
+    else:
+        liggghts.run(run_dir, progress=progress)
+    results.write(run_dir)
+
+
+def read(run_dirs: list[Path]) -> tuple[Floats, Floats]:
+    """Times [s] since the slide opened, shape (T,), and fraction retained of each run, shape (runs, T)."""
+    tables = [pd.read_parquet(Path(d) / "results" / "fraction_retained.parquet") for d in run_dirs]
+    times = tables[0]["time_since_opening_s"].to_numpy()
+    if any(len(t) != len(times) or not np.allclose(t["time_since_opening_s"], times) for t in tables):
+        raise PywetError("the runs to compare have different output times; give runs of one case and scale")
+    return times, np.array([t["fraction_retained"].to_numpy() for t in tables])
+
+
+def compare(times: Floats, one: Floats, two: Floats) -> tuple[pd.DataFrame, Verdict]:
+    """Means, standard deviations and t of two groups of runs over time, and the verdict over all times at once.
+
+    t(t_k) = (mean two − mean one)/√((s₁² + s₂²)/n), the pooled standard error of n runs each. Neighbouring times belong to the
+    same runs, so t is not judged time by time: the largest |t| is set against the largest |t| of every other way to split the
+    2n runs into two groups of n (a permutation test; exact whatever the distribution and the correlation in time).
+    """
+    if one.shape != two.shape or len(one) < 2:
+        raise PywetError(f"{len(one)} and {len(two)} runs were given; expected the same number of each, at least two")
+    # where all runs are equal, as before the slide opens, there is nothing to test; half a per mille is half a sphere
+    both = np.concatenate([one, two])
+    floor = 5e-4
+    t = _largest(both, np.arange(len(one))[None, :], floor, reduce=False)[0]
+    splits = _splits(len(both), len(one))
+    largest = _largest(both, splits, floor)
+    k = int(np.argmax(np.abs(t)))
+    p = float(np.mean(largest >= np.abs(t).max() * (1 - 1e-9)))
+    difference = two.mean(axis=0) - one.mean(axis=0)
+    error = np.sqrt((one.var(axis=0, ddof=1) + two.var(axis=0, ddof=1)) / len(one))
+    frame = pd.DataFrame(
+        {
+            "time_since_opening_s": times,
+            "mean_one": one.mean(axis=0),
+            "deviation_one": one.std(axis=0, ddof=1),
+            "mean_two": two.mean(axis=0),
+            "deviation_two": two.std(axis=0, ddof=1),
+            "difference": difference,
+            "standard_error": error,
+            "t": t,
+        }
+    )
+    verdict = Verdict(
+        runs=len(one),
+        times=len(times),
+        largest_t=float(np.abs(t).max()),
+        at_time_s=float(times[k]),
+        p=p,
+        largest_difference=float(np.abs(difference).max()),
+        end_difference=float(difference[-1]),
+        end_standard_error=float(error[-1]),
+        agree=p > LEVEL,
+    )
+    return frame, verdict
+
+
+def _splits(total: int, size: int) -> np.ndarray:
+    """Rows of indices of the first group: all splits, or MANY at random (with the given one) where there are more."""
+    from math import comb
+
+    if comb(total, size) <= MANY:
+        return np.array(list(combinations(range(total), size)))
+    random = np.random.default_rng(0)
+    rows = np.array([random.permutation(total)[:size] for _ in range(MANY - 1)])
+    return np.concatenate([np.arange(size)[None, :], rows])
+
+
+def _largest(both: Floats, first: np.ndarray, floor: float, reduce: bool = True) -> Floats:
+    """t of each split over time, or its largest |t|; standard errors count at least floor/√n."""
+    n = first.shape[1]
+    chosen = np.zeros((len(first), len(both)))
+    np.put_along_axis(chosen, first, 1.0, axis=1)
+    centred = both - both.mean(axis=0)
+    total, squares = centred.sum(axis=0), (centred**2).sum(axis=0)
+    one, one2 = chosen @ centred, chosen @ centred**2
+    two, two2 = total - one, squares - one2
+    variance = (one2 - one**2 / n + two2 - two**2 / n) / (n - 1)
+    t = (two - one) / n / np.sqrt((np.maximum(variance, 0.0) + 2 * floor**2) / n)
+    return np.asarray(np.abs(t).max(axis=1) if reduce else t)
+
+
+def write(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
+    """Compare runs of LIGGGHTS and YADE; writes fraction_retained.parquet (and CSV), verdict.json and the picture."""
+    times, one = read(run_dirs["liggghts"])
+    _, two = read(run_dirs["yade"])
+    frame, verdict = compare(times, one, two)
+    named = {f"{a}_{k}": f"{a}_{e}" for a in ("mean", "deviation") for k, e in zip(("one", "two"), ENGINES, strict=True)}
+    write_table(frame.rename(columns=named), folder / "fraction_retained.parquet", csv=True)
+    write_json(folder / "verdict.json", asdict(verdict))
+    write_table(pd.DataFrame(rows(frame, verdict)), folder / "rows.parquet", csv=True)
+    draw(times, one, two, frame, verdict, folder / "engines_screening.png")
+    return verdict
+
+
+def rows(frame: pd.DataFrame, verdict: Verdict) -> list[dict[str, Any]]:
+    """Fraction retained of YADE against LIGGGHTS at quarters of the time, as rows of a table of agreement."""
+    found = []
+    scene = f"dry screening, {verdict.runs} seeds"
+    for k in np.linspace(0, len(frame) - 1, 5).astype(int)[1:]:
+        at = frame.iloc[k]
+        found.append(
+            {
+                "scene": scene,
+                "quantity": f"fraction retained {at['time_since_opening_s']:.2f} s after opening",
+                "engine": "YADE",
+                "value": float(at["mean_two"]),
+                "reference": "LIGGGHTS",
+                "reference_value": float(at["mean_one"]),
+                "deviation": float(at["mean_two"] / at["mean_one"] - 1.0),
+                "spread": float(2.0 * at["standard_error"] / at["mean_one"]),
+                "note": "spread: two standard errors of the difference",
+            }
+        )
+    return found
+
+
+def draw(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verdict: Verdict, path: Path) -> None:
+    """Bands of both engines over time, and their difference against its standard error."""
+    from pywet.crosscheck import pictures
+
+    pictures.screening(times, one, two, frame, verdict, path)

@@ -1,0 +1,81 @@
+"""The scene's dry contacts in the terms of YADE's linear spring and dashpot (`FrictViscoMat`, `…_CundallStrackVisco`).
+
+Stiffnesses and friction are given per pair of materials. Damping is not: YADE takes 2 √(m_eff k_n) times the mean of the two
+materials' fractions β of critical damping. One β per sphere class and one for the walls are found by least squares so that
+each pair gets the damping [kg/s] that LIGGGHTS gets from `deck.damping` (both integrate by leapfrog, so the same correction
+for the size of the step holds); what is left over is checked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pywet.engines.liggghts.deck import damping
+from pywet.errors import PywetError
+from pywet.geometry.surface import Floats
+from pywet.scene import ContactPair, Scene
+
+LARGEST_MISS = 0.02
+"""Relative error of a pair's damping up to which a scene is run; it changes a restitution of 0.8 by 0.004."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Pairs of material numbers (0: the walls) with their numbers, and the fraction of critical damping per material."""
+
+    pairs: tuple[tuple[int, int], ...]
+    stiffness: tuple[float, ...]
+    """Normal, per pair [N/m]."""
+    ratio: tuple[float, ...]
+    """Tangential over normal stiffness, per pair."""
+    friction: tuple[float, ...]
+    damping_share: tuple[float, ...]
+    """β of the walls, then of each class."""
+    largest_miss: float
+    """Largest relative error of a pair's damping."""
+
+
+def effective_mass(scene: Scene, pair: ContactPair) -> float:
+    """m_eff of a pair [kg]: that of the sphere at a wall."""
+    one = scene.classes[pair.a - 1].mass_kg
+    if pair.b == 0:
+        return one
+    two = scene.classes[pair.b - 1].mass_kg
+    return one * two / (one + two)
+
+
+def contacts(scene: Scene) -> Contacts:
+    """Numbers for YADE; PywetError where no damping shares reproduce the scene's coefficients of restitution."""
+    wanted = []
+    for pair in scene.pairs:
+        mass = effective_mass(scene, pair)
+        critical = 2.0 * np.sqrt(mass * pair.normal_stiffness_N_per_m)
+        wanted.append(damping(pair, mass, scene.time_step_s) / critical)
+    share, miss = _shares(scene, np.array(wanted))
+    if miss > LARGEST_MISS or share.min() < 0:
+        raise PywetError(
+            f"the coefficients of restitution of scene {scene.name} are beyond YADE, which has one damping per material (the "
+            f"worst pair is off by {100 * miss:.0f} %); give spheres of all classes the same coefficient"
+        )
+    return Contacts(
+        pairs=tuple((p.b, p.a) for p in scene.pairs),
+        stiffness=tuple(p.normal_stiffness_N_per_m for p in scene.pairs),
+        ratio=tuple(p.tangential_stiffness_N_per_m / p.normal_stiffness_N_per_m for p in scene.pairs),
+        friction=tuple(p.friction for p in scene.pairs),
+        damping_share=tuple(float(s) for s in share),
+        largest_miss=miss,
+    )
+
+
+def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:
+    """β of walls and classes with (β_a + β_b)/2 = wanted of the pair (a, b), and the largest relative error."""
+    matrix = np.zeros((len(scene.pairs), len(scene.classes) + 1))
+    for row, pair in enumerate(scene.pairs):
+        matrix[row, pair.a] += 0.5
+        matrix[row, pair.b] += 0.5
+    scale = np.maximum(wanted, 1e-9)
+    share = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
+    share = np.where(np.abs(share) < 1e-12, 0.0, share)
+    return share, float(np.max(np.abs(matrix @ share - wanted) / np.maximum(wanted, 1e-3)))

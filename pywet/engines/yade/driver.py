@@ -1,0 +1,236 @@
+"""Runs a prepared scene in YADE and writes the same tables as the LIGGGHTS driver: trajectory, mesh motion, engine/run.json.
+
+Dry scenes without rolling resistance, with walls that rest, vibrate or slide. Everything is written into `engine.partial`
+first and renamed when the run is complete. The program runs in_yade.py; no module of YADE is imported here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet import advisor
+from pywet.engines.liggghts import deck
+from pywet.engines.liggghts.build import package_version
+from pywet.engines.liggghts.driver import alone
+from pywet.engines.liggghts.process import die_with_parent, progress_bar
+from pywet.engines.yade.contacts import contacts
+from pywet.engines.yade.solids import convex_pieces
+from pywet.errors import PywetError
+from pywet.files import write_json, write_table
+from pywet.geometry.stl import read_stl
+from pywet.scene import Scene
+
+PROGRAM = "yade"
+MAJOR_VERSION = "2023"
+SCRIPT = Path(__file__).with_name("in_yade.py")
+COLUMNS = ("step", "id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
+SKIN = 0.3
+"""Margin of the bodies' boxes over the smallest radius, between two sorts of the collider."""
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """What a run was: also written to engine/run.json."""
+
+    engine: str
+    engine_version: str
+    wall_s: float
+    steps: int
+    spheres: int
+    ranks: int
+    solids: int
+    """Convex solids of the walls."""
+    damping_miss: float
+    """Largest relative error of a pair's damping, which YADE has per material."""
+
+
+def run(run_dir: Path, progress: bool = True) -> RunInfo:
+    """Run the dry scene in `run_dir`/scene.json; writes engine/, trajectory and mesh motion.
+
+    Raises `PywetError` where YADE is missing, of another version, or cannot do what the scene asks for.
+    """
+    run_dir = Path(run_dir).resolve()
+    scene = Scene.read(run_dir / "scene.json")
+    refuse(scene)
+    version = check_engine()
+    advisor.refuse_unstable(scene)
+    task = build_task(scene, run_dir)
+    matched = contacts(scene)
+    task["contacts"] = asdict(matched)
+    wall = execute(run_dir, scene, task, progress)
+    info = RunInfo(
+        engine="YADE",
+        engine_version=version,
+        wall_s=wall,
+        steps=scene.steps,
+        spheres=len(task["spheres"]),
+        ranks=1,
+        solids=sum(len(pieces) for pieces in task["walls"].values()),
+        damping_miss=matched.largest_miss,
+    )
+    finish(run_dir, asdict(info))
+    return info
+
+
+def refuse(scene: Scene) -> None:
+    """PywetError in one sentence for what YADE cannot do as this scene has it."""
+    reasons = []
+    if scene.effects.bridges:
+        reasons.append("liquid that moves between films and bridges (Debian's build has no liquid migration)")
+    if scene.effects.rolling:
+        reasons.append("rolling resistance with a constant torque (its own is proportional to the spin)")
+    if any(w.motion == "turns" for w in scene.walls):
+        reasons.append("turning walls")
+    if reasons:
+        raise PywetError(
+            f"the engine yade cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected a dry scene "
+            "without rolling resistance (`effects: rolling: off` in config.yaml): take the engine liggghts"
+        )
+
+
+def check_engine() -> str:
+    """Version of the installed program; PywetError where it is missing or of another major version."""
+    if shutil.which(PROGRAM) is None:
+        raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
+    version = package_version("yade")
+    if version is not None and not version.startswith(MAJOR_VERSION):
+        raise PywetError(f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version")
+    return version or MAJOR_VERSION
+
+
+def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
+    """The scene as plain numbers for in_yade.py, walls cut into convex solids; without contacts."""
+    spheres = pd.read_parquet(run_dir / scene.spheres_file)
+    names = ["id", "type", *"xyz", "vx", "vy", "vz", "wx", "wy", "wz"]
+    for name in names:
+        if name not in spheres.columns:
+            spheres[name] = 0.0
+    vibration, slide = scene.vibration, scene.slide
+    opens = drawn = 0
+    if slide is not None:
+        opens = min(scene.steps, round(slide.opens_at_s / scene.time_step_s))
+        drawn = min(scene.steps, opens + round(slide.travel_s / scene.time_step_s))
+    every = deck.output_every(scene)
+    return {
+        "name": scene.name,
+        "time_step": scene.time_step_s,
+        "steps": scene.steps,
+        "every": every,
+        "marks": list(range(0, scene.steps, max(1, scene.steps // 200))),
+        "gravity": scene.gravity_m_per_s2,
+        "radius": [c.radius_m for c in scene.classes],
+        "density": [c.density_kg_per_m3 for c in scene.classes],
+        "spheres": spheres[names].to_numpy(float).tolist(),
+        "walls": {w.name: _solid(run_dir / w.stl, w.name) for w in scene.walls},
+        "vibrates": [w.name for w in scene.walls if w.motion == "vibrates"],
+        "vibration": vibration
+        and {"amplitude": vibration.amplitude_m, "phase": vibration.phase_rad, "frequency": vibration.frequency_Hz},
+        "slides": [w.name for w in scene.walls if w.motion == "slides"],
+        "slide_steps": [opens, drawn] if slide is not None and drawn > opens else [],
+        "slide_velocity": slide.velocity_m_per_s if slide else (0.0, 0.0, 0.0),
+        "skin": SKIN * min(c.radius_m for c in scene.classes),
+        "reach": 1.0,
+        "box_low": scene.box_low_m,
+        "box_high": scene.box_high_m,
+        "contacts": None,
+        "liquid": None,
+    }
+
+
+def _solid(path: Path, name: str) -> list[list[list[float]]]:
+    return [piece.tolist() for piece in convex_pieces(read_stl(path, name=name))]
+
+
+def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -> float:
+    """Run a task in engine.partial and read its frames into trajectory and mesh motion; wall time of the program [s]."""
+    folder = run_dir / "engine.partial"
+    try:
+        with alone(run_dir):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+            write_json(folder / "task.json", task)
+            started = time.monotonic()
+            with progress_bar(scene, progress) as report:
+                _watch(folder, scene, report)
+            wall = time.monotonic() - started
+            _collect(scene, run_dir, folder)
+    except OSError as error:
+        raise PywetError(
+            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
+        ) from error
+    return wall
+
+
+def finish(run_dir: Path, info: dict[str, Any]) -> None:
+    """The run is whole: its folder gets its name."""
+    folder = run_dir / "engine.partial"
+    write_json(folder / "run.json", info)
+    shutil.rmtree(run_dir / "engine", ignore_errors=True)
+    folder.rename(run_dir / "engine")
+
+
+def _watch(folder: Path, scene: Scene, report: Callable[[int, int], None]) -> None:
+    """Start the program and report its progress to its end."""
+    # another Python's packages would shadow those of the program's own
+    hidden = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
+    environment = {k: v for k, v in os.environ.items() if k not in hidden} | {"OMP_NUM_THREADS": "1"}
+    command = [PROGRAM, "-j1", "-x", "-n", str(SCRIPT), "task.json"]
+    with open(folder / "output.log", "w") as output:
+        child = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            preexec_fn=die_with_parent,
+        )
+        try:
+            while child.poll() is None:
+                time.sleep(0.1)
+                report(_last_step(folder / "progress.txt"), scene.steps)
+        except BaseException:
+            child.kill()
+            raise
+    if not (folder / "done").exists():
+        raise PywetError(f"{scene.name}: YADE stopped: {_reason(folder, child.returncode)} (all messages: {output.name})")
+
+
+def _last_step(path: Path) -> int:
+    try:
+        return int(path.read_text() or 0)
+    except FileNotFoundError:
+        return 0
+
+
+def _reason(folder: Path, returncode: int) -> str:
+    """The script's own ERROR, the last line of a traceback, or the signal."""
+    lines = [line for line in (folder / "output.log").read_text(errors="replace").splitlines() if line.strip()]
+    errors = [line.split("ERROR", 1)[1].lstrip(": ") for line in lines if "ERROR" in line]
+    if errors:
+        return f"{errors[0]}; enlarge the box or lower the time step" if "left the simulated" in errors[0] else errors[0]
+    if returncode < 0:
+        return f"the program was ended by signal {-returncode}"
+    return lines[-1] if lines else "it wrote nothing"
+
+
+def _collect(scene: Scene, run_dir: Path, folder: Path) -> None:
+    """Tables from the frames, in the schema of the LIGGGHTS driver."""
+    rows = np.fromfile(folder / "frames.bin").reshape(-1, len(COLUMNS))
+    table = pd.DataFrame(rows, columns=list(COLUMNS)).astype({"step": np.int64, "id": np.int64, "type": np.int64})
+    table.insert(1, "time", table["step"] * scene.time_step_s)
+    write_table(table.sort_values(["step", "id"], ignore_index=True), run_dir / "trajectory.parquet")
+    (folder / "frames.bin").unlink()
+    moved = json.loads((folder / "walls.json").read_text())
+    write_table(pd.DataFrame(moved, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")

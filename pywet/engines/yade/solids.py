@@ -1,0 +1,124 @@
+"""Walls as YADE needs them: every closed surface cut into convex solids.
+
+YADE's facets are counted one by one: a sphere on the edge that two of them share, flat or convex, gets both their forces
+(measured: twice the stiffness and damping). Most contacts with a wire of six sides are on edges. A convex polyhedron is one
+body and gives one contact, as LIGGGHTS gives for a closed mesh. Wires, plates and boxes are convex as they are; tubes and
+bins are cut into the pieces between faces that look away from each other, which fit together at the mitres without rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull
+
+from pywet.errors import PywetError
+from pywet.geometry.surface import Floats, Surface
+
+SAME = 1e-6
+"""Relative tolerance of volumes, and in metres over the size of the solid of distances: STL files are in single precision."""
+
+
+@dataclass(frozen=True)
+class Face:
+    """A flat patch of a closed surface: all its triangles in one plane."""
+
+    normal: Floats
+    points: Floats
+    area: float
+
+    @property
+    def convex(self) -> bool:
+        """Whether the patch fills the convex hull of its corners."""
+        return abs(_flat_area(self.points, self.normal) - self.area) < 1e-3 * self.area
+
+    @property
+    def centre(self) -> Floats:
+        """Mean of the different corners (3,) [m]."""
+        return np.asarray(np.unique(np.round(self.points, 9), axis=0).mean(axis=0))
+
+
+def convex_pieces(surface: Surface) -> list[Floats]:
+    """Corner points (n, 3) [m] of convex solids that together fill the closed surface.
+
+    PywetError where they do not: a solid with other than convex parts between parallel faces is beyond this method.
+    """
+    corners = np.asarray(surface.vertices, dtype=float)[np.asarray(surface.triangles)]
+    pieces: list[Floats] = []
+    for component in _components(corners):
+        found = _pieces(component)
+        filled, wanted = sum(float(ConvexHull(p).volume) for p in found), _volume(component)
+        if abs(filled - wanted) > 1e3 * SAME * wanted:
+            raise PywetError(
+                f"the wall {surface.name} cannot be cut into convex solids ({filled:.3g} m3 of {wanted:.3g} m3 found); the "
+                "engine yade takes wires, plates, boxes, straight tubes and bins: run this scene in LIGGGHTS"
+            )
+        pieces += found
+    return pieces
+
+
+def _pieces(corners: Floats) -> list[Floats]:
+    """A convex solid as it is, another one cut between opposite faces."""
+    points = np.unique(corners.reshape(-1, 3), axis=0)
+    if abs(ConvexHull(points).volume - _volume(corners)) < 1e2 * SAME * _volume(corners):
+        return [points]
+    faces = [f for f in _faces(corners) if f.convex]
+    found: dict[tuple[int, int], Floats] = {}
+    for k in range(len(faces)):
+        m = _behind(faces, k)
+        if m is not None:
+            found[(min(k, m), max(k, m))] = np.unique(np.concatenate([faces[k].points, faces[m].points]), axis=0)
+    return list(found.values())
+
+
+def _behind(faces: list[Face], k: int) -> int | None:
+    """The nearest face that looks the other way, within the solid behind face k."""
+    best, distance = None, np.inf
+    for m, other in enumerate(faces):
+        if m == k or other.normal @ faces[k].normal > -0.999:
+            continue
+        away = (other.centre - faces[k].centre) @ faces[k].normal
+        sideways = np.linalg.norm(other.centre - faces[k].centre - away * faces[k].normal)
+        if away < 0 and -away + sideways < distance:
+            best, distance = m, -away + sideways
+    return best
+
+
+def _components(corners: Floats) -> list[Floats]:
+    """The triangles (m, 3, 3) of each connected solid."""
+    _, node = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
+    node = np.asarray(node).reshape(-1, 3)
+    pairs = np.concatenate([node[:, [0, 1]], node[:, [1, 2]]])
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(node.max() + 1,) * 2)
+    _, label = connected_components(graph, directed=False)
+    return [corners[label[node[:, 0]] == c] for c in np.unique(label)]
+
+
+def _faces(corners: Floats) -> list[Face]:
+    """Triangles joined by their plane."""
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.linalg.norm(cross, axis=1)
+    normal = cross / (2.0 * area[:, None])
+    offset = np.einsum("ij,ij->i", normal, corners[:, 0])
+    plane = np.column_stack([np.round(normal, 4), np.round(offset, 7)]) + 0.0
+    _, label = np.unique(plane, axis=0, return_inverse=True)
+    label = np.asarray(label).reshape(-1)
+    return [
+        Face(normal[label == k][0], corners[label == k].reshape(-1, 3), float(area[label == k].sum()))
+        for k in range(label.max() + 1)
+    ]
+
+
+def _flat_area(points: Floats, normal: Floats) -> float:
+    """Area of the convex hull of points in a plane."""
+    along = np.linalg.svd(normal[None, :])[2][1:]
+    return float(ConvexHull(points @ along.T).volume)
+
+
+def _volume(corners: Floats) -> float:
+    """Volume inside closed triangles: sum of tetrahedra to a point amid them."""
+    p = corners - corners.reshape(-1, 3).mean(axis=0)
+    return float(np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2])).sum() / 6.0)
