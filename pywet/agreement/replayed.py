@@ -1,4 +1,4 @@
-"""Source `replayed`: small moist scenes run in LIGGGHTS + pywet and replayed by the reference; energies and momenta they conserve.
+"""Source `replayed`: small moist scenes run in LIGGGHTS + pywet and replayed by the reference; what they conserve.
 
 Source `screening`: what the replay said of the moist screening cases that have been run (results/<scale>/*/replay.json).
 """
@@ -16,12 +16,20 @@ import pandas as pd
 
 from pywet import scenes, small
 from pywet.agreement.model import (
-    COLUMNS, EXACT, LIGGGHTS, REFERENCE, Cell, Floats, Source, impossible, measured, not_run, truth,
+    COLUMNS,
+    EXACT,
+    LIGGGHTS,
+    REFERENCE,
+    Cell,
+    Floats,
+    Source,
+    impossible,
+    measured,
+    not_run,
+    truth,
 )  # fmt: skip
 from pywet.agreement.rows import NO_LOG, NO_MIGRATION, QUANTITIES, REPLAY_REASONS
-from pywet.errors import PywetError
-from pywet.files import write_json
-from pywet.scene import ContactPair, Liquid, SphereClass
+from pywet.scene import ContactPair, Liquid, Scene, SphereClass
 from reference_impl.replay import replay
 
 R = 2.5e-3
@@ -42,7 +50,12 @@ def classes(*radii: float) -> list[SphereClass]:
     """Glass spheres of these radii, one of each."""
     return [
         SphereClass(
-            name=f"class{k}", type=k, radius_m=r, density_kg_per_m3=2500.0, contact_angle_rad=math.radians(15.0), count=1
+            name=f"class{k}",
+            type=k,
+            radius_m=r,
+            density_kg_per_m3=2500.0,
+            contact_angle_rad=math.radians(15.0),
+            count=1,
         )
         for k, r in enumerate(radii, start=1)
     ]
@@ -70,16 +83,23 @@ def source(folder: Path) -> Source:
 
 
 def screening(results: Path) -> Source:
-    """Cells of the screening cases found under results/<scale>/."""
+    """Cells of the screening cases found under results/<scale>/, by preset."""
     files = sorted(results.glob("*/case*/replay.json"))
-    found = [json.loads(f.read_text()) for f in files]
-    if not found:
-        how = "run `snakemake --cores 2` (or `pywet run 2`) first"
-        return Source("screening", [not_run(f"{key}_screening", LIGGGHTS, how) for key in QUANTITIES])
-    names = [f"{f.parent.parent.name} {f.parent.name}" for f in files]
-    link = f"../{files[0].parent.parent.name}/report.html"
-    said = f"{len(found)} cases: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
-    return Source("screening", list(_cells("screening", found, link, said, names)))
+    exact = {f: Scene.read(f.with_name("scene.json")).effects.capillary == "young_laplace" for f in files}
+    cells: list[Cell] = []
+    for row, kept in (
+        ("screening", [f for f in files if not exact[f]]),
+        ("screening_exact", [f for f in files if exact[f]]),
+    ):
+        if not kept:
+            how = "run `snakemake --cores 2` (or `pywet run 2`) first"
+            cells += [not_run(f"{key}_{row}", LIGGGHTS, how) for key in QUANTITIES]
+            continue
+        found = [json.loads(f.read_text()) for f in kept]
+        names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
+        said = f"{len(found)} cases: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
+        cells += _cells(row, found, f"../{kept[0].parent.parent.name}/report.html", said, names)
+    return Source("screening", cells)
 
 
 def _cells(
@@ -207,7 +227,14 @@ def _split(folder: Path) -> Iterator[Cell]:
     row = "split_exact_unequal"
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), small.Sphere(2, (0.0, 0.0, 3.0 * R), driven=True)]
     small.prepare(
-        folder, classes(R, 2.0 * R), bodies, contacts(2, 1e5), liquid=WATER, effects=small.EXACT, time_step_s=2e-5, steps=10
+        folder,
+        classes(R, 2.0 * R),
+        bodies,
+        contacts(2, 1e5),
+        liquid=WATER,
+        effects=small.EXACT,
+        time_step_s=2e-5,
+        steps=10,
     )
     small.run(folder, bodies)
     nodes = pd.read_parquet(folder / "history" / "transfer.parquet")
@@ -217,7 +244,7 @@ def _split(folder: Path) -> Iterator[Cell]:
 
     v = nodes["v_star"].to_numpy(float) * (4.0 / 3.0 * R) ** 3
     angle = math.radians(15.0)
-    own = np.array([young_laplace.split(float(x), R, 2.0 * R, angle, angle) for x in v])
+    own = np.array([young_laplace.rupture(float(x), R, 2.0 * R, angle, angle).transfer_ratio for x in v])
     other = np.array([bridge.rupture(float(x), R, 2.0 * R, angle, angle).bridge.share_i for x in v])
     names = [f"V* {x:.1e}" for x in nodes["v_star"]]
     yield truth(row, EXACT, "exact profile at its limit, split at the neck", len(v))
@@ -234,10 +261,3 @@ def _places(folder: Path) -> dict[str, Any]:
     table = pd.read_parquet(folder / "trajectory.parquet").query("step == step.max()")
     radius = json.loads((folder / "scene.json").read_text())["classes"][0]["radius_m"]
     return {"radius": radius, "at": table[["x", "y", "z"]].to_numpy(float).tolist()}
-
-
-def keep(folder: Path, content: dict[str, Any]) -> None:
-    """Write what a cell's link leads to."""
-    if not folder.exists():
-        raise PywetError(f"{folder} is missing; expected a run directory")
-    write_json(folder / "agreement.json", content)

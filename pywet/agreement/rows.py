@@ -24,7 +24,8 @@ REPLAYED = {
     "pair": "pair 1 : 2 drawn apart, sideways and spinning",
     "wall_pull": "sphere drawn from a wall, sideways and spinning",
     "bed": "moist bed of 40 spheres",
-    "screening": "moist screening cases",
+    "screening": "moist screening cases, preset paper",
+    "screening_exact": "moist screening cases, preset exact",
 }
 """Scenes that are replayed -> how the page calls them."""
 QUANTITIES: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
