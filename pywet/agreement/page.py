@@ -26,21 +26,7 @@ BINS = (
 )
 """Upper end of the deviation, colour, name: a logarithmic scale."""
 ROUND_OFF = 1e-9
-STYLE = """<style>
-.agreement { border-collapse: separate; border-spacing: 0; width: 100%; font-size: .84rem; }
-.agreement thead th { position: sticky; top: 0; background: #fff; z-index: 2; border-bottom: 2px solid #c6d0da; text-align: center; width: 8.6%; }
-.agreement thead th:first-child { text-align: left; width: 29%; } .agreement thead th:nth-child(2) { text-align: left; width: 20%; }
-.agreement td { text-align: center; vertical-align: middle; border-right: 2px solid #fff; }
-.agreement td:first-child, .agreement td:nth-child(2) { text-align: left; }
-.agreement td:nth-child(2) { color: #5c6b79; }
-.agreement tr.group td { background: #eef2f6; font-weight: 650; color: #0b3c78; text-align: left; position: sticky; top: 2.9rem; z-index: 1; }
-.agreement td.truth { color: #0b3c78; font-weight: 600; background: #e7eff9; } .agreement td.none { color: #b3bcc5; }
-.agreement td.norun { color: #7d8894; font-style: italic; background: repeating-linear-gradient(45deg,#fafbfc,#fafbfc 5px,#f1f4f6 5px,#f1f4f6 10px); }
-.agreement td.failed { color: #fff; background: #8c1d18; } .agreement td a { color: inherit; text-decoration: none; border-bottom: 1px dotted #7d8894; }
-.agreement tbody tr:hover td { box-shadow: inset 0 0 0 999px rgb(11 60 120 / 4%); }
-.legend { display: flex; flex-wrap: wrap; gap: 0; margin: 10px 0 14px; font-size: .8rem; }
-.legend span { padding: 4px 14px; } .legend .mark { margin-left: 14px; border: 1px solid #e1e6eb; }
-</style>"""
+STYLE = Path(__file__).with_name("agreement.css")
 LEAD = (
     "Why believe the numbers? Every quantity the simulation rests on is computed by several independent programs and held"
     " against the best truth there is: an exact solution, an independent second program, or a quantity that nature conserves."
@@ -77,7 +63,7 @@ def make(folder: Path) -> Path:
     found = read(folder)
     write_json(folder / "table.json", [c.__dict__ for c in found.cells.values()])
     sections = [
-        Section("The table", STYLE + legend() + big_table(found), "Table"),
+        Section("The table", f"<style>{STYLE.read_text()}</style>{legend()}{big_table(found)}", "Table"),
         Section("What the deviations mean", "".join(paragraph(t) for t in meanings(found)), "Meaning"),
         Section("Pictures", pictures.all_of(found.sources), "Pictures"),
         Section("What cannot be compared, and why", limits(found), "Limits"),
@@ -176,19 +162,19 @@ def meanings(found: Table) -> list[str]:
     by_row = {r.key: r for r in ROWS}
     names = "; ".join(f"{by_row[c.row].quantity}, {by_row[c.row].scene}: {said(c.deviation)}" for c in loose)
     return [
-        "Up to about `1e-12`: two programs evaluate the same equation in double precision. This says that the code does what the"
-        " papers write, not that the papers describe nature.",
-        f"Rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, all of them: {names or 'none'}. Tables (exact force,"
-        " exact rupture) carry their stated interpolation error, dry impacts the error of the time step, single wet collisions a"
+        "Up to about `1e-12`: two programs evaluate the same equation in double precision. This says that the code does what"
+        " the papers write, not that the papers describe nature.",
+        f"Rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, all of them: {names or 'none'}. Tables (exact"
+        " force, exact rupture) carry their stated interpolation error, dry impacts the error of the time step, single wet collisions a"
         " spring in place of a hard impact.",
         "Angular momentum of wet spheres is lost because the tangential drag acts at the radius of each sphere, as in the paper,"
         " and the gap between the two is on neither lever arm.",
-        "Red cells of the stock models are no faults of their programming: `washino` uses half of Rabinovich's radius and the product"
-        " of the contact angles, `easo` is Soulié's fit, both take a wall for a sphere and lubrication for that of an unbounded"
+        "Red cells of the stock models are no faults of their programming: `washino` uses half of Rabinovich's radius and the"
+        " product of the contact angles, `easo` is Soulié's fit, both take a wall for a sphere and lubrication for that of an unbounded"
         " liquid. YADE evaluates its laws to round-off between spheres; at walls it uses the sphere's radius, and in overlap its"
         " bridges carry no force.",
-        "Against the exact bridge even a correct closed form is off: that is the error of the law, shown in the rows `exact bridge`"
-        " and in the law atlas.",
+        "Against the exact bridge even a correct closed form is off: that is the error of the law, shown in the rows `exact"
+        " bridge` and in the law atlas.",
     ]
 
 

@@ -51,8 +51,10 @@ FORCES = (
     "Capillary force over gap, all programs in one picture (radius 2.5 mm, water, contact angle 15°, V* 0.01; left of zero the"
     " spheres overlap). The broad grey line is the exact bridge; a line ends where the program's bridge breaks."
 )
-BED = "Forty moist glass spheres at rest in a box, the bed whose every bridge was recomputed; seen from the side, darker is nearer."
-RETAINED = "Fraction retained of the dry screening case in LIGGGHTS and YADE: mean of the seeds, and the band from least to largest."
+BED = "Forty moist glass spheres at rest in a box, the bed whose every bridge was recomputed; seen from the side."
+RETAINED = (
+    "Fraction retained of the dry screening case in LIGGGHTS and YADE: mean of the seeds, band from least to largest."
+)
 
 
 def forces(curves: dict[str, Any]) -> Figure:
