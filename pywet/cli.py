@@ -98,6 +98,7 @@ def run(
     scale: ScaleName = None,
     ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of the engine.")] = 1,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/SCALE/caseNN.")] = None,
+    engine: Annotated[str, typer.Option(help="liggghts, or yade: dry cases, no rolling resistance.")] = "liggghts",
     config: ConfigDir = CONFIG,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of the first arrangement; default: that of config.yaml.")
@@ -110,9 +111,10 @@ def run(
     loaded = settings.load(config)
     name = scale or loaded.settings.scale
     loaded.scale(name)
-    folder = out_dir or Path("results") / name / loaded.case(case).name
-    _stage(folder, "scene", lambda: stages.build(config, case, name, folder, seed=seed))
-    _stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True))
+    suffix = "" if engine == "liggghts" else f"_{engine}"
+    folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    _stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
+    _stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
     _stage(folder, "replay", lambda: stages.replay(folder))
     _stage(folder, "results", lambda: stages.results(folder))
     _show_summary(folder)

@@ -85,22 +85,37 @@ def _run(work: Callable[[], Any]) -> str | None:
 
 
 def build(
-    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, seed: int | None = None
-) -> None:
-    """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed."""
+    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, engine: str = "liggghts",
+    seed: int | None = None,
+) -> None:  # fmt: skip
+    """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed.
+
+    For the engine yade rolling resistance is off, which YADE does not have as the scene means it.
+    """
     from pywet import config
     from pywet.screening import cases
 
     loaded = config.load(config_dir)
     loaded = loaded if seed is None else loaded.with_seed(seed)
+    if engine == "yade":
+        loaded = loaded.without_rolling()
     cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
 
 
-def simulate(run_dir: Path, ranks: int, progress: bool) -> None:
-    """Stage simulate: run the engine."""
-    from pywet.engines.liggghts import driver
+def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
+    """Stage simulate: run the engine, liggghts or yade."""
+    if engine == "yade":
+        from pywet.engines.yade import driver as yade
 
-    driver.run(run_dir, ranks=ranks, progress=progress)
+        if ranks > 1:
+            raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
+        yade.run(run_dir, progress=progress)
+    elif engine == "liggghts":
+        from pywet.engines.liggghts import driver
+
+        driver.run(run_dir, ranks=ranks, progress=progress)
+    else:
+        raise PywetError(f"there is no engine {engine}; expected liggghts or yade")
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:

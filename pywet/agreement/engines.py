@@ -6,7 +6,6 @@ whether it is beyond the seeds' spread.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,13 +21,14 @@ from pywet.agreement.model import (
     WASHINO,
     YADE,
     Cell,
+    Floats,
     Source,
+    basis,
     impossible,
     not_run,
-    truth,
 )  # fmt: skip
-from pywet.agreement.rows import NO_MIGRATION
-from pywet.compare import verdict
+from pywet.compare import statistics, verdict
+from pywet.compare.statistics import Sample
 from pywet.errors import PywetError
 
 HOW = "run `snakemake --cores 2 engines`, then `snakemake --cores 2 agreement`"
@@ -37,6 +37,9 @@ EMPTY = {
     REFERENCE: "the reference replays what an engine logged; it does not simulate a bed",
 }
 DRY = "without liquid it is the same program and contact as LIGGGHTS"
+PROGRAMS = {LIGGGHTS: "LIGGGHTS+pywet", YADE: "YADE", WASHINO: "washino", EASO: "easo"}
+MOIST = {"bed_moist_height": "mean_height_over_radius", "bed_moist_contacts": "contacts_per_sphere"}
+"""Row -> column of the beds' tables."""
 BED = ("mean height at the end", "neighbours per sphere at the end")
 
 
@@ -46,9 +49,9 @@ def source(crosscheck: Path) -> Source:
     groups = {engine: sorted(p.parents[1] for p in dry.glob(f"{engine}/seed*/results/fraction_retained.parquet"))
               for engine in (LIGGGHTS, YADE)}  # fmt: skip
     cells: list[Cell] = []
-    for row in ("retained_dry", "bed_dry", "bed_moist"):
+    for row in ("retained_dry", "bed_dry", *MOIST):
         cells += [impossible(row, column, why) for column, why in EMPTY.items()]
-        cells += [impossible(row, column, DRY) for column in (WASHINO, EASO) if row != "bed_moist"]
+        cells += [impossible(row, column, DRY) for column in (WASHINO, EASO) if row not in MOIST]
     curves: dict[str, Any] = {}
     if min(len(g) for g in groups.values()) < 2:
         cells += [not_run(row, column, HOW) for row in ("retained_dry", "bed_dry") for column in (LIGGGHTS, YADE)]
@@ -100,18 +103,29 @@ def _band(runs: list[Path]) -> dict[str, Any]:
 
 
 def _beds(crosscheck: Path) -> Iterator[Cell]:
-    """Moist beds that were settled in several programs: crosscheck/beds.json, rows of engine, quantity, deviation, note."""
-    row, file = "bed_moist", crosscheck / "beds.json"
-    if not file.exists():
-        yield not_run(
-            row, LIGGGHTS, "the moist bed is replayed contact by contact above; it has not been run in two engines"
-        )
-        yield impossible(
-            row, YADE, f"{NO_MIGRATION}; a bridge has no force in overlap, so that a settled bed carries none"
-        )
-        for column in (WASHINO, EASO):
-            yield impossible(row, column, "its liquid is a content per sphere, and its forces differ by the rows above")
-        return
-    for entry in json.loads(file.read_text()):
-        yield Cell(row, entry["engine"], "measured", entry["deviation"], 1, None, entry["quantity"], entry["note"],
-                   "../crosscheck/")  # fmt: skip
+    """The moist bed that was settled in all programs from the same places, one row of bed.parquet per program and seed."""
+    files = sorted(crosscheck.glob("bed/seed*/bed.parquet"))
+    for row, column in MOIST.items():
+        if not files:
+            yield from (not_run(row, name, HOW) for name in PROGRAMS)
+            continue
+        table = pd.concat([pd.read_parquet(f) for f in files])
+        values = {
+            name: table.loc[table["engine"] == engine, column].to_numpy(float) for name, engine in PROGRAMS.items()
+        }
+        ours, link = values[LIGGGHTS], "../crosscheck/bed/"
+        yield basis(row, LIGGGHTS, f"mean {ours.mean():.4g} of {len(ours)} seeds", len(ours), link)
+        for name in (YADE, WASHINO, EASO):
+            yield _set_against(row, name, ours, values[name], link)
+
+
+def _set_against(row: str, column: str, ours: Floats, other: Floats, link: str) -> Cell:
+    """Means of the seeds, and whether the difference is beyond their spread."""
+    if len(other) < 2 or len(ours) < 2:
+        return not_run(row, column, HOW)
+    scale = abs(float(ours.mean()))
+    _, (found,) = statistics.test([Sample(ours[:, None] / scale, other[:, None] / scale)])
+    said = "beyond" if found.p <= statistics.LEVEL else "within"
+    off = abs(float(other.mean() - ours.mean())) / scale
+    note = f"mean {other.mean():.4g} of {len(other)} seeds, {said} their spread (p = {found.p:.2g})"
+    return Cell(row, column, "measured", off, len(other), None, "", note, link)

@@ -36,7 +36,7 @@ from pywet.agreement.stock import LAWS, SCAN, Stock, scans
 from pywet.bridge_query import Query
 from pywet.engines.stock.liggghts import liggghts_drag
 from pywet.errors import PywetError
-from pywet.history.schema import RUPTURE
+from pywet.history.schema import FORMATION, RUPTURE
 from reference_impl import bridge as own_bridge
 from reference_impl import laws
 
@@ -57,6 +57,8 @@ def source(folder: Path) -> Source:
             cells += list(_engine(pair, preset, pair.gaps, log, events))
             if pair.key == "equal":
                 cells.append(_engine_overlap(pair, preset, log))
+            if pair.key == "equal" and preset == "paper":
+                cells.append(_engine_formation(folder / "pull_paper_equal", events))
             curves[pair.key][f"LIGGGHTS + pywet, {preset}"] = _thinned(log)
         cells += [*_stock(pair, stock), *_edges(pair, stock)]
         if pair.key == "equal":
@@ -145,6 +147,15 @@ def _engine(
             row, REFERENCE, np.array([own_limit]), np.array([limit]), note="second variation, shares no code"
         )
         yield measured(row, LIGGGHTS, broken, np.array([limit]), note="event log; table, stated error 2e-4", link=link)
+
+
+def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
+    """Volume of the new bridge against what the law draws from the films at the start."""
+    films = pd.read_parquet(folder / "history" / "spheres.parquet")["film"].to_numpy(float)
+    drawn = sum(laws.drawn_from_sphere(laws.SPHERE, float(film), R, R, 0.0) for film in films)
+    volume = events.loc[events["kind"] == FORMATION, "volume"].to_numpy(float)[:1]
+    note = "event log; which volumes the films of every formation give is replayed in the rows above"
+    return measured("formation_equal", LIGGGHTS, volume, np.array([drawn]), note=note, link="runs/pull_paper_equal/")
 
 
 def _engine_overlap(pair: Pair, preset: str, log: pd.DataFrame) -> Cell:

@@ -24,7 +24,7 @@ COLUMNS = {
     WASHINO: "stock washino",
     EASO: "stock easo",
 }
-State = Literal["measured", "truth", "impossible", "not run", "failed"]
+State = Literal["measured", "truth", "basis", "impossible", "not run", "failed"]
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,11 @@ def measured(
 def truth(row: str, column: str, note: str, count: int = 0, link: str = "") -> Cell:
     """The cell that the row's others are held against."""
     return Cell(row, column, "truth", 0.0, count, note=note, link=link)
+
+
+def basis(row: str, column: str, note: str, count: int = 0, link: str = "") -> Cell:
+    """The cell that the row's others are set against where nobody knows the truth."""
+    return Cell(row, column, "basis", 0.0, count, note=note, link=link)
 
 
 def impossible(row: str, column: str, why: str) -> Cell:

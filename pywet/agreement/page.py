@@ -106,6 +106,7 @@ def legend() -> str:
     spans = "".join(f'<span style="background:{shade}">{name}</span>' for _, shade, name in BINS)
     marks = (
         '<span class="mark" style="background:#e7eff9;color:#0b3c78;font-weight:600">truth</span>'
+        '<span class="mark" style="background:#eef1f4;color:#46535f;font-weight:600">basis (truth unknown)</span>'
         '<span class="mark" style="color:#b3bcc5">— cannot be</span>'
         '<span class="mark" style="color:#7d8894;font-style:italic">not run</span>'
     )
@@ -120,9 +121,12 @@ def big_table(found: Table) -> str:
     body = []
     for group in GROUPS:
         body.append(f'<tr class="group"><td colspan="{2 + len(COLUMNS)}">{html.escape(group)}</td></tr>')
+        before = ""
         for row in (r for r in ROWS if r.group == group):
             cells = "".join(_td(row, found.cells.get((row.key, column)), found) for column in COLUMNS)
-            body.append(f"<tr><td>{html.escape(row.quantity)}</td><td>{html.escape(row.scene)}</td>{cells}</tr>")
+            name = '<tr class="again"><td>' if row.quantity == before else "<tr><td>"
+            body.append(f"{name}{html.escape(row.quantity)}</td><td>{html.escape(row.scene)}</td>{cells}</tr>")
+            before = row.quantity
     return f'<table class="agreement"><thead><tr>{head}</tr></thead><tbody>\n' + "\n".join(body) + "\n</tbody></table>"
 
 
@@ -137,8 +141,12 @@ def _td(row: Row, cell: Cell | None, found: Table) -> str:
     if cell.state == "measured" and cell.deviation is not None:
         style = f' style="background:{colour(cell.deviation)}"'
     else:
-        name = {"truth": "truth", "impossible": "none", "not run": "norun", "failed": "failed"}[cell.state]
-        text = {"truth": "truth", "impossible": "—", "not run": "not run", "failed": "failed"}[cell.state]
+        name = {"truth": "truth", "basis": "basis", "impossible": "none", "not run": "norun", "failed": "failed"}[
+            cell.state
+        ]
+        text = {"truth": "truth", "basis": "basis", "impossible": "—", "not run": "not run", "failed": "failed"}[
+            cell.state
+        ]
     inner = f'<a href="{html.escape(cell.link)}">{text}</a>' if cell.link else text
     return f'<td class="{name}"{style} title="{hint}">{inner}</td>'
 
@@ -165,13 +173,13 @@ def meanings(found: Table) -> list[str]:
         "Up to about `1e-12`: two programs evaluate the same equation in double precision. This says that the code does what"
         " the papers write, not that the papers describe nature.",
         f"Rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, all of them: {names or 'none'}. Tables (exact"
-        " force, exact rupture) carry their stated interpolation error, dry impacts the error of the time step, single wet collisions a"
-        " spring in place of a hard impact.",
+        " force, exact rupture) carry their stated interpolation error, dry impacts the error of the time step, single wet"
+        " collisions a spring in place of a hard impact.",
         "Angular momentum of wet spheres is lost because the tangential drag acts at the radius of each sphere, as in the paper,"
         " and the gap between the two is on neither lever arm.",
         "Red cells of the stock models are no faults of their programming: `washino` uses half of Rabinovich's radius and the"
-        " product of the contact angles, `easo` is Soulié's fit, both take a wall for a sphere and lubrication for that of an unbounded"
-        " liquid. YADE evaluates its laws to round-off between spheres; at walls it uses the sphere's radius, and in overlap its"
+        " product of the contact angles, `easo` is Soulié's fit, both take a wall for a sphere and lubrication for that of an"
+        " unbounded liquid. YADE evaluates its laws to round-off between spheres; at walls it uses the sphere's radius, and in overlap its"
         " bridges carry no force.",
         "Against the exact bridge even a correct closed form is off: that is the error of the law, shown in the rows `exact"
         " bridge` and in the law atlas.",

@@ -28,7 +28,7 @@ from pywet.agreement.model import (
     not_run,
     truth,
 )  # fmt: skip
-from pywet.agreement.rows import NO_LOG, NO_MIGRATION, QUANTITIES, REPLAY_REASONS
+from pywet.agreement.rows import NO_LOG, NO_MIGRATION, OWN_REASONS, QUANTITIES, REPLAY_REASONS
 from pywet.scene import ContactPair, Liquid, Scene, SphereClass
 from reference_impl.replay import replay
 
@@ -112,7 +112,8 @@ def _cells(
             (q["largest"], q["count"], q["median"], f"{names[n]}: {name}" if names else name, _place(q))
             for n, one in enumerate(replays) for name in inside if (q := one["quantities"].get(name)) and q["count"]
         ]  # fmt: skip
-        yield from (impossible(row, column, why) for column, why in REPLAY_REASONS.items())
+        reasons = {**REPLAY_REASONS, **OWN_REASONS.get(key, {})}
+        yield from (impossible(row, column, why) for column, why in reasons.items())
         if not parts:
             yield impossible(row, LIGGGHTS, "this does not happen in the scene")
             yield impossible(row, REFERENCE, "this does not happen in the scene")

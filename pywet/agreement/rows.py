@@ -21,11 +21,11 @@ class Row:
 
 PAIRS = {"equal": "two equal spheres", "unequal": "spheres 1 : 2", "wall": "sphere and wall"}
 REPLAYED = {
-    "pair": "pair 1 : 2 drawn apart, sideways and spinning",
-    "wall_pull": "sphere drawn from a wall, sideways and spinning",
+    "pair": "spheres 1 : 2 drawn apart, spinning",
+    "wall_pull": "sphere drawn from a wall, spinning",
     "bed": "moist bed of 40 spheres",
-    "screening": "moist screening cases, preset paper",
-    "screening_exact": "moist screening cases, preset exact",
+    "screening": "moist screening, preset paper",
+    "screening_exact": "moist screening, preset exact",
 }
 """Scenes that are replayed -> how the page calls them."""
 QUANTITIES: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
@@ -105,8 +105,10 @@ OTHERS = (
         "impact velocity"),
     Row("davis_three", "Single wet collisions", "final velocities of three wet spheres (Davis 2023)", "St 12, 30°", REFERENCE,
         "largest velocity"),
-    Row("bed_dry", "Beds and screening", "settled bed: mean height and neighbours", "dry bed", "", "itself"),
-    Row("bed_moist", "Beds and screening", "settled bed: mean height and neighbours", "moist bed", "", "itself"),
+    Row("bed_dry", "Beds and screening", "spheres at the end of screening: mean height, neighbours",
+        "dry screening case, several seeds", "", "radius; one neighbour"),
+    Row("bed_moist_height", "Beds and screening", "settled bed: mean height", "moist bed, several seeds", "", "itself"),
+    Row("bed_moist_contacts", "Beds and screening", "settled bed: contacts per sphere", "moist bed, several seeds", "", "itself"),
     Row("retained_dry", "Beds and screening", "fraction retained over time", "dry screening case, several seeds", "",
         "whole feed"),
 )  # fmt: skip
@@ -127,3 +129,12 @@ REPLAY_REASONS = {
     EASO: NO_LOG,
 }
 """Why the replayed rows have only two columns."""
+OWN_REASONS = {
+    "viscous_normal": {YADE: "the capillary laws of YADE's ViscElCapMat have no viscous force of the liquid"},
+    "viscous_tangential": {YADE: "the capillary laws of YADE's ViscElCapMat have no viscous force of the liquid"},
+    "torque": {YADE: "its bridges exert no torque"},
+    "force": {c: "measured at set gaps in the rows `capillary force over gap`" for c in (YADE, WASHINO, EASO)},
+    "rupture_static": {c: "measured in the rows `rupture distance`" for c in (YADE, WASHINO, EASO)},
+    "rupture_dynamic": {c: "its rupture distance does not depend on the speed" for c in (YADE, WASHINO, EASO)},
+}
+"""Better reasons where a quantity has its own."""

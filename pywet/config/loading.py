@@ -68,6 +68,11 @@ class Config:
         """The same with another seed of the spheres' first arrangement."""
         return replace(self, settings=self.settings.model_copy(update={"seed": seed}))
 
+    def without_rolling(self) -> Config:
+        """The same with rolling resistance off, for engines that do not have it."""
+        effects = self.settings.effects.model_copy(update={"rolling": "off"})
+        return replace(self, settings=self.settings.model_copy(update={"effects": effects}))
+
     def resolved(self, number: int, scale: str) -> dict[str, Any]:
         """What concerns one run, with the source of every number, as plain data."""
         return {

@@ -140,7 +140,9 @@ def limits() -> list[dict[str, Any]]:
     ]
 
 
-def _row(scene: str, quantity: str, engine: str, value: float, reference: str, reference_value: float) -> dict[str, Any]:
+def _row(
+    scene: str, quantity: str, engine: str, value: float, reference: str, reference_value: float
+) -> dict[str, Any]:
     deviation = float(value) / reference_value - 1.0 if reference_value else math.nan
     return {
         "scene": scene,

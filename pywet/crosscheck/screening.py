@@ -21,7 +21,6 @@ from pywet.geometry.surface import Floats
 from pywet.scene import Scene
 
 ENGINES = ("liggghts", "yade")
-NAMES = {"liggghts": "LIGGGHTS", "yade": "YADE"}
 LEVEL = 0.05
 """Probability below which a difference is called one."""
 MANY = 20000
@@ -51,29 +50,17 @@ def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -
     """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
     from pywet.screening import cases
 
-    loaded = without_rolling(settings.load(config_dir))
+    loaded = settings.load(config_dir).without_rolling()
     seeded = replace(loaded, settings=loaded.settings.model_copy(update={"seed": seed}))
     return cases.build(seeded, case, scale, run_dir)
 
 
-def without_rolling(loaded: settings.Config) -> settings.Config:
-    """The same configuration with rolling resistance off."""
-    effects = loaded.settings.effects.model_copy(update={"rolling": "off"})
-    return replace(loaded, settings=loaded.settings.model_copy(update={"effects": effects}))
-
-
 def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:
     """Run a prepared dry scene in an engine and write its tables of results."""
-    from pywet.engines.liggghts import driver as liggghts
-    from pywet.engines.yade import driver as yade
+    from pywet import stages
     from pywet.screening import results
 
-    if engine not in ENGINES:
-        raise PywetError(f"the engine {engine} was asked for; expected one of {', '.join(ENGINES)}")
-    if engine == "yade":
-        yade.run(run_dir, progress=progress)
-    else:
-        liggghts.run(run_dir, progress=progress)
+    stages.simulate(run_dir, 1, progress, engine)
     results.write(run_dir)
 
 
@@ -161,7 +148,9 @@ def write(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     times, one = read(run_dirs["liggghts"])
     _, two = read(run_dirs["yade"])
     frame, verdict = compare(times, one, two)
-    named = {f"{a}_{k}": f"{a}_{e}" for a in ("mean", "deviation") for k, e in zip(("one", "two"), ENGINES, strict=True)}
+    named = {
+        f"{a}_{k}": f"{a}_{e}" for a in ("mean", "deviation") for k, e in zip(("one", "two"), ENGINES, strict=True)
+    }
     write_table(frame.rename(columns=named), folder / "fraction_retained.parquet", csv=True)
     write_json(folder / "verdict.json", asdict(verdict))
     write_table(pd.DataFrame(rows(frame, verdict)), folder / "rows.parquet", csv=True)

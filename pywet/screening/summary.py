@@ -39,7 +39,11 @@ def summarise(run: RunDir) -> dict[str, Any]:
     return {
         "name": scene.name,
         "seed": scene.seed,
-        "versions": {**versions(), "liggghts": engine.get("engine_version"), "plugin": engine.get("plugin_hash")},
+        "versions": {
+            **versions(),
+            str(engine.get("engine", "LIGGGHTS")).lower(): engine.get("engine_version"),
+            "plugin": engine.get("plugin_hash"),
+        },
         "ranks": engine.get("ranks"),
         "wall_s": wall,
         "steps": scene.steps,

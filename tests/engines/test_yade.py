@@ -73,7 +73,9 @@ def rebound(mass: float, radii: float, restitution: float, speed: float) -> floa
         return float(y[0]) if y[1] < 0 else 1.0
 
     apart.terminal = True  # type: ignore[attr-defined]
-    found = solve_ivp(slope, (0.0, 10 * math.sqrt(mass / STIFFNESS)), [0.0, speed], events=apart, rtol=1e-10, atol=1e-15)
+    found = solve_ivp(
+        slope, (0.0, 10 * math.sqrt(mass / STIFFNESS)), [0.0, speed], events=apart, rtol=1e-10, atol=1e-15
+    )
     return float(-found.y[1, -1] / speed)
 
 
@@ -128,7 +130,7 @@ def test_sliding_then_rolling(tmp_path: Path) -> None:
     rest = r - CLASSES[0].mass_kg * g / STIFFNESS
     spheres = [small.Sphere(1, (0.0, 0.0, rest), (speed, 0.0, 0.0)), small.Sphere(1, (0.0, 0.2, rest), (0.0, 0.0, 0.0))]
     square = 0.05 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    belt = make_surface("belt", "slide", plate(square + [0.0, 0.2], -0.01, 0.0), "slides")
+    belt = make_surface("belt", "slide", plate(square + np.array([0.0, 0.2]), -0.01, 0.0), "slides")
     scene_in(
         tmp_path,
         spheres,

@@ -39,3 +39,58 @@ rule engine_compare:
         f"{ENGINES}/logs/compare.log",
     script:
         "../scripts/engine_compare.py"
+
+
+rule engine_pulls:
+    output:
+        rows=f"{ENGINES}/pulls/rows.parquet",
+        limits=f"{ENGINES}/pulls/limits.parquet",
+        picture=f"{ENGINES}/pulls/engines_pulls.png",
+    params:
+        what="pulls",
+    log:
+        f"{ENGINES}/logs/pulls.log",
+    script:
+        "../scripts/engine_small.py"
+
+
+rule engine_bed:
+    output:
+        table=f"{ENGINES}/bed/seed{{seed}}/bed.parquet",
+    wildcard_constraints:
+        seed="[0-9]+",
+    params:
+        what="bed",
+    log:
+        f"{ENGINES}/logs/bed_{{seed}}.log",
+    script:
+        "../scripts/engine_small.py"
+
+
+rule engine_beds:
+    input:
+        expand(rules.engine_bed.output.table, seed=[1, 2, 3, 4, 5]),
+    output:
+        rows=f"{ENGINES}/bed/rows.parquet",
+        picture=f"{ENGINES}/bed/engines_bed.png",
+    params:
+        what="beds",
+    log:
+        f"{ENGINES}/logs/beds.log",
+    script:
+        "../scripts/engine_small.py"
+
+
+rule engines:
+    input:
+        rules.engine_compare.output.rows,
+        rules.engine_pulls.output.rows,
+        rules.engine_beds.output.rows,
+    output:
+        f"{ENGINES}/engines.parquet",
+    params:
+        what="all",
+    log:
+        f"{ENGINES}/logs/engines.log",
+    script:
+        "../scripts/engine_small.py"

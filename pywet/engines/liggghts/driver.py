@@ -48,6 +48,7 @@ class RunInfo:
     """Checkpoint this run went on from; None when it began at the start. `wall_s` counts from there."""
     ledger_error: float | None
     """|Σ films + Σ bridges + Σ walls + left − initial| / initial, the largest over all outputs; None for a dry run."""
+    engine: str = "LIGGGHTS"
 
 
 def output_steps(scene: Scene) -> list[int]:

@@ -77,5 +77,5 @@ def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:
         matrix[row, pair.b] += 0.5
     scale = np.maximum(wanted, 1e-9)
     share = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
-    share = np.where(np.abs(share) < 1e-12, 0.0, share)
+    share = np.asarray(np.where(np.abs(share) < 1e-12, 0.0, share), dtype=np.float64)
     return share, float(np.max(np.abs(matrix @ share - wanted) / np.maximum(wanted, 1e-3)))

@@ -204,7 +204,9 @@ def _watch(folder: Path, scene: Scene, report: Callable[[int, int], None]) -> No
             child.kill()
             raise
     if not (folder / "done").exists():
-        raise PywetError(f"{scene.name}: YADE stopped: {_reason(folder, child.returncode)} (all messages: {output.name})")
+        raise PywetError(
+            f"{scene.name}: YADE stopped: {_reason(folder, child.returncode)} (all messages: {output.name})"
+        )
 
 
 def _last_step(path: Path) -> int:
@@ -219,7 +221,9 @@ def _reason(folder: Path, returncode: int) -> str:
     lines = [line for line in (folder / "output.log").read_text(errors="replace").splitlines() if line.strip()]
     errors = [line.split("ERROR", 1)[1].lstrip(": ") for line in lines if "ERROR" in line]
     if errors:
-        return f"{errors[0]}; enlarge the box or lower the time step" if "left the simulated" in errors[0] else errors[0]
+        return (
+            f"{errors[0]}; enlarge the box or lower the time step" if "left the simulated" in errors[0] else errors[0]
+        )
     if returncode < 0:
         return f"the program was ended by signal {-returncode}"
     return lines[-1] if lines else "it wrote nothing"

@@ -1,7 +1,8 @@
 """Runs inside YADE (`yade -j1 -x -n in_yade.py task.json`), not in pywet: one scene from its task, which is plain numbers.
 
-Leaves frames.bin (rows of 12 doubles: step, id, type, x, y, z, vx, vy, vz, wx, wy, wz), walls.json (how far each wall is
-from its start at each frame), bridges.json for a scene with liquid, progress.txt. Velocities are half a step old, as YADE's leapfrog has them.
+Leaves frames.bin (rows of 12 doubles: step, id, type, x, y, z, vx, vy, vz, wx, wy, wz), walls.json (how far each wall is from
+its start at each frame), bridges.json for a scene with liquid, progress.txt. Velocities are half a step old, as YADE's
+leapfrog has them.
 """
 
 import json
@@ -9,6 +10,7 @@ import math
 import os
 import sys
 
+import numpy as np
 from yade import (  # type: ignore[import-not-found]
     Bo1_Polyhedra_Aabb,
     Bo1_Sphere_Aabb,
@@ -32,14 +34,12 @@ from yade import (  # type: ignore[import-not-found]
     utils,
 )
 
-import numpy as np
-
 with open(sys.argv[1]) as given:
     TASK = json.load(given)
 DRY, LIQUID = TASK["contacts"], TASK["liquid"]
 
 
-def materials():
+def materials() -> list:
     """Numbers of YADE's materials: the walls', then each class's."""
     found = []
     for k, density in enumerate([1000.0, *TASK["density"]]):
@@ -59,13 +59,13 @@ def materials():
     return found
 
 
-def matches(kinds, values):
+def matches(kinds: list, values: list) -> MatchMaker:
     """A table per pair of materials."""
     rows = [(kinds[a], kinds[b], float(v)) for (a, b), v in zip(DRY["pairs"], values, strict=True)]
     return MatchMaker(matches=rows, val=float("nan"), algo="val")
 
 
-def laws(kinds):
+def laws(kinds: list) -> tuple:
     """How a contact gets its numbers, and its law."""
     if LIQUID:
         return [Ip2_ViscElCapMat_ViscElCapMat_ViscElCapPhys()], [Law2_ScGeom_ViscElCapPhys_Basic()]
@@ -77,7 +77,7 @@ def laws(kinds):
     return [numbers], [Law2_ScGeom_FrictViscoPhys_CundallStrackVisco()]
 
 
-def bodies(kinds):
+def bodies(kinds: list) -> tuple:
     """Spheres, in order, and walls by name."""
     g = Vector3(*TASK["gravity"])
     spheres = []
@@ -91,13 +91,15 @@ def bodies(kinds):
     walls = {}
     for name, pieces in TASK["walls"].items():
         walls[name] = [
-            O.bodies.append(polyhedra_utils.polyhedra(O.materials[kinds[0]], v=[Vector3(*p) for p in piece], fixed=True))
+            O.bodies.append(
+                polyhedra_utils.polyhedra(O.materials[kinds[0]], v=[Vector3(*p) for p in piece], fixed=True)
+            )
             for piece in pieces
         ]
     return spheres, walls
 
 
-def engines(kinds, vibrating):
+def engines(kinds: list, vibrating: list) -> list:
     """The loop of a step."""
     reach = TASK["reach"]
     numbers, law = laws(kinds)
@@ -109,7 +111,12 @@ def engines(kinds, vibrating):
             allowBiggerThanPeriod=True,
         ),
         InteractionLoop(
-            [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False), Ig2_Sphere_Polyhedra_ScGeom()], numbers, law
+            [
+                Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=False),
+                Ig2_Sphere_Polyhedra_ScGeom(),
+            ],
+            numbers,
+            law,
         ),
     ]
     if TASK["vibration"] and vibrating:
@@ -122,7 +129,7 @@ def engines(kinds, vibrating):
     return [*loop, NewtonIntegrator(damping=0, gravity=Vector3(*TASK["gravity"]))]
 
 
-def frame(spheres):
+def frame(spheres: list) -> np.ndarray:
     """Rows of all spheres now."""
     rows = []
     for ident, row in zip(spheres, TASK["spheres"], strict=True):
@@ -131,7 +138,7 @@ def frame(spheres):
     return np.array(rows, dtype=float)
 
 
-def check_inside(table):
+def check_inside(table: np.ndarray) -> None:
     """A sphere that left the box would be an error in LIGGGHTS as well."""
     low, high = np.array(TASK["box_low"]), np.array(TASK["box_high"])
     out = ~((table[:, 3:6] > low) & (table[:, 3:6] < high)).all(axis=1)
@@ -141,19 +148,24 @@ def check_inside(table):
         raise SystemExit(3)
 
 
-def bridges():
+def bridges() -> list:
     """Standing liquid bridges at the end: bodies, volume, gap, whether it is to a wall."""
     found = []
     for i in O.interactions:
-        if i.isReal and i.phys.liqBridgeActive:
+        if i.isReal and i.phys.liqBridgeCreated:
             other = O.bodies[i.id2].shape.__class__.__name__ + O.bodies[i.id1].shape.__class__.__name__
             found.append(
-                {"volume": i.phys.Vb, "gap": -i.geom.penetrationDepth, "wall": "Polyhedra" in other, "rupture": i.phys.sCrit}
+                {
+                    "volume": i.phys.Vb,
+                    "gap": -i.geom.penetrationDepth,
+                    "wall": "Polyhedra" in other,
+                    "rupture": i.phys.sCrit,
+                }
             )
     return found
 
 
-def main():
+def main() -> None:
     """Build, run, write."""
     kinds = materials()
     spheres, walls = bodies(kinds)

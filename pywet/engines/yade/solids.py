@@ -8,6 +8,7 @@ bins are cut into the pieces between faces that look away from each other, which
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,12 +77,14 @@ def _pieces(corners: Floats) -> list[Floats]:
 
 def _behind(faces: list[Face], k: int) -> int | None:
     """The nearest face that looks the other way, within the solid behind face k."""
-    best, distance = None, np.inf
+    best: int | None = None
+    distance = math.inf
     for m, other in enumerate(faces):
         if m == k or other.normal @ faces[k].normal > -0.999:
             continue
-        away = (other.centre - faces[k].centre) @ faces[k].normal
-        sideways = np.linalg.norm(other.centre - faces[k].centre - away * faces[k].normal)
+        between = other.centre - faces[k].centre
+        away = float(between @ faces[k].normal)
+        sideways = float(np.linalg.norm(between - away * faces[k].normal))
         if away < 0 and -away + sideways < distance:
             best, distance = m, -away + sideways
     return best

@@ -1,0 +1,211 @@
+"""A small moist bed that settles in a box, in every engine: how dense it lies, how many contacts and bridges it has.
+
+Capillary forces alone (viscosity zero) and no rolling resistance: what all engines have. Our engine draws each bridge from the
+films; YADE gets the mean volume of our bridges for all of its own; `washino` and `easo` get the same liquid per sphere and make
+of it what they do.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from pywet import scenes, small
+from pywet.engines.liggghts import deck, process
+from pywet.engines.liggghts.driver import read_trajectory
+from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
+from pywet.engines.yade import moist
+from pywet.errors import PywetError
+from pywet.files import write_table
+from pywet.geometry.solids import bin_solid
+from pywet.geometry.surface import make_surface
+from pywet.scene import Output, Scene
+
+OURS = "LIGGGHTS+pywet"
+EFFECTS = small.PAPER.model_copy(
+    update={"viscous_normal": None, "viscous_tangential": None, "dynamic_rupture": None, "rolling": False}
+)
+STIFFNESS = 500.0
+COHESION = """fix             p_surfaceTension all property/global surfaceTension scalar {tension}
+fix             p_fluidViscosity all property/global fluidViscosity scalar 0
+fix             p_contactAngle all property/global contactAngle peratomtype {angle} {angle}
+fix             p_liquid all property/global surfaceLiquidContentInitial scalar 0
+fix             p_closest all property/global minSeparationDistanceRatio scalar 0.01
+fix             p_farthest all property/global maxSeparationDistanceRatio scalar {farthest}
+fix             liquidtransfer all transportequation/scalar equation_id liquidtransfer quantity surfaceLiquidContent \
+default_value 0 flux_quantity liquidFlux source_quantity liquidSource capacity_quantity none
+"""
+
+
+@dataclass(frozen=True)
+class Bed:
+    """What is settled."""
+
+    spheres: int = 150
+    moisture_percent: float = 1.0
+    seconds: float = 0.25
+    seed: int = 1
+
+
+def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
+    """Spheres on a loose lattice above the floor of a box; the same places for every engine."""
+    choice = scenes.Choice(
+        spheres=bed.spheres, moisture_percent=bed.moisture_percent, seed=bed.seed, viscosity_Pa_s=0.0
+    )
+    sphere, r = scenes.glass(choice, bed.spheres), choice.radius_m
+    across = max(4, round(bed.spheres ** (1.0 / 3.0)))
+    half = 1.15 * r * across + 0.5 * r
+    layers = math.ceil(bed.spheres / across**2)
+    vessel = make_surface("box", "wall", bin_solid(half, 0.004, 4, 0.0, 2.5 * r * (layers + 2)))
+    step = scenes.time_step(choice, sphere, STIFFNESS)
+    steps = round(bed.seconds / step)
+    pairs = [p.model_copy(update={"rolling_friction_m": 0.0}) for p in scenes.contacts(STIFFNESS)]
+    return small.prepare(
+        run_dir,
+        [sphere],
+        lattice(choice, across),
+        pairs,
+        liquid=scenes.liquid(choice, sphere),
+        effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}),
+        walls=(vessel,),
+        # one contact angle, which is all that YADE takes
+        wall_angle_rad=sphere.contact_angle_rad,
+        time_step_s=step,
+        steps=steps,
+        gravity=(0.0, 0.0, -9.81),
+        box=1.1 * float(np.abs(vessel.corners).max()),
+        output=Output(interval_s=max(1, steps // 10) * step, contact_windows=0),
+    )
+
+
+def lattice(choice: scenes.Choice, across: int) -> list[small.Sphere]:
+    """Layers of spheres, 2.3 radii apart, shaken by a tenth of a radius."""
+    random, r = np.random.default_rng(choice.seed), choice.radius_m
+    number = np.arange(choice.spheres)
+    cells = np.column_stack([number % across, number // across % across, number // across**2]).astype(float)
+    at = (cells - [0.5 * (across - 1), 0.5 * (across - 1), 0.0]) * 2.3 * r + [0.0, 0.0, 1.5 * r]
+    at += random.uniform(-0.1, 0.1, at.shape) * r
+    return [small.Sphere(1, (float(x), float(y), float(z))) for x, y, z in at]
+
+
+def settle(folder: Path, bed: Bed) -> pd.DataFrame:
+    """Run the bed in every engine; one row per engine with its numbers. Each run directory is folder/ENGINE."""
+    found = []
+    ours = folder / "pywet"
+    scene = prepare(ours, bed)
+    small.run(ours, [])
+    ledger = pd.read_parquet(ours / "history" / "ledger.parquet").iloc[-1]
+    standing = int(ledger["bridge_count"])
+    volume = float(ledger["bridges"]) / max(standing, 1)
+    found.append({"engine": OURS, **measure(ours), "bridges_per_sphere": 2.0 * standing / bed.spheres})
+    prepare(folder / "yade", bed)
+    assert scene.liquid is not None
+    liquid = moist.Bridges(
+        "Rabinovich", volume, scene.liquid.surface_tension_N_per_m, scene.classes[0].contact_angle_rad
+    )
+    bridges = moist.run(folder / "yade", liquid, progress=False)
+    found.append({"engine": "YADE", **measure(folder / "yade"), "bridges_per_sphere": _per_sphere(len(bridges), bed)})
+    for model in LIGGGHTS_MODELS:
+        dry = prepare(folder / model, bed, wet=False)
+        stock(folder / model, dry, bed, model)
+        found.append({"engine": model, **measure(folder / model), "bridges_per_sphere": math.nan})
+    prepare(folder / "dry", bed, wet=False)
+    small.run(folder / "dry", [])
+    found.append({"engine": "LIGGGHTS, dry", **measure(folder / "dry"), "bridges_per_sphere": 0.0})
+    return pd.DataFrame(found).assign(seed=bed.seed)
+
+
+def measure(run_dir: Path) -> dict[str, float]:
+    """Mean height of the centres over the radius, contacts per sphere, speed at the end of a settled bed.
+
+    Two spheres count as in contact at a gap below a hundredth of the radius.
+    """
+    scene = Scene.read(run_dir / "scene.json")
+    table = pd.read_parquet(run_dir / "trajectory.parquet")
+    end = table[table["step"] == table["step"].max()]
+    r = scene.classes[0].radius_m
+    at = end[["x", "y", "z"]].to_numpy(float)
+    near = len(cKDTree(at).query_pairs(2.01 * r))
+    return {
+        "mean_height_over_radius": float(at[:, 2].mean() / r),
+        "contacts_per_sphere": 2.0 * near / len(at),
+        "mean_speed_m_per_s": float(np.linalg.norm(end[["vx", "vy", "vz"]].to_numpy(float), axis=1).mean()),
+    }
+
+
+def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
+    """Run a dry scene of one class with a stock cohesion model of LIGGGHTS, the same liquid on every sphere."""
+    if model not in LIGGGHTS_MODELS:
+        raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
+    folder = run_dir / "engine.partial"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    deck.write_deck(scene, run_dir, folder)
+    setup = folder / "setup.liggghts"
+    setup.write_text(_with_cohesion(setup.read_text(), scene, bed, LIGGGHTS_MODELS[model]))
+    command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
+    process.execute(command, folder, scene, lambda done, total: None)
+    write_table(read_trajectory(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
+    (folder / "trajectory.txt").unlink()
+    shutil.rmtree(run_dir / "engine", ignore_errors=True)
+    folder.rename(run_dir / "engine")
+
+
+def _with_cohesion(text: str, scene: Scene, bed: Bed, model: str) -> str:
+    """The deck of a dry scene with the cohesion model in its pair and wall styles, and its numbers."""
+    choice = scenes.Choice(spheres=bed.spheres, moisture_percent=bed.moisture_percent)
+    sphere = scenes.glass(choice, bed.spheres)
+    content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
+    # both models' longest bridge, (1 + theta/2) V^(1/3), with all liquid of two spheres in it
+    length = 2.0 * (2.0 * content * sphere.mass_kg / sphere.density_kg_per_m3) ** (1 / 3)
+    numbers = COHESION.format(
+        tension=scenes.liquid(choice, sphere).surface_tension_N_per_m,
+        angle=math.degrees(sphere.contact_angle_rad),
+        farthest=repr(1.0 + 0.5 * length / sphere.radius_m),
+    )
+    text = text.replace("tangential history", f"tangential history cohesion {model}")
+    text = text.replace(" tangential_damping off", "")
+    text = text.replace("pair_style ", numbers + "pair_style ", 1)
+    return text + f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
+
+
+def _per_sphere(bridges: int, bed: Bed) -> float:
+    return 2.0 * bridges / bed.spheres
+
+
+def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
+    """Settled beds of several seeds: each engine against ours, with two standard errors of the difference as spread."""
+    table = pd.concat(tables, ignore_index=True)
+    found = []
+    ours = table[table["engine"] == OURS]
+    for engine in table["engine"].unique():
+        if engine == OURS:
+            continue
+        its = table[table["engine"] == engine]
+        for quantity in ("mean_height_over_radius", "contacts_per_sphere", "bridges_per_sphere"):
+            one, two = ours[quantity], its[quantity]
+            if two.isna().all():
+                continue
+            reference = float(one.mean())
+            error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
+            found.append(
+                {
+                    "scene": f"moist bed, {len(one)} seeds",
+                    "quantity": quantity.replace("_", " "),
+                    "engine": engine,
+                    "value": float(two.mean()),
+                    "reference": OURS,
+                    "reference_value": reference,
+                    "deviation": float(two.mean()) / reference - 1.0,
+                    "spread": 2.0 * error / reference,
+                    "note": "spread: two standard errors of the difference",
+                }
+            )
+    return found

@@ -1,0 +1,31 @@
+"""Writes tables and pictures of the small scenes of the cross-check; the order of things, no physics."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pandas as pd
+
+from pywet.crosscheck import bed, pictures, pulls
+from pywet.errors import PywetError
+from pywet.files import write_table
+
+
+def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
+    """Make the outputs of `pulls` (table, limits, picture), `bed` (table of a seed), `beds` (table, picture) or `all` (table)."""
+    if what == "pulls":
+        write_table(pd.DataFrame(pulls.rows()), outputs[0], csv=True)
+        write_table(pd.DataFrame(pulls.limits()), outputs[1], csv=True)
+        pictures.pulls(outputs[2])
+    elif what == "bed":
+        found = re.search(r"seed(\d+)", outputs[0].parent.name)
+        write_table(bed.settle(outputs[0].parent, bed.Bed(seed=int(found.group(1)) if found else 1)), outputs[0])
+    elif what == "beds":
+        tables = [pd.read_parquet(path) for path in inputs]
+        write_table(pd.DataFrame(bed.rows(tables)), outputs[0], csv=True)
+        pictures.bed(pd.concat(tables), outputs[1])
+    elif what == "all":
+        write_table(pd.concat([pd.read_parquet(p) for p in inputs], ignore_index=True), outputs[0], csv=True)
+    else:
+        raise PywetError(f"the small scene {what} was asked for; expected pulls, bed, beds or all")

@@ -1,0 +1,228 @@
+"""Whole scenes in YADE: a short dry screening in both engines, a moist bed, walls as convex solids, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet import config, small, stages
+from pywet.crosscheck import bed, screening
+from pywet.engines.stock import yade_force
+from pywet.engines.yade import contacts, driver, moist, solids
+from pywet.errors import PywetError
+from pywet.geometry import build_apparatus
+from pywet.geometry.solids import bin_solid, plate, tube
+from pywet.geometry.surface import Surface, make_surface
+from pywet.scene import Scene, Slide
+from pywet.screening import cases, results
+from tests.engines.test_yade import CLASSES, DRY, PAIRS, RADII
+
+CONFIG = Path(__file__).parents[2] / "config"
+needs_yade = pytest.mark.skipif(shutil.which("yade") is None, reason="YADE cannot be installed on this machine")
+needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS is not installed")
+
+
+def volume(surface: Surface) -> float:
+    """Volume inside a closed surface by the divergence theorem [m3]."""
+    p = surface.vertices[surface.triangles].astype(float)
+    return float(np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2])).sum() / 6.0)
+
+
+def inside_or_on(points: np.ndarray, piece: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which points are within a convex solid."""
+    from scipy.spatial import ConvexHull
+
+    planes = ConvexHull(piece).equations
+    return np.asarray((points @ planes[:, :3].T + planes[:, 3] <= tolerance).all(axis=1))
+
+
+@pytest.mark.parametrize("scale", ["smoke", "full"])
+def test_walls_of_the_apparatus_are_cut_into_convex_solids(scale: str) -> None:
+    """The pieces have the volume of the surface and every corner of it is on one of them; 1e-4: single precision in STL."""
+    from scipy.spatial import ConvexHull
+
+    loaded = config.load(CONFIG)
+    for surface in build_apparatus(cases.apparatus_spec(loaded, loaded.case(1), loaded.scale(scale))).surfaces:
+        pieces = solids.convex_pieces(surface)
+        assert sum(ConvexHull(p).volume for p in pieces) == pytest.approx(volume(surface), rel=1e-4)
+        corners = np.unique(surface.vertices[surface.triangles].reshape(-1, 3), axis=0).astype(float)
+        assert np.any([inside_or_on(corners, p, 1e-7) for p in pieces], axis=0).all()
+
+
+@pytest.mark.parametrize(
+    ("parts", "count"),
+    [
+        (plate(0.01 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]), 0.0, 0.002), 1),
+        (tube(0.02, 0.003, 4, 0.0, 0.05), 4),
+        (tube(0.02, 0.003, 24, 0.0, 0.05), 24),
+        (bin_solid(0.02, 0.003, 4, 0.0, 0.05), 5),
+    ],
+)
+def test_number_of_convex_solids(parts: list, count: int) -> None:
+    """A plate is one, a tube one per side, a bin one per side and its floor."""
+    assert len(solids.convex_pieces(make_surface("part", "wall", parts))) == count
+
+
+def test_a_solid_that_cannot_be_cut_is_refused() -> None:
+    """A cube with a pyramid pressed into its top has slanted faces without counterpart."""
+    a, tip = 0.01, np.array([0.0, 0.0, 0.0])
+    square = a * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    box = plate(square, -a, a)
+    top = box[0][0].reshape(-1, 3)
+    rim = np.column_stack([square, np.full(4, float(top[0, 2]))])
+    dent = np.array([[rim[k], rim[(k + 1) % 4], tip] for k in range(4)])
+    with pytest.raises(PywetError, match="cannot be cut into convex solids"):
+        solids.convex_pieces(make_surface("dent", "wall", [(dent, None), *box[1:]]))
+
+
+def test_damping_of_every_pair_of_case_one() -> None:
+    """Four numbers give the damping of nine pairs to 0.03 %, which is 0.0001 of a restitution."""
+    loaded = config.load(CONFIG).without_rolling()
+    made = cases.ingredients(loaded, 1, "smoke")
+    apparatus = build_apparatus(cases.apparatus_spec(loaded, loaded.case(1), loaded.scale("smoke")))
+    found = contacts.contacts(cases.assemble(loaded, loaded.case(1), loaded.scale("smoke"), made, apparatus))
+    assert found.largest_miss < 1e-3
+    assert len(found.pairs) == 9 and len(found.damping_share) == 4
+
+
+def short_case(path: Path) -> Scene:
+    """Case 1 at smoke scale for an eighth of a second, the slide drawn at once."""
+    scene = screening.prepare(CONFIG, 1, "smoke", 10007, path)
+    assert scene.slide is not None
+    slide = Slide(velocity_m_per_s=scene.slide.velocity_m_per_s, opens_at_s=0.0, travel_s=scene.slide.travel_s)
+    short = scene.model_copy(update={"duration_s": 0.2, "slide": slide})
+    (path / "scene.json").write_text(short.model_dump_json())
+    return short
+
+
+@needs_yade
+@needs_liggghts
+def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
+    """Same tables, nothing lost, the same fall of the feed; after a tenth of a second the courses part, the means do not."""
+    tables = {}
+    for engine in screening.ENGINES:
+        path = tmp_path / engine
+        short_case(path)
+        stages.simulate(path, 1, False, engine)
+        assert all(check.ok for check in results.write(path))
+        tables[engine] = pd.read_parquet(path / "trajectory.parquet")
+    one, two = tables["liggghts"], tables["yade"]
+    assert list(one.columns) == list(two.columns) and (one.dtypes == two.dtypes).all()
+    assert one[["step", "id", "type"]].equals(two[["step", "id", "type"]])
+    motion = [pd.read_parquet(tmp_path / e / "mesh_motion.parquet") for e in screening.ENGINES]
+    assert motion[0][["step", "mesh"]].equals(motion[1][["step", "mesh"]])
+    # the wires are where they are in LIGGGHTS; the slide's time of start is rounded to a step
+    wires = motion[0]["mesh"] != "slide"
+    columns = ["dx", "dy", "dz"]
+    assert motion[1].loc[wires, columns].to_numpy() == pytest.approx(motion[0].loc[wires, columns].to_numpy(), abs=1e-11)
+    assert motion[1][columns].to_numpy() == pytest.approx(motion[0][columns].to_numpy(), abs=1e-4)
+    height = [t.groupby("step")["z"].mean().to_numpy() for t in (one, two)]
+    # mean height of 335 spheres that fell by some 30 mm; chance moves it by some tenths of a millimetre
+    assert height[1] == pytest.approx(height[0], abs=1e-3)
+    info = json.loads((tmp_path / "yade" / "engine" / "run.json").read_text())
+    assert info["engine"] == "YADE" and info["engine_version"].startswith(driver.MAJOR_VERSION) and info["wall_s"] > 0
+    assert not (tmp_path / "yade" / "engine.partial").exists()
+
+
+@needs_yade
+def test_bridges_of_a_moist_bed_are_made_of_nothing(tmp_path: Path) -> None:
+    """The stated limits: every bridge has the given volume, so liquid is not conserved; bridges to walls are drawn alike."""
+    given = bed.Bed(spheres=32, seconds=0.06)
+    scene = bed.prepare(tmp_path, given)
+    liquid = moist.Bridges("Rabinovich", 2e-11, 0.0728, scene.classes[0].contact_angle_rad)
+    found = moist.run(tmp_path, liquid, progress=False)
+    r = scene.classes[0].radius_m
+    reduced = liquid.volume_m3 / r**3
+    rupture = r * (1 + liquid.contact_angle_rad / 2) * (reduced ** (1 / 3) + 0.1 * reduced ** (2 / 3))
+    assert len(found) > 20 and found["wall"].any()
+    assert (found["volume"] == liquid.volume_m3).all()
+    # the rule holds at walls with the sphere's radius, as between spheres; 1e-12: the same formula
+    assert found["rupture"].to_numpy() == pytest.approx(rupture, rel=1e-12)
+    assert (found["gap"] <= rupture).all()
+
+
+@needs_yade
+def test_force_over_gap_and_its_limits() -> None:
+    """Rabinovich's form between spheres to round-off; half of it at a wall near touch; nothing while bodies overlap."""
+    r, v, theta, sigma = 1e-3, 1e-11, 0.35, 0.07275
+    gaps = np.array([1e-6, 5e-5, 1.5e-4, -1e-6])
+    points = pd.DataFrame({"separation": gaps, "volume": v, "radius_i": r, "radius_j": r, "contact_angle": theta})
+    force = yade_force(points.assign(surface_tension=sigma), "Rabinovich")["force"].to_numpy()
+    s = gaps[:3]
+    d = 0.5 * s * (np.sqrt(1 + 2 * v / (math.pi * r * s**2)) - 1)
+    alpha = np.sqrt(2 * d / r)
+    exact = 2 * math.pi * r * sigma * (math.cos(theta) / (1 + s / (2 * d)) + np.sin(alpha) * np.sin(theta + alpha))
+    assert force[:3] == pytest.approx(exact, rel=1e-9)
+    assert abs(force[3]) < 1e-15
+    wall = yade_force(points.assign(surface_tension=sigma, radius_j=math.inf), "Rabinovich")["force"].to_numpy()
+    assert wall[:3] == pytest.approx(force[:3], rel=1e-9)
+
+
+def tiny(path: Path, **more: object) -> None:
+    """One sphere above a floor."""
+    fields = {"effects": DRY, "time_step_s": 1e-6, "steps": 1000, **more}
+    small.prepare(path, CLASSES, [small.Sphere(1, (0.0, 0.0, 0.01))], PAIRS, walls=(small.floor(),), **fields)
+
+
+def test_missing_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sentence names the package and the command that installs it."""
+    tiny(tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(PywetError, match="program yade was not found; expected Debian's package yade: run `make peers`"):
+        driver.run(tmp_path, progress=False)
+
+
+@needs_yade
+def test_another_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another year's YADE is refused."""
+    tiny(tmp_path)
+    monkeypatch.setattr(driver, "package_version", lambda name: "2018.02b-1")
+    with pytest.raises(PywetError, match=r"YADE 2018.02b-1 is installed; expected 2023.02a"):
+        driver.run(tmp_path, progress=False)
+
+
+def test_what_yade_lacks_is_refused(tmp_path: Path) -> None:
+    """Liquid and rolling resistance in one sentence; ranks and unknown engines before anything runs."""
+    tiny(tmp_path / "rolling", effects=small.DRY)
+    with pytest.raises(PywetError, match="it lacks rolling resistance with a constant torque"):
+        driver.run(tmp_path / "rolling", progress=False)
+    bed.prepare(tmp_path / "moist", bed.Bed(spheres=8))
+    with pytest.raises(PywetError, match="it lacks liquid that moves between films and bridges"):
+        driver.run(tmp_path / "moist", progress=False)
+    with pytest.raises(PywetError, match="2 ranks were asked for; expected 1"):
+        stages.simulate(tmp_path / "rolling", 2, False, "yade")
+    with pytest.raises(PywetError, match="there is no engine mfix; expected liggghts or yade"):
+        stages.simulate(tmp_path / "rolling", 1, False, "mfix")
+
+
+def test_restitution_beyond_one_damping_per_material(tmp_path: Path) -> None:
+    """Coefficients that differ between pairs of spheres as no two materials' mean can."""
+    pairs = [p.model_copy(update={"restitution": 0.3 if (p.a, p.b) == (1, 2) else 0.95}) for p in PAIRS]
+    scene = small.prepare(tmp_path, CLASSES, [small.Sphere(1, (0.0, 0.0, 0.01))], pairs, effects=DRY, time_step_s=1e-6)
+    with pytest.raises(PywetError, match="coefficients of restitution of scene small are beyond YADE"):
+        contacts.contacts(scene)
+
+
+def test_moist_run_wants_one_class_and_a_known_law(tmp_path: Path) -> None:
+    """Both in one sentence, before YADE is started."""
+    tiny(tmp_path)
+    with pytest.raises(PywetError, match="has 2 classes of spheres and rolling off; expected one class"):
+        moist.run(tmp_path, moist.Bridges("Rabinovich", 1e-11, 0.07, 0.2))
+    with pytest.raises(PywetError, match="the law rabinovitch was asked for; expected one of Willett_numeric"):
+        moist.run(tmp_path, moist.Bridges("rabinovitch", 1e-11, 0.07, 0.2))
+
+
+@needs_yade
+def test_sphere_that_leaves_the_box(tmp_path: Path) -> None:
+    """As in LIGGGHTS, a lost sphere ends the run with the reason, and no engine/ is left."""
+    tiny(tmp_path, gravity=(0.0, 0.0, 200.0), time_step_s=1e-4, output_interval_s=1e-2)
+    with pytest.raises(PywetError, match="sphere 1 left the simulated box before step"):
+        driver.run(tmp_path, progress=False)
+    assert not (tmp_path / "engine").exists()
+    assert RADII[0] < 0.01
