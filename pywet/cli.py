@@ -220,6 +220,21 @@ def digest(
 
 
 @app.command()
+def agreement(
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the page.")] = Path("results/agreement"),
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="SOURCE", help="Run only these sources.")] = None,
+) -> None:
+    """Make the table of agreement: every quantity by every program against the best truth, on one page."""
+    from pywet.agreement import page, sources
+
+    for name in only or sources.SOURCES:
+        with err.status(f"agreement: {name}"):
+            found = sources.run(name, folder)
+        out.print(f"{name:<12}{found.failed or f'{len(found.cells)} cells, {found.wall_s:.0f} s'}", soft_wrap=True)
+    out.print(str(page.make(folder)), soft_wrap=True)
+
+
+@app.command()
 def bridge(
     file: JsonFile,
     engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,

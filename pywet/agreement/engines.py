@@ -84,7 +84,7 @@ def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
         said = f"beyond the spread of {seeds}: {', '.join(beyond)}" if beyond else f"within the spread of {seeds}"
         at = f"{worst.quantity}" + (f", t = {worst.time_s:.2f} s" if worst.time_s is not None else "")
         note = f"means of the seeds; {said}; spread of a run there {worst.spread or 0.0:.3f}"
-        yield truth(
+        yield basis(
             row, LIGGGHTS, f"stock LIGGGHTS, mean of {len(groups[LIGGGHTS])} seeds", len(groups[LIGGGHTS]), link
         )
         yield Cell(row, YADE, "measured", worst.deviation, len(groups[YADE]), None, at, note, link)

@@ -177,12 +177,14 @@ def meanings(found: Table) -> list[str]:
         " collisions a spring in place of a hard impact.",
         "Angular momentum of wet spheres is lost because the tangential drag acts at the radius of each sphere, as in the paper,"
         " and the gap between the two is on neither lever arm.",
-        "Red cells of the stock models are no faults of their programming: `washino` uses half of Rabinovich's radius and the"
-        " product of the contact angles, `easo` is Soulié's fit, both take a wall for a sphere and lubrication for that of an"
-        " unbounded liquid. YADE evaluates its laws to round-off between spheres; at walls it uses the sphere's radius, and in overlap its"
-        " bridges carry no force.",
-        "Against the exact bridge even a correct closed form is off: that is the error of the law, shown in the rows `exact"
-        " bridge` and in the law atlas.",
+        "Red cells of the stock models are no faults of their programming. `washino` uses half of Rabinovich's radius and the"
+        " product of the contact angles, `easo` is Soulié's fit; both take a wall for a sphere, and the liquid's lubrication for"
+        " that of an unbounded one. YADE evaluates its laws to round-off between spheres; at walls it takes the sphere's radius,"
+        " and in overlap its bridges carry no force.",
+        "Against the exact bridge even a correct closed form is off. That is the error of the law: see the rows `exact bridge`"
+        " here, and the law atlas for all laws.",
+        "Where nobody knows the truth (beds, screening), a program is set against LIGGGHTS + pywet as the basis, seeds against"
+        " seeds; the hint says whether the difference is beyond their spread.",
     ]
 
 

@@ -23,6 +23,7 @@ from scipy import stats
 from pywet.compare.quantities import RunData, read
 from pywet.errors import PywetError
 from pywet.files import write_json
+from pywet.scenes import RESULT
 
 TIMES = 5
 """Places of a curve that are stored, evenly spaced, the start left out."""
@@ -83,6 +84,16 @@ def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
     return found
 
 
+def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
+    """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
+    found, result = numbers_of(read(run_dir)), Path(run_dir) / RESULT
+    told = json.loads(result.read_text()) if result.exists() else {}
+    numbers = {
+        f"result {k}": (float(v), abs(float(v)) or 1.0, "") for k, v in told.items() if isinstance(v, int | float)
+    }
+    return {**found, **numbers}
+
+
 def make(name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], tolerance: float) -> Digest:
     """Digest of the numbers of several runs of one scene."""
     numbers = {}
@@ -105,7 +116,7 @@ def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) ->
                 )
         if run.scene.effects.bridges and "replay" not in run.checks:
             raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
-    return make(name, command, [numbers_of(r) for r in runs], tolerance)
+    return make(name, command, [numbers_in(p) for p in paths], tolerance)
 
 
 def provenance() -> dict[str, str]:
@@ -168,4 +179,4 @@ def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]
 
 def check(digest: Digest, run_dir: Path) -> list[Row]:
     """A run directory against a digest."""
-    return against(digest, Path(run_dir).name, numbers_of(read(run_dir)))
+    return against(digest, Path(run_dir).name, numbers_in(run_dir))

@@ -15,7 +15,6 @@ import pandas as pd
 from pywet import config, scenes, stages
 from pywet.compare import digest
 from pywet.compare.digest import Digest
-from pywet.compare.quantities import read
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.history.initial import sphere_table
@@ -44,13 +43,12 @@ def _replayed(run_dir: Path) -> Numbers:
     if found is not None and not found["ok"]:
         bad = [name for name, q in found["quantities"].items() if not q["ok"]]
         raise PywetError(f"the replay of {run_dir.name} disagrees on {', '.join(bad)}; no digest is made of such a run")
-    return digest.numbers_of(read(run_dir))
+    return digest.numbers_in(run_dir)
 
 
 def _scene(name: str, choice: scenes.Choice, seed: int, folder: Path) -> Numbers:
-    result = scenes.run(name, folder, scenes.Choice(**{**choice.__dict__, "seed": seed}))
-    told = {f"result {k}": (v, abs(v) or 1.0, "") for k, v in result.items() if np.isfinite(v)}
-    return {**_replayed(folder), **told}
+    scenes.run(name, folder, scenes.Choice(**{**choice.__dict__, "seed": seed}))
+    return _replayed(folder)
 
 
 def pull(seed: int, folder: Path) -> Numbers:
