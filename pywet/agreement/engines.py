@@ -6,7 +6,7 @@ whether it is beyond the seeds' spread.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,9 @@ DRY = "without liquid it is the same program and contact as LIGGGHTS"
 PROGRAMS = {LIGGGHTS: "LIGGGHTS+pywet", YADE: "YADE", WASHINO: "washino", EASO: "easo"}
 MOIST = {"bed_moist_height": "mean_height_over_radius", "bed_moist_contacts": "contacts_per_sphere"}
 """Row -> column of the beds' tables."""
-BED = ("mean height at the end", "neighbours per sphere at the end")
+ENDS = {"end_height": "mean height at the end", "end_neighbours": "neighbours per sphere at the end"}
+"""Row -> quantity of `pywet compare`."""
+LINK = "../crosscheck/dry/"
 
 
 def source(crosscheck: Path) -> Source:
@@ -49,12 +51,12 @@ def source(crosscheck: Path) -> Source:
     groups = {engine: sorted(p.parents[1] for p in dry.glob(f"{engine}/seed*/results/fraction_retained.parquet"))
               for engine in (LIGGGHTS, YADE)}  # fmt: skip
     cells: list[Cell] = []
-    for row in ("retained_dry", "bed_dry", *MOIST):
+    for row in ("retained_dry", *ENDS, *MOIST):
         cells += [impossible(row, column, why) for column, why in EMPTY.items()]
         cells += [impossible(row, column, DRY) for column in (WASHINO, EASO) if row not in MOIST]
     curves: dict[str, Any] = {}
     if min(len(g) for g in groups.values()) < 2:
-        cells += [not_run(row, column, HOW) for row in ("retained_dry", "bed_dry") for column in (LIGGGHTS, YADE)]
+        cells += [not_run(row, column, HOW) for row in ("retained_dry", *ENDS) for column in (LIGGGHTS, YADE)]
     else:
         cells += list(_retained(groups))
         curves["retained"] = {engine: _band(runs) for engine, runs in groups.items()}
@@ -66,28 +68,35 @@ def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
     try:
         found = verdict.compare(groups[LIGGGHTS], groups[YADE], force=True)
     except PywetError as error:
-        yield from (not_run(row, YADE, str(error)) for row in ("retained_dry", "bed_dry"))
+        yield from (not_run(row, YADE, str(error)) for row in ("retained_dry", *ENDS))
         return
-    seeds = f"{len(groups[LIGGGHTS])} and {len(groups[YADE])} seeds"
     by_name = {r.quantity: r for r in found.rows}
-    link = "../crosscheck/dry/"
-    for row, names in (
-        ("retained_dry", tuple(n for n in by_name if n.startswith("fraction retained"))),
-        ("bed_dry", BED),
-    ):
-        rows = [by_name[n] for n in names if n in by_name]
-        if not rows:
-            yield not_run(row, YADE, HOW)
-            continue
-        worst = max(rows, key=lambda r: r.deviation)
-        beyond = [r.quantity for r in rows if r.different]
-        said = f"beyond the spread of {seeds}: {', '.join(beyond)}" if beyond else f"within the spread of {seeds}"
-        at = f"{worst.quantity}" + (f", t = {worst.time_s:.2f} s" if worst.time_s is not None else "")
-        note = f"means of the seeds; {said}; spread of a run there {worst.spread or 0.0:.3f}"
-        yield basis(
-            row, LIGGGHTS, f"stock LIGGGHTS, mean of {len(groups[LIGGGHTS])} seeds", len(groups[LIGGGHTS]), link
-        )
-        yield Cell(row, YADE, "measured", worst.deviation, len(groups[YADE]), None, at, note, link)
+    curves = [r for name, r in by_name.items() if name.startswith("fraction retained")]
+    yield from _pair("retained_dry", curves, groups, lambda r: r.deviation)
+    for row, name in ENDS.items():
+        ends = [by_name[name]] if name in by_name else []
+        yield from _pair(row, ends, groups, lambda r: abs(r.a - r.b) / abs(r.a))
+
+
+def _pair(
+    row: str, rows: list[verdict.Row], groups: dict[str, list[Path]], size: Callable[[verdict.Row], float]
+) -> Iterator[Cell]:  # fmt: skip
+    """LIGGGHTS as the basis and YADE against it, by the worst of some compared quantities."""
+    if not rows:
+        yield not_run(row, YADE, HOW)
+        return
+    n, m = len(groups[LIGGGHTS]), len(groups[YADE])
+    worst = max(rows, key=size)
+    beyond = [r.quantity for r in rows if r.different]
+    said = (
+        f"beyond the spread of {n} and {m} seeds: {', '.join(beyond)}"
+        if beyond
+        else f"within the spread of {n} and {m} seeds"
+    )
+    at = worst.quantity + (f", t = {worst.time_s:.2f} s" if worst.time_s is not None else "")
+    note = f"means {worst.a:.4g} and {worst.b:.4g}; {said} (least p {min(r.p or 0.0 for r in rows):.2g})"
+    yield basis(row, LIGGGHTS, f"stock LIGGGHTS, mean of {n} seeds", n, LINK)
+    yield Cell(row, YADE, "measured", size(worst), m, None, at, note, LINK, not beyond)
 
 
 def _band(runs: list[Path]) -> dict[str, Any]:
@@ -128,4 +137,4 @@ def _set_against(row: str, column: str, ours: Floats, other: Floats, link: str) 
     said = "beyond" if found.p <= statistics.LEVEL else "within"
     off = abs(float(other.mean() - ours.mean())) / scale
     note = f"mean {other.mean():.4g} of {len(other)} seeds, {said} their spread (p = {found.p:.2g})"
-    return Cell(row, column, "measured", off, len(other), None, "", note, link)
+    return Cell(row, column, "measured", off, len(other), None, "", note, link, found.p > statistics.LEVEL)

@@ -41,6 +41,8 @@ class Cell:
     note: str = ""
     link: str = ""
     """Run directory or log, relative to the page."""
+    within: bool | None = None
+    """Of groups of seeds: whether the difference is within their spread; None where there are no seeds."""
 
 
 @dataclass(frozen=True)

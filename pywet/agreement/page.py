@@ -25,6 +25,8 @@ BINS = (
     (float("inf"), "#f2ab9b", "beyond"),
 )
 """Upper end of the deviation, colour, name: a logarithmic scale."""
+WITHIN = "#d9ebf0"
+"""Colour of a difference within the seeds' spread, whatever its size."""
 ROUND_OFF = 1e-9
 STYLE = Path(__file__).with_name("agreement.css")
 LEAD = (
@@ -64,7 +66,7 @@ def make(folder: Path) -> Path:
     write_json(folder / "table.json", [c.__dict__ for c in found.cells.values()])
     sections = [
         Section("The table", f"<style>{STYLE.read_text()}</style>{legend()}{big_table(found)}", "Table"),
-        Section("What the deviations mean", "".join(paragraph(t) for t in meanings(found)), "Meaning"),
+        Section("What the deviations mean", meanings(found), "Meaning"),
         Section("Pictures", pictures.all_of(found.sources), "Pictures"),
         Section("What cannot be compared, and why", limits(found), "Limits"),
         Section("Where the numbers come from", provenance(found), "Sources"),
@@ -107,6 +109,7 @@ def legend() -> str:
     marks = (
         '<span class="mark" style="background:#e7eff9;color:#0b3c78;font-weight:600">truth</span>'
         '<span class="mark" style="background:#eef1f4;color:#46535f;font-weight:600">basis (truth unknown)</span>'
+        f'<span class="mark" style="background:{WITHIN}">within the spread of seeds</span>'
         '<span class="mark" style="color:#b3bcc5">— cannot be</span>'
         '<span class="mark" style="color:#7d8894;font-style:italic">not run</span>'
     )
@@ -138,7 +141,10 @@ def _td(row: Row, cell: Cell | None, found: Table) -> str:
         return f'<td class="{"failed" if failed else "none"}" title="{html.escape(why)}">{"?" if failed else "—"}</td>'
     hint = html.escape(_hint(row, cell))
     style, name, text = "", "", said(cell.deviation)
-    if cell.state == "measured" and cell.deviation is not None:
+    if cell.within is not None:
+        style = f' style="background:{WITHIN if cell.within else BINS[-1][1]}"'
+        text += "<br><small>within spread</small>" if cell.within else "<br><small>beyond spread</small>"
+    elif cell.state == "measured" and cell.deviation is not None:
         style = f' style="background:{colour(cell.deviation)}"'
     else:
         name = {"truth": "truth", "basis": "basis", "impossible": "none", "not run": "norun", "failed": "failed"}[
@@ -164,28 +170,32 @@ def _hint(row: Row, cell: Cell) -> str:
     return "; ".join(parts) + (f". {cell.note}" if cell.note else "")
 
 
-def meanings(found: Table) -> list[str]:
-    """What a reader should take from the colours."""
-    loose = [c for c in found.ours if (c.deviation or 0.0) > ROUND_OFF]
+def meanings(found: Table) -> str:
+    """What a reader should take from the colours; every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
     by_row = {r.key: r for r in ROWS}
-    names = "; ".join(f"{by_row[c.row].quantity}, {by_row[c.row].scene}: {said(c.deviation)}" for c in loose)
-    return [
-        "Up to about `1e-12`: two programs evaluate the same equation in double precision. This says that the code does what"
-        " the papers write, not that the papers describe nature.",
-        f"Rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, all of them: {names or 'none'}. Tables (exact"
-        " force, exact rupture) carry their stated interpolation error, dry impacts the error of the time step, single wet"
-        " collisions a spring in place of a hard impact.",
-        "Angular momentum of wet spheres is lost because the tangential drag acts at the radius of each sphere, as in the paper,"
-        " and the gap between the two is on neither lever arm.",
-        "Red cells of the stock models are no faults of their programming. `washino` uses half of Rabinovich's radius and the"
-        " product of the contact angles, `easo` is Soulié's fit; both take a wall for a sphere, and the liquid's lubrication for"
-        " that of an unbounded one. YADE evaluates its laws to round-off between spheres; at walls it takes the sphere's radius,"
-        " and in overlap its bridges carry no force.",
-        "Against the exact bridge even a correct closed form is off. That is the error of the law: see the rows `exact bridge`"
-        " here, and the law atlas for all laws.",
-        "Where nobody knows the truth (beds, screening), a program is set against LIGGGHTS + pywet as the basis, seeds against"
-        " seeds; the hint says whether the difference is beyond their spread.",
+    loose = sorted((c for c in found.ours if (c.deviation or 0.0) > ROUND_OFF), key=lambda c: -(c.deviation or 0.0))
+    rows: list[list[Td | str]] = [
+        [by_row[c.row].quantity, Td(by_row[c.row].scene, left=True), said(c.deviation), Td(c.note, left=True)]
+        for c in loose
     ]
+    listed = paragraph("All rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, and why:")
+    return "".join(paragraph(t) for t in MEANINGS) + listed + table(["quantity", "scene", "deviation", "why"], rows)
+
+
+MEANINGS = (
+    "Up to about `1e-12`: two programs evaluate the same equation in double precision. This says that the code does what"
+    " the papers write, not that the papers describe nature.",
+    "Angular momentum of wet spheres is lost because the tangential drag acts at the radius of each sphere, as in the paper,"
+    " and the gap between the two is on neither lever arm.",
+    "Red cells of the stock models are no faults of their programming. `washino` uses half of Rabinovich's radius and the"
+    " product of the contact angles, `easo` is Soulié's fit; both take a wall for a sphere, and the liquid's lubrication for"
+    " that of an unbounded one. YADE evaluates its laws to round-off between spheres; at walls it takes the sphere's radius,"
+    " and in overlap its bridges carry no force.",
+    "Against the exact bridge even a correct closed form is off. That is the error of the law: see the rows `exact bridge`"
+    " here, and the law atlas for all laws.",
+    "Where nobody knows the truth (beds, screening), a program is set against LIGGGHTS + pywet as the basis, seeds against"
+    " seeds; the hint says whether the difference is beyond their spread.",
+)
 
 
 def limits(found: Table) -> str:

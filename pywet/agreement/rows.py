@@ -56,7 +56,7 @@ def _force_rows() -> list[Row]:
         for key, name in PAIRS.items():
             quantity = f"capillary force over gap, {law}"
             rows.append(Row(f"capillary_{preset}_{key}", "Capillary force", quantity, name, truth, "force at that gap"))
-        name = "equal spheres, overlap 0.1 to 5 % of r"
+        name = "equal spheres, overlap to 5 % of r"
         rows.append(
             Row(f"capillary_{preset}_overlap", "Capillary force", f"capillary force in overlap, {law}", name, truth,
                 "force at touch")
@@ -88,12 +88,12 @@ OTHERS = (
     Row("split_exact_unequal", "Liquid", "exact split at rupture, at the nodes of the engine's table", "spheres 1 : 2",
         EXACT, "volume of the bridge"),
     Row("momentum_wet", "Conserved", "linear momentum", "three wet spheres, free", "", "sum of |m v| at the start"),
+    Row("momentum_dry", "Conserved", "linear momentum", "oblique dry impact", "", "sum of |m v| at the start"),
     Row("spin_wet", "Conserved", "angular momentum", "three wet spheres, free", "", "sum of |r × m v| + |I ω| at the start"),
     Row("energy_wet", "Conserved", "energy: change of kinetic energy = works of all effects", "three wet spheres, free", "",
         "sum of |works|"),
     Row("energy_bed", "Conserved", "energy: change of kinetic energy = works of all effects", "moist bed of 40 spheres", "",
         "sum of |works|"),
-    Row("momentum_dry", "Conserved", "linear momentum", "oblique dry impact", "", "sum of |m v| at the start"),
     Row("restitution", "Dry contact", "coefficient of restitution", "head-on dry impact", EXACT, "itself"),
     Row("oblique_stick", "Dry contact", "tangential velocity and spin after impact, sticking", "oblique dry impact, 10°", EXACT,
         "impact velocity"),
@@ -105,11 +105,13 @@ OTHERS = (
         "impact velocity"),
     Row("davis_three", "Single wet collisions", "final velocities of three wet spheres (Davis 2023)", "St 12, 30°", REFERENCE,
         "largest velocity"),
-    Row("bed_dry", "Beds and screening", "spheres at the end of screening: mean height, neighbours",
-        "dry screening case, several seeds", "", "radius; one neighbour"),
+    Row("end_height", "Beds and screening", "spheres at the end of screening: mean height", "dry case, several seeds", "",
+        "itself"),
+    Row("end_neighbours", "Beds and screening", "spheres at the end of screening: neighbours in touch",
+        "dry case, several seeds", "", "itself"),
     Row("bed_moist_height", "Beds and screening", "settled bed: mean height", "moist bed, several seeds", "", "itself"),
     Row("bed_moist_contacts", "Beds and screening", "settled bed: contacts per sphere", "moist bed, several seeds", "", "itself"),
-    Row("retained_dry", "Beds and screening", "fraction retained over time", "dry screening case, several seeds", "",
+    Row("retained_dry", "Beds and screening", "fraction retained over time", "dry case, several seeds", "",
         "whole feed"),
 )  # fmt: skip
 GROUPS = (

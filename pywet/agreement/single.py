@@ -30,7 +30,7 @@ from pywet.agreement.model import (
 STOKES = (6.0, 12.0, 24.0)
 SPEEDS = (0.5, 1.0, 2.0)
 THREE: dict[str, Any] = {"St_n": 12.0, "theta12_deg": 30.0, "Ca": None, "t_end": 8.0, "h_a": 0.01, "h_min": 0.05}
-STIFFNESS = 1e8
+STIFFNESS = 1e9
 OTHERS = {
     YADE: "no viscous force of the liquid, on which the model rests",
     WASHINO: "its capillary and viscous laws are its own; the model's cannot be given to it",

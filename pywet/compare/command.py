@@ -58,8 +58,8 @@ def show(found: verdict.Comparison) -> None:
     several = found.level is not None
     last = ["spread", "p"] if several else []
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("quantity", "A", "B", "|A-B|/scale", *last, "at [s]", ""):
-        table.add_column(name, no_wrap=True, min_width=30 if name == "quantity" else None)
+    for name in ("quantity", "A", "B", "off", *last, "at [s]", ""):
+        table.add_column(name, no_wrap=name != "quantity", min_width=None if name in ("quantity", "") else 7)
     for row in found.rows:
         colour = "red" if row.different else "green"
         numbers = [f"{row.spread:.1e}", f"{row.p:.2g}"] if several else []
@@ -71,6 +71,7 @@ def show(found: verdict.Comparison) -> None:
     for name, entry in found.checks.items():
         (x, n), (y, m) = entry["a"], entry["b"]
         out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)
+    out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
     out.print(f"method: {found.method}", soft_wrap=True)
     out.print(found.verdict, style="red" if found.different else "green", soft_wrap=True, markup=False)
 

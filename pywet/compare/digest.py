@@ -127,7 +127,7 @@ def provenance() -> dict[str, str]:
     from pywet.engines.liggghts.build import engine_version
 
     git = shutil.which("git")
-    command = [str(git), "-C", str(Path(__file__).parent), "rev-parse", "--short", "HEAD"]
+    command = [str(git), "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude", "*"]
     done = subprocess.run(command, capture_output=True, text=True, check=False) if git else None
     return {
         "python": platform.python_version(),

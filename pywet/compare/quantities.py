@@ -172,7 +172,7 @@ def _bed(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
 def coordination(at: Floats, radius: Floats) -> float:
     """Mean number of spheres in touch (gap up to TOUCHING of the larger radius) with a sphere.
 
-    >>> float(coordination(np.array([[0.0, 0, 0], [2.0, 0, 0], [9.0, 0, 0]]), np.ones(3)).round(3))
+    >>> round(coordination(np.array([[0.0, 0, 0], [2.0, 0, 0], [9.0, 0, 0]]), np.ones(3)), 3)
     0.667
     """
     pairs = cKDTree(at).query_pairs(2.0 * radius.max() * (1.0 + TOUCHING), output_type="ndarray")

@@ -124,7 +124,8 @@ def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
     cells = {(c.row, c.column): c for c in engines.source(tmp_path).cells}
     kept = cells["retained_dry", YADE]
     assert kept.deviation == pytest.approx(0.2, abs=5e-3) and "beyond the spread of 5 and 5 seeds" in kept.note
-    assert cells["retained_dry", LIGGGHTS].state == "basis"
+    assert kept.within is False and cells["retained_dry", LIGGGHTS].state == "basis"
+    assert cells["bed_moist_height", YADE].within
     assert cells["bed_moist_height", "washino"].deviation == pytest.approx(0.2, abs=0.01)
     assert "beyond their spread" in cells["bed_moist_height", "washino"].note
     assert "within their spread" in cells["bed_moist_height", YADE].note
