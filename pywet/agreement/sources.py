@@ -59,6 +59,16 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
 """Name -> function of the folder results/agreement; the last two read what other targets have left beside it."""
 
 
+READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"}
+"""What the last two sources read of other targets' results."""
+
+
+def found(name: str, results: Path) -> list[str]:
+    """Files of other targets that a source would read now, with their times: when these change, it is to be run again."""
+    pattern = READ.get(name)
+    return sorted(f"{p} {p.stat().st_mtime:.0f}" for p in results.glob(pattern)) if pattern else []
+
+
 def data_file(folder: Path, name: str) -> Path:
     """Where a source leaves its cells."""
     return folder / "data" / f"{name}.json"
@@ -70,12 +80,12 @@ def run(name: str, folder: Path) -> Source:
         raise PywetError(f"there is no source {name}; expected one of {', '.join(SOURCES)}")
     began = time.monotonic()
     try:
-        found = SOURCES[name](folder)
+        made = SOURCES[name](folder)
     except PywetError as error:
-        found = Source(name, failed=str(error))
+        made = Source(name, failed=str(error))
     except Exception as error:
         traceback.print_exc()
-        found = Source(name, failed=f"fault in the program, {type(error).__name__}: {error}")
-    found = replace(found, wall_s=time.monotonic() - began)
-    found.write(data_file(folder, name))
-    return found
+        made = Source(name, failed=f"fault in the program, {type(error).__name__}: {error}")
+    made = replace(made, wall_s=time.monotonic() - began)
+    made.write(data_file(folder, name))
+    return made

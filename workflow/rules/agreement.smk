@@ -5,18 +5,9 @@
 # A source that fails leaves its reason in its file, and the page is made with its cells blank. What `engines` and the screening
 # cases have left in results/ is read where it is there, so run this target after them.
 
-from pywet.agreement.sources import SOURCES
+from pywet.agreement.sources import SOURCES, found
 
 AGREEMENT = "results/agreement"
-READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"}
-"""What the last two sources read of other targets' results."""
-
-
-def agreement_found(source):
-    """Files of other targets that a source would read now, with their times: when these change, it runs again."""
-    if source not in READ:
-        return []
-    return sorted(f"{path} {path.stat().st_mtime:.0f}" for path in Path("results").glob(READ[source]))
 
 
 rule agreement_source:
@@ -25,7 +16,7 @@ rule agreement_source:
     params:
         source="{source}",
         # what is read is there or not: no input, but a reason to run again
-        found=lambda wildcards: agreement_found(wildcards.source),
+        found=lambda wildcards: found(wildcards.source, Path(AGREEMENT).parent),
     log:
         f"{AGREEMENT}/logs/{{source}}.log",
     wildcard_constraints:
