@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from pywet import scenes, small
+from pywet import scenes, small, stages
 from pywet.engines.liggghts import deck, process
 from pywet.engines.liggghts.driver import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
@@ -28,7 +28,7 @@ from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import make_surface
 from pywet.scene import Output, Scene
 
-OURS = "LIGGGHTS+pywet"
+OURS, DRY = "LIGGGHTS+pywet", "LIGGGHTS, dry"
 EFFECTS = small.PAPER.model_copy(
     update={"viscous_normal": None, "viscous_tangential": None, "dynamic_rupture": None, "rolling": False}
 )
@@ -116,9 +116,11 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
         dry = prepare(folder / model, bed, wet=False)
         stock(folder / model, dry, bed, model)
         found.append({"engine": model, **measure(folder / model), "bridges_per_sphere": math.nan})
-    prepare(folder / "dry", bed, wet=False)
-    small.run(folder / "dry", [])
-    found.append({"engine": "LIGGGHTS, dry", **measure(folder / "dry"), "bridges_per_sphere": 0.0})
+    for name, engine in ((DRY, "liggghts"), ("YADE, dry", "yade")):
+        path = folder / f"dry_{engine}"
+        prepare(path, bed, wet=False)
+        stages.simulate(path, 1, False, engine)
+        found.append({"engine": name, **measure(path), "bridges_per_sphere": math.nan})
     return pd.DataFrame(found).assign(seed=bed.seed)
 
 
@@ -181,30 +183,33 @@ def _per_sphere(bridges: int, bed: Bed) -> float:
 
 
 def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
-    """Settled beds of several seeds: each engine against ours, with two standard errors of the difference as spread."""
+    """Settled beds of several seeds: moist ones against ours, dry ones against LIGGGHTS.
+
+    `spread` is two standard errors of the difference.
+    """
     table = pd.concat(tables, ignore_index=True)
     found = []
-    ours = table[table["engine"] == OURS]
     for engine in table["engine"].unique():
-        if engine == OURS:
+        reference = DRY if engine.endswith("dry") else OURS
+        if engine == reference:
             continue
-        its = table[table["engine"] == engine]
+        its, other = (table[table["engine"] == name] for name in (engine, reference))
         for quantity in ("mean_height_over_radius", "contacts_per_sphere", "bridges_per_sphere"):
-            one, two = ours[quantity], its[quantity]
+            one, two = other[quantity], its[quantity]
             if two.isna().all():
                 continue
-            reference = float(one.mean())
+            value = float(one.mean())
             error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
             found.append(
                 {
-                    "scene": f"moist bed, {len(one)} seeds",
+                    "scene": f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds",
                     "quantity": quantity.replace("_", " "),
                     "engine": engine,
                     "value": float(two.mean()),
-                    "reference": OURS,
-                    "reference_value": reference,
-                    "deviation": float(two.mean()) / reference - 1.0,
-                    "spread": 2.0 * error / reference,
+                    "reference": reference,
+                    "reference_value": value,
+                    "deviation": float(two.mean()) / value - 1.0,
+                    "spread": 2.0 * error / value,
                     "note": "spread: two standard errors of the difference",
                 }
             )

@@ -80,8 +80,9 @@ def bed(table: pd.DataFrame, path: Path) -> None:
     labels = {"mean_height_over_radius": "mean height / radius", "contacts_per_sphere": "contacts per sphere"}
     names = list(table["engine"].unique())
     with plt.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
-        figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+        figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
         for ax, (column, label) in zip(axes, labels.items(), strict=True):
+            ax.axhline(sum("dry" not in name for name in names) - 0.5, color="#bbbbbb", lw=0.8)
             for k, name in enumerate(names):
                 values = table.loc[table["engine"] == name, column].to_numpy(float)
                 ax.plot(values, np.full(len(values), k), "o", ms=5, alpha=0.6, color=_colour(name))

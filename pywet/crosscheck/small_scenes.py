@@ -7,13 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 
-from pywet.crosscheck import bed, pictures, pulls
+from pywet.crosscheck import bed, contacts, pictures, pulls
 from pywet.errors import PywetError
 from pywet.files import write_table
 
 
 def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
-    """Make the outputs of `pulls` (table, limits, picture), `bed` (table of a seed), `beds` (table, picture) or `all` (table)."""
+    """Make the outputs of what is asked for.
+
+    `pulls`: table, limits, picture; `contacts`: table; `bed`: table of a seed; `beds`: table, picture; `all`: one table.
+    """
     if what == "pulls":
         write_table(pd.DataFrame(pulls.rows()), outputs[0], csv=True)
         write_table(pd.DataFrame(pulls.limits()), outputs[1], csv=True)
@@ -21,6 +24,8 @@ def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
     elif what == "bed":
         found = re.search(r"seed(\d+)", outputs[0].parent.name)
         write_table(bed.settle(outputs[0].parent, bed.Bed(seed=int(found.group(1)) if found else 1)), outputs[0])
+    elif what == "contacts":
+        write_table(pd.DataFrame(contacts.rows(Path("config"), outputs[0].parent)), outputs[0], csv=True)
     elif what == "beds":
         tables = [pd.read_parquet(path) for path in inputs]
         write_table(pd.DataFrame(bed.rows(tables)), outputs[0], csv=True)
@@ -28,4 +33,4 @@ def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
     elif what == "all":
         write_table(pd.concat([pd.read_parquet(p) for p in inputs], ignore_index=True), outputs[0], csv=True)
     else:
-        raise PywetError(f"the small scene {what} was asked for; expected pulls, bed, beds or all")
+        raise PywetError(f"the small scene {what} was asked for; expected pulls, contacts, bed, beds or all")

@@ -76,6 +76,6 @@ def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:
         matrix[row, pair.a] += 0.5
         matrix[row, pair.b] += 0.5
     scale = np.maximum(wanted, 1e-9)
-    share = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
-    share = np.asarray(np.where(np.abs(share) < 1e-12, 0.0, share), dtype=np.float64)
+    found = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
+    share: Floats = np.where(np.abs(found) < 1e-12, 0.0, found).astype(float)
     return share, float(np.max(np.abs(matrix @ share - wanted) / np.maximum(wanted, 1e-3)))
