@@ -25,7 +25,9 @@ from pywet.agreement.model import (
     Source,
     basis,
     impossible,
+    measured,
     not_run,
+    truth,
 )  # fmt: skip
 from pywet.compare import statistics, verdict
 from pywet.compare.statistics import Sample
@@ -39,7 +41,12 @@ EMPTY = {
 DRY = "without liquid it is the same program and contact as LIGGGHTS"
 PROGRAMS = {LIGGGHTS: "LIGGGHTS+pywet", YADE: "YADE", WASHINO: "washino", EASO: "easo"}
 MOIST = {"bed_moist_height": "mean_height_over_radius", "bed_moist_contacts": "contacts_per_sphere"}
+DRY_PROGRAMS = {LIGGGHTS: "LIGGGHTS, dry", YADE: "YADE, dry"}
+DRY_BED = {"bed_dry_height": "mean_height_over_radius", "bed_dry_contacts": "contacts_per_sphere"}
 """Row -> column of the beds' tables."""
+CONTACTS = {"case_restitution": "restitution", "case_friction": "friction"}
+"""Row -> beginning of the quantity's name in contacts/rows.parquet."""
+BEDS = "../crosscheck/bed/"
 ENDS = {"end_height": "mean height at the end", "end_neighbours": "neighbours per sphere at the end"}
 """Row -> quantity of `pywet compare`."""
 LINK = "../crosscheck/dry/"
@@ -51,7 +58,7 @@ def source(crosscheck: Path) -> Source:
     groups = {engine: sorted(p.parents[1] for p in dry.glob(f"{engine}/seed*/results/fraction_retained.parquet"))
               for engine in (LIGGGHTS, YADE)}  # fmt: skip
     cells: list[Cell] = []
-    for row in ("retained_dry", *ENDS, *MOIST):
+    for row in ("retained_dry", *ENDS, *MOIST, *DRY_BED):
         cells += [impossible(row, column, why) for column, why in EMPTY.items()]
         cells += [impossible(row, column, DRY) for column in (WASHINO, EASO) if row not in MOIST]
     curves: dict[str, Any] = {}
@@ -60,7 +67,7 @@ def source(crosscheck: Path) -> Source:
     else:
         cells += list(_retained(groups))
         curves["retained"] = {engine: _band(runs) for engine, runs in groups.items()}
-    return Source("engines", [*cells, *_beds(crosscheck)], curves)
+    return Source("engines", [*cells, *_beds(crosscheck), *_contacts(crosscheck)], curves)
 
 
 def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
@@ -75,7 +82,7 @@ def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
     yield from _pair("retained_dry", curves, groups, lambda r: r.deviation)
     for row, name in ENDS.items():
         ends = [by_name[name]] if name in by_name else []
-        yield from _pair(row, ends, groups, lambda r: abs(r.a - r.b) / abs(r.a))
+        yield from _pair(row, ends, groups, lambda r: abs(r.a - r.b) / (abs(r.a) or 1.0))
 
 
 def _pair(
@@ -112,20 +119,38 @@ def _band(runs: list[Path]) -> dict[str, Any]:
 
 
 def _beds(crosscheck: Path) -> Iterator[Cell]:
-    """The moist bed that was settled in all programs from the same places, one row of bed.parquet per program and seed."""
+    """Beds settled in all programs from the same places, one row of bed.parquet per program and seed."""
     files = sorted(crosscheck.glob("bed/seed*/bed.parquet"))
-    for row, column in MOIST.items():
-        if not files:
-            yield from (not_run(row, name, HOW) for name in PROGRAMS)
-            continue
-        table = pd.concat([pd.read_parquet(f) for f in files])
-        values = {
-            name: table.loc[table["engine"] == engine, column].to_numpy(float) for name, engine in PROGRAMS.items()
-        }
-        ours, link = values[LIGGGHTS], "../crosscheck/bed/"
-        yield basis(row, LIGGGHTS, f"mean {ours.mean():.4g} of {len(ours)} seeds", len(ours), link)
-        for name in (YADE, WASHINO, EASO):
-            yield _set_against(row, name, ours, values[name], link)
+    table = pd.concat([pd.read_parquet(f) for f in files]) if files else pd.DataFrame({"engine": []})
+    for rows, programs in ((MOIST, PROGRAMS), (DRY_BED, DRY_PROGRAMS)):
+        for row, column in rows.items():
+            values = {c: table.loc[table["engine"] == name, column].to_numpy(float) if files else np.array([])
+                      for c, name in programs.items()}  # fmt: skip
+            ours = values.pop(LIGGGHTS)
+            if len(ours) < 2:
+                yield from (not_run(row, name, HOW) for name in programs)
+                continue
+            yield basis(row, LIGGGHTS, f"mean {ours.mean():.4g} of {len(ours)} seeds", len(ours), BEDS)
+            yield from (_set_against(row, name, ours, other, BEDS) for name, other in values.items())
+
+
+def _contacts(crosscheck: Path) -> Iterator[Cell]:
+    """Restitution and friction of a screening case's contacts at its own time step, against the configured ones."""
+    file = crosscheck / "contacts" / "rows.parquet"
+    table = pd.read_parquet(file) if file.exists() else pd.DataFrame({"quantity": [], "engine": []})
+    for row, start in CONTACTS.items():
+        yield truth(row, EXACT, "the coefficient that is configured")
+        yield impossible(row, REFERENCE, "a dry run on the stock program logs no contacts")
+        yield from (impossible(row, column, DRY) for column in (WASHINO, EASO))
+        for column, engine in ((LIGGGHTS, "LIGGGHTS"), (YADE, "YADE")):
+            part = table[table["quantity"].str.startswith(start) & (table["engine"] == engine)] if len(table) else table
+            if part.empty:
+                yield not_run(row, column, HOW)
+                continue
+            names = part["quantity"].to_list()
+            value, wanted = part["value"].to_numpy(float), part["reference_value"].to_numpy(float)
+            note = "mean over instants of touch within a step, at the case's own time step"
+            yield measured(row, column, value, wanted, at=names, note=note, link="../crosscheck/contacts/")
 
 
 def _set_against(row: str, column: str, ours: Floats, other: Floats, link: str) -> Cell:

@@ -97,7 +97,7 @@ def test_screening_takes_the_worst_case_of_each_preset(tmp_path: Path) -> None:
 
 def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
     """Without it every cell says how to run it; with it means, and whether the difference is beyond the spread."""
-    assert {c.state for c in engines.source(tmp_path).cells} == {"impossible", "not run"}
+    assert {c.state for c in engines.source(tmp_path).cells} == {"impossible", "not run", "truth"}
     random = np.random.default_rng(1)
     for engine, shift in (("liggghts", 0.0), ("yade", 0.2)):
         for seed in range(5):
@@ -118,10 +118,27 @@ def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
                 "mean_height_over_radius": m + 0.01 * random.normal(),
                 "contacts_per_sphere": 4 + random.normal(),
             }
-            for e, m in (("LIGGGHTS+pywet", 5.0), ("YADE", 5.0), ("washino", 6.0), ("easo", 5.0))
+            for e, m in (
+                ("LIGGGHTS+pywet", 5.0),
+                ("YADE", 5.0),
+                ("washino", 6.0),
+                ("easo", 5.0),
+                ("LIGGGHTS, dry", 5.0),
+                ("YADE, dry", 5.0),
+            )
         ]
         pd.DataFrame(rows).to_parquet(folder / "bed.parquet")
+    rows = [
+        ("restitution, a", "YADE", 0.81, 0.8),
+        ("restitution, a", "LIGGGHTS", 0.8, 0.8),
+        ("friction, a", "YADE", 0.3, 0.3),
+    ]
+    (tmp_path / "contacts").mkdir()
+    named = pd.DataFrame(rows, columns=["quantity", "engine", "value", "reference_value"])
+    named.to_parquet(tmp_path / "contacts" / "rows.parquet")
     cells = {(c.row, c.column): c for c in engines.source(tmp_path).cells}
+    assert cells["case_restitution", YADE].deviation == pytest.approx(0.0125)
+    assert cells["case_friction", LIGGGHTS].state == "not run" and cells["bed_dry_contacts", YADE].within is not None
     kept = cells["retained_dry", YADE]
     assert kept.deviation == pytest.approx(0.2, abs=5e-3) and "beyond the spread of 5 and 5 seeds" in kept.note
     assert kept.within is False and cells["retained_dry", LIGGGHTS].state == "basis"
