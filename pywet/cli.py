@@ -100,6 +100,9 @@ def run(
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/SCALE/caseNN.")] = None,
     engine: Annotated[str, typer.Option(help="liggghts, or yade: dry cases, no rolling resistance.")] = "liggghts",
     config: ConfigDir = CONFIG,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of the first arrangement; default: that of config.yaml.")
+    ] = None,
 ) -> None:
     """Run one case: build, simulate, replay, results."""
     from pywet import config as settings
@@ -110,7 +113,7 @@ def run(
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
-    _stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine))
+    _stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
     _stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
     _stage(folder, "replay", lambda: stages.replay(folder))
     _stage(folder, "results", lambda: stages.results(folder))
@@ -167,6 +170,7 @@ def scene(
     rpm: Annotated[float, typer.Option(help="Turns of the drum per minute.")] = 20.0,
     seconds: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
     ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of the engine.")] = 1,
+    seed: Annotated[int, typer.Option(help="Of the first places of the spheres (bed, drum).")] = 1,
 ) -> None:
     """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
     from pywet import scenes
@@ -179,11 +183,55 @@ def scene(
         turns_per_minute=rpm,
         seconds=seconds,
         ranks=ranks,
+        seed=seed,
     )
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
         out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
     out.print(f"all tables are in {folder}", soft_wrap=True)
+
+
+@app.command()
+def compare(
+    runs: Annotated[list[Path] | None, typer.Argument(metavar="RUN_A RUN_B", help="Runs, or folders of seeds.")] = None,
+    a: Annotated[list[Path] | None, typer.Option("--a", help="A run, or a folder of runs, of group A.")] = None,
+    b: Annotated[list[Path] | None, typer.Option("--b", help="The same of group B.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", metavar="OUT", help="Write the comparison.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Compare different cases as well.")] = False,
+    digest: Annotated[Path | None, typer.Option(help="Hold the runs against this stored digest.")] = None,
+) -> None:
+    """Compare two runs or two groups of seeds; exit code 0 no difference, 1 difference, 2 not comparable."""
+    from pywet.compare import command
+
+    raise typer.Exit(command.compare(runs or [], a or [], b or [], json_file, force, digest))
+
+
+@app.command()
+def digest(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Reference scenes; default all.")
+    ] = None,
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the digests.")] = Path("tests/data/digests"),
+) -> None:
+    """Run reference scenes over their seeds and store their digests; refused when a replay disagrees."""
+    from pywet.compare import command
+
+    command.renew(names or [], folder)
+
+
+@app.command()
+def agreement(
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the page.")] = Path("results/agreement"),
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="SOURCE", help="Run only these sources.")] = None,
+) -> None:
+    """Make the table of agreement: every quantity by every program against the best truth, on one page."""
+    from pywet.agreement import page, sources
+
+    for name in only or sources.SOURCES:
+        with err.status(f"agreement: {name}"):
+            found = sources.run(name, folder)
+        out.print(f"{name:<12}{found.failed or f'{len(found.cells)} cells, {found.wall_s:.0f} s'}", soft_wrap=True)
+    out.print(str(page.make(folder)), soft_wrap=True)
 
 
 @app.command()

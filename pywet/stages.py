@@ -85,9 +85,10 @@ def _run(work: Callable[[], Any]) -> str | None:
 
 
 def build(
-    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, engine: str = "liggghts"
-) -> None:
-    """Stage scene: configuration -> run directory; `preset` replaces the configured laws.
+    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, engine: str = "liggghts",
+    seed: int | None = None,
+) -> None:  # fmt: skip
+    """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed.
 
     For the engine yade rolling resistance is off, which YADE does not have as the scene means it.
     """
@@ -95,6 +96,7 @@ def build(
     from pywet.screening import cases
 
     loaded = config.load(config_dir)
+    loaded = loaded if seed is None else loaded.with_seed(seed)
     if engine == "yade":
         loaded = loaded.without_rolling()
     cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)

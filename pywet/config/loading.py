@@ -64,6 +64,10 @@ class Config:
         chosen = LawSettings.model_validate({"preset": name})
         return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
 
+    def with_seed(self, seed: int) -> Config:
+        """The same with another seed of the spheres' first arrangement."""
+        return replace(self, settings=self.settings.model_copy(update={"seed": seed}))
+
     def without_rolling(self) -> Config:
         """The same with rolling resistance off, for engines that do not have it."""
         effects = self.settings.effects.model_copy(update={"rolling": "off"})

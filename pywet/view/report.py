@@ -66,7 +66,7 @@ def write(
     environment.filters.update({"sig": _significant, "power": _power})
     try:
         text = environment.get_template(TEMPLATE).render(
-            {**context(config, scale, results, picture), "presets": presets.shown(pairs)}
+            {**context(config, scale, results, picture), "presets": presets.shown(pairs), "table_of_agreement": _beside(out)}
         )
     except jinja2.TemplateNotFound as error:
         raise PywetError(
@@ -74,6 +74,12 @@ def write(
         ) from error
     with atomic_write(out) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def _beside(out: Path) -> str | None:
+    """Link to the table of agreement when it has been made beside the report's folder."""
+    page = out.parent.parent / "agreement" / "index.html"
+    return "../agreement/index.html" if page.exists() else None
 
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:

@@ -15,7 +15,7 @@ def stokes_to_rebound(h_min: float, e_dry: float = 1.0) -> float:
     St_s = ((1 + e)/e)[ln(1/h_m) − 3 ln(2 − h_m) + 2 − 2/(2 − h_m)], h_m = h_min/δ_12.
 
     >>> f"{stokes_to_rebound(0.05):.6f}"
-    '3.932806'
+    '3.933206'
     """
     rest = 2.0 - h_min
     return (1.0 + e_dry) / e_dry * (math.log(1.0 / h_min) - 3.0 * math.log(rest) + 2.0 - 2.0 / rest)
@@ -25,7 +25,7 @@ def head_on_restitution(stokes: float, h_min: float, e_dry: float = 1.0) -> floa
     """Wet coefficient of restitution of two spheres head on (Davis 2023, 41): e_dry (1 − St_s/St_n), 0 below St_s.
 
     >>> f"{head_on_restitution(10.0, 0.05):.6f}"
-    '0.606719'
+    '0.606679'
     """
     return max(0.0, e_dry * (1.0 - stokes_to_rebound(h_min, e_dry) / stokes))
 

@@ -54,6 +54,19 @@ def liggghts_force(points: pd.DataFrame, model: str = "washino") -> pd.DataFrame
     return with_force(points, force, "LIGGGHTS", refused)
 
 
+def liggghts_drag(points: pd.DataFrame, model: str, viscosity: float) -> pd.DataFrame:
+    """Normal viscous drag over the speed [N s/m] of a stock model: force with the viscosity less that without, over the speed.
+
+    Points as for `liggghts_force`, apart (S > 0) and of one surface tension and pair of angles; adds the column `drag`.
+    """
+    table = checked(points)
+    table["gap"] = gaps(table)
+    table["content"] = liquid_content(table, model)
+    speed = (table["gap"].to_numpy(float) + OVERLAP * smaller_radius(table)) / (STEPS * TIME_STEP)
+    wet, dry = (_measure(table, LIGGGHTS_MODELS[model], eta) for eta in (viscosity, 0.0))
+    return points.assign(drag=(wet - dry) / speed)
+
+
 def liquid_content(table: pd.DataFrame, model: str) -> Floats:
     """Liquid per volume of sphere at which the model's bridge has the volume of each point."""
     ri, rj = table["radius_i"].to_numpy(float), table["radius_j"].to_numpy(float)
@@ -105,7 +118,7 @@ def _layout(batch: pd.DataFrame) -> Layout:
     return Layout(rows, atoms, x, 4 * largest + pitch, farthest)
 
 
-def _measure(batch: pd.DataFrame, model: str) -> Floats:
+def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
     """One run of the program with a place of its own for each point."""
     layout = _layout(batch)
     wall = np.isinf(batch["radius_j"].to_numpy(float))
@@ -114,6 +127,7 @@ def _measure(batch: pd.DataFrame, model: str) -> Floats:
         "model": model,
         "skin": f"{0.1 * np.min(smaller_radius(batch)):.17g}",
         "stiffness": STIFFNESS,
+        "viscosity": f"{viscosity:.17g}",
         "surface_tension": f"{first['surface_tension']:.17g}",
         # the engine wants degrees
         "contact_angle_i": f"{np.degrees(first['contact_angle']):.17g}",

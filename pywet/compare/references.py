@@ -1,0 +1,140 @@
+"""The reference scenes whose digests are stored (tests/data/digests): small, each done in seconds, over several seeds where a
+seed means anything. `pywet digest --renew` runs them again; it refuses when the replay disagrees.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet import config, scenes, stages
+from pywet.compare import digest
+from pywet.compare.digest import Digest
+from pywet.errors import PywetError
+from pywet.files import write_json, write_table
+from pywet.history.initial import sphere_table
+from pywet.screening import cases
+
+STORE = Path("tests/data/digests")
+Numbers = dict[str, tuple[float, float, str]]
+KEPT = {1: 12, 2: 2, 3: 2}
+"""Spheres of each class in the tiny screening."""
+SHORTEST_S = 0.9
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A scene: how a seed of it is run, over which seeds its digest is made, which relative tolerance its numbers have."""
+
+    command: str
+    seeds: tuple[int, ...]
+    tolerance: float
+    run: Callable[[int, Path], Numbers]
+
+
+def _replayed(run_dir: Path) -> Numbers:
+    """Replay a run and give its numbers; refused when the replay disagrees."""
+    found = stages.replay(run_dir)
+    if found is not None and not found["ok"]:
+        bad = [name for name, q in found["quantities"].items() if not q["ok"]]
+        raise PywetError(f"the replay of {run_dir.name} disagrees on {', '.join(bad)}; no digest is made of such a run")
+    return digest.numbers_in(run_dir)
+
+
+def _scene(name: str, choice: scenes.Choice, seed: int, folder: Path) -> Numbers:
+    scenes.run(name, folder, scenes.Choice(**{**choice.__dict__, "seed": seed}))
+    return _replayed(folder)
+
+
+def pull(seed: int, folder: Path) -> Numbers:
+    """Two spheres drawn apart: `pywet scene pull`."""
+    return _scene("pull", scenes.Choice(seconds=0.02), seed, folder)
+
+
+def collision(seed: int, folder: Path) -> Numbers:
+    """Two wet spheres thrown at each other: `pywet scene collision`."""
+    return _scene("collision", scenes.Choice(moisture_percent=0.2), seed, folder)
+
+
+def bed(seed: int, folder: Path) -> Numbers:
+    """Forty moist spheres that come to rest in a box."""
+    return _scene("bed", scenes.Choice(spheres=40, seconds=0.12), seed, folder)
+
+
+def screening(seed: int, folder: Path) -> Numbers:
+    """Case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
+    loaded = config.load(Path(__file__).parents[2] / "config").with_seed(10000 + seed)
+    scene = cases.build(loaded, 2, "smoke", folder)
+    spheres = pd.read_parquet(folder / scene.spheres_file)
+    spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
+    spheres["id"] = np.arange(1, len(spheres) + 1)
+    classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)
+    output = scene.output.model_copy(update={"checkpoints": 0})
+    scene = scene.model_copy(update={"classes": classes, "duration_s": SHORTEST_S, "output": output})
+    write_table(spheres, folder / scene.spheres_file)
+    write_table(sphere_table(scene, spheres), folder / "history" / "spheres.parquet")
+    write_json(folder / "scene.json", scene.model_dump(mode="json"))
+    stages.simulate(folder, ranks=1, progress=False)
+    stages.replay(folder)
+    stages.results(folder)
+    return _replayed(folder)
+
+
+def wall(seed: int, folder: Path) -> Numbers:
+    """A wet glass sphere against a wall by the model of Buck et al. 2018: coefficients and budget."""
+    from pywet.collisions import wall as module
+    from pywet.collisions.curves import problem
+
+    found = module.collide(problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=1.0, angle_deg=30.0))
+    return _flat(found)
+
+
+def spheres(seed: int, folder: Path) -> Numbers:
+    """Three wet spheres by the model of Davis 2023: final velocities and energy."""
+    from pywet.collisions.nspheres.equal import three_equal_spheres
+    from pywet.collisions.nspheres.simulate import run
+
+    made = run(three_equal_spheres(6.0, theta12_deg=30.0, t_end=4.0, h_a=0.01, h_min=0.05))
+    numbers: Numbers = {}
+    for k in range(3):
+        for axis, value in zip("xy", made.velocity[k], strict=True):
+            numbers[f"final velocity {k + 1} {axis}"] = (float(value), 1.0, "v_n0")
+    for name in ("end", "viscous", "impact"):
+        numbers[f"energy {name}"] = (float(getattr(made.energy, name)), float(made.energy.start), "")
+    return numbers
+
+
+def _flat(found: dict[str, object]) -> Numbers:
+    return {k: (float(v), max(abs(float(v)), 1e-300), "") for k, v in found.items() if isinstance(v, int | float)}
+
+
+SCENES: dict[str, Reference] = {
+    "pull": Reference("pywet scene pull --seconds 0.02", (1,), 1e-6, pull),
+    "collision": Reference("pywet scene collision --moisture 0.2", (1,), 1e-6, collision),
+    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)), 1e-6, bed),
+    "screening": Reference("case 2, smoke scale, 16 spheres, 0.9 s", tuple(range(1, 9)), 1e-6, screening),
+    "wall": Reference("pywet collide wall (glass 1.74 mm, 100 µm of water, 1 m/s, 30°)", (1,), 1e-6, wall),
+    "spheres": Reference("pywet collide spheres (three equal, St 6, 30°)", (1,), 1e-6, spheres),
+}
+"""Name of a digest -> its scene. A seed means nothing to a scene of one seed: it is deterministic."""
+
+
+def made(name: str) -> Digest:
+    """Run all seeds of a scene; its digest."""
+    if name not in SCENES:
+        raise PywetError(f"there is no reference scene {name}; expected one of {', '.join(SCENES)}")
+    one, runs = SCENES[name], []
+    for seed in one.seeds:
+        with tempfile.TemporaryDirectory(prefix="pywet-digest-") as folder:
+            runs.append(one.run(seed, Path(folder)))
+    return digest.make(name, one.command, runs, one.tolerance)
+
+
+def renew(name: str, folder: Path = STORE) -> Path:
+    """Make a digest anew and store it."""
+    return digest.save(made(name), folder / f"{name}.json")

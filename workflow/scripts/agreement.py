@@ -1,0 +1,9 @@
+"""The page of the table of agreement."""
+
+from pathlib import Path
+
+from pywet import stages
+from pywet.agreement import page
+
+with stages.logged(Path(snakemake.log[0])):
+    page.make(Path(snakemake.output.page).parent)

@@ -1,0 +1,9 @@
+"""One source of the table of agreement."""
+
+from pathlib import Path
+
+from pywet import stages
+from pywet.agreement import sources
+
+with stages.logged(Path(snakemake.log[0])):
+    sources.run(snakemake.params.source, Path(snakemake.output.data).parent.parent)
