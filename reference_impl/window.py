@@ -95,6 +95,12 @@ def recorded(run_dir: Path) -> bool:
     return (Path(run_dir) / "history" / "window_states.parquet").exists()
 
 
+def is_dry(run_dir: Path) -> bool:
+    """Whether the scene of a run directory has no bridges; False where there is no scene."""
+    path = Path(run_dir) / "scene.json"
+    return path.exists() and not json.loads(path.read_text())["effects"]["bridges"]
+
+
 def read(run_dir: Path) -> Setup:
     """Everything but the motion."""
     folder = Path(run_dir)

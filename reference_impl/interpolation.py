@@ -1,0 +1,81 @@
+"""The engine's interpolated transfer ratios against the own solution at the volumes of the run's ruptures.
+
+The table's nodes are checked in transfer.py; what is left between them is the error of linear interpolation, information with a
+stated bound and not a fault.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from reference_impl import coverage, laws
+from reference_impl.compare import Floats, Quantity, compare
+from reference_impl.io import Run
+from reference_impl.liquid import bodies
+from reference_impl.transfer import SMALLEST, exact_ratios, own_ratio
+
+BOUND = 0.0011
+"""Stated error of linear interpolation between the table's nodes (docs/laws.md)."""
+LARGEST = 0.5
+PER_ROW = {"parabola": 12, "young_laplace": 4}
+"""Volumes solved for each pair of bodies."""
+
+
+def check(run: Run) -> list[Quantity]:
+    """Logged share_i over volume of a sample of the ruptures, spread evenly over V* for each pair of bodies."""
+    name = coverage.law(run, "transfer")
+    events = run.table("events")
+    broke = events[events["kind"] == 1]
+    if name not in PER_ROW or not len(broke):
+        return []
+    shape = _shapes(run, broke)
+    logged, own, rows = [], [], []
+    for bodies_of, at in shape.groupby(["partner_kind", "ri", "rj", "ti", "tj"]).groups.items():
+        table = shape.loc[at].query("@SMALLEST <= v_star <= @LARGEST").sort_values("v_star")
+        if table.empty:
+            continue
+        picked = table.iloc[np.unique(np.linspace(0, len(table) - 1, PER_ROW[name]).astype(int))]
+        picked = picked.drop_duplicates("v_star")
+        v_star = picked["v_star"].to_numpy(float)
+        kind, ri, rj, ti, tj = bodies_of
+        found = _own(name, int(kind), ri, rj, ti, tj, v_star)
+        keep = np.isfinite(found)
+        logged.append(picked["ratio"].to_numpy(float)[keep])
+        own.append(found[keep])
+        rows.append(picked[keep])
+    if not rows:
+        return []
+    values, mine = np.concatenate(logged), np.concatenate(own)
+    result = compare("transfer_interpolation", "one", values, mine, np.ones(len(mine)), pd.concat(rows), BOUND)
+    return [replace(result, sample_of=len(broke))]
+
+
+def _own(name: str, kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats) -> Floats:
+    if name == "young_laplace":
+        return exact_ratios(kind, ri, rj, ti, tj, v_star, np.arange(len(v_star)))
+    return own_ratio(kind, ri, rj, ti, tj, v_star)
+
+
+def _shapes(run: Run, broke: pd.DataFrame) -> pd.DataFrame:
+    """For each rupture the two bodies, V* and the ratio that was used."""
+    fixed = bodies(run)
+    wall = (broke["partner_kind"] != laws.SPHERE).to_numpy()
+    angle = {i: fixed.angle(i) for i in fixed.radius}
+    ri = broke["i"].map(fixed.radius).to_numpy(float)
+    width = broke["j"].map(fixed.half_width).to_numpy(float)
+    rj = np.where(wall, width, broke["j"].map(fixed.radius).to_numpy(float))
+    tj = np.where(wall, broke["j"].map(fixed.wall_angle).to_numpy(float), broke["j"].map(angle).to_numpy(float))
+    other = np.where(wall, ri, rj)  # a wall's half width may be infinite
+    r = np.where(wall, ri, 2.0 * ri * other / (ri + other))
+    volume = broke["volume"].to_numpy(float)
+    kind = np.where(wall, np.where(rj < ri, laws.SMALL_WALL, laws.LARGE_WALL), laws.SPHERE)
+    return pd.DataFrame(
+        {
+            "step": broke["step"].to_numpy(), "i": broke["i"].to_numpy(), "j": broke["j"].to_numpy(), "partner_kind": kind,
+            "ri": ri, "rj": rj, "ti": broke["i"].map(angle).to_numpy(float), "tj": tj, "v_star": volume / r**3,
+            "ratio": broke["share_i"].to_numpy(float) / volume,
+        }
+    ).reset_index(drop=True)  # fmt: skip
