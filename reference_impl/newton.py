@@ -69,7 +69,8 @@ def _window(
     known, start = np.concatenate(given), np.concatenate(before)
     contact = dry.contacts(setup, window, touches, start, known)
     logged = np.concatenate([log.of(window.steps[t.k], t.a, t.b)[0] for t, (_, log) in zip(found, parts, strict=True)])
-    scale = dry.size(start) + dry.size(contact.slip) * setup.step
+    # a head-on contact has only rounding for a spring
+    scale = np.maximum(dry.size(start) + dry.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
     rows = pd.DataFrame({"step": window.steps[touches.k], "i": setup.ids[touches.a], "b": touches.b, "wall": touches.wall})
     checks = {"contact_spring": (logged[~known], contact.spring[~known], scale[~known], rows[~known])}
     bridges = wet.of_window(run, setup, window, motion) if run is not None else None
@@ -162,7 +163,7 @@ SCALES = {
     "newton_torque": ("r times the same", TOLERANCE),
     "newton_kick": ("speed", 1e-12),
     "newton_drift": ("radius", 1e-12),
-    "contact_spring": ("spring of the step before and slip in the step", 1e-6),
+    "contact_spring": ("spring of the step before and slip in the step, at least 1e-9 r", 1e-6),
     "wall_closest_point": ("radius", TOLERANCE),
     "wall_velocity": ("itself, or 1 mm/s", TOLERANCE),
     "window_position": ("radius", 1e-12),

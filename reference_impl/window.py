@@ -213,9 +213,10 @@ def _window(setup: Setup, steps: Floats, s: dict[str, Floats]) -> Window:
     acted = (steps > 0)[:, None, None] * setup.free[None, :, None]
     kick = acted * (0.5 * setup.step / setup.mass)[None, :, None]
     turn = acted * (0.5 * setup.step / (0.4 * setup.mass * setup.radius**2))[None, :, None]
-    return Window(
-        steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], s["w"] - turn * s["t"],
-    )  # fmt: skip
+    w_half = s["w"] - turn * s["t"]
+    # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
+    w_half[np.abs(w_half) < 1e-13 * np.abs(turn * s["t"]).max(axis=2, keepdims=True)] = 0.0
+    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half)
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:
