@@ -63,8 +63,8 @@ def pair(folder: Path, velocity: tuple[float, float, float], spin: tuple[float, 
     return folder
 
 
-def thrown(count: int, low: float, seed: int = 3, wide: float = 5.4e-3) -> list[small.Sphere]:
-    """Spheres of two sizes on a loose lattice, thrown about and spinning."""
+def thrown(count: int, low: float, seed: int = 3, wide: float = 5.4e-3, down: float = 0.0) -> list[small.Sphere]:
+    """Spheres of two sizes on a loose lattice, thrown about and `down` [m/s], spinning."""
     random = np.random.default_rng(seed)
     across = math.ceil(math.sqrt(count / 2))
     at = [
@@ -74,12 +74,12 @@ def thrown(count: int, low: float, seed: int = 3, wide: float = 5.4e-3) -> list[
         for j in range(across)
     ][:count]
     return [
-        small.Sphere(1 + n % 2, p, tuple(random.normal(0, 0.15, 3)), tuple(random.normal(0, 20, 3)))
+        small.Sphere(1 + n % 2, p, tuple(random.normal(0, 0.15, 3) - [0.0, 0.0, down]), tuple(random.normal(0, 20, 3)))
         for n, p in enumerate(at)
     ]
 
 
-def on_walls(folder: Path, surface: Surface, spheres: list[small.Sphere], steps: int = 1500, **more: object) -> Path:
+def on_walls(folder: Path, surface: Surface, spheres: list[small.Sphere], steps: int = 700, **more: object) -> Path:
     """Dry spheres on one wall."""
     small.prepare(
         folder, spheres_of(R, 2e-3), spheres, contacts(2), walls=[surface], time_step_s=STEP, steps=steps, gravity=DOWN,
@@ -94,11 +94,11 @@ def on_walls(folder: Path, surface: Surface, spheres: list[small.Sphere], steps:
 
 
 def moist_bed(folder: Path, effects: object = small.PAPER, **more: object) -> Path:
-    """Thirty wet spheres of two sizes on a shaken floor; the last three hundred steps of 2400 recorded."""
+    """Thirty wet spheres of two sizes on a shaken floor; four windows of 75 steps of 1600 recorded."""
     spheres = thrown(32, 0.003)
     small.prepare(
         folder, spheres_of(R, 2e-3), spheres, contacts(2), liquid=WATER, effects=effects,
-        walls=[moving(small.floor(), "vibrates")], wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=2400,
+        walls=[moving(small.floor(), "vibrates")], wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=1600,
         gravity=DOWN, vibration=SHAKING,
         output=Output(interval_s=0.004, contact_windows=4, contact_window_steps=75, window_trajectories=True), **more,
     )  # fmt: skip
