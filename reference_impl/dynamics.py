@@ -1,4 +1,4 @@
-"""Newton's law, contributions and the transfer table's interpolation as parts of a replay; dry runs have a replay of these alone."""
+"""Newton's law, contributions and the transfer table's interpolation as parts of a replay; a dry run's replay is these alone."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 from reference_impl import contributions, interpolation, io, newton, window
 from reference_impl.compare import Quantity
 
-NOT_RECORDED = "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
+NOT_RECORDED = (
+    "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
+)
 
 
 def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, Any]]:

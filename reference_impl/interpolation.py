@@ -33,15 +33,13 @@ def check(run: Run) -> list[Quantity]:
         return []
     shape = _shapes(run, broke)
     logged, own, rows = [], [], []
-    for bodies_of, at in shape.groupby(["partner_kind", "ri", "rj", "ti", "tj"]).groups.items():
-        table = shape.loc[at].query("@SMALLEST <= v_star <= @LARGEST").sort_values("v_star")
-        if table.empty:
-            continue
+    inside = shape[(shape["v_star"] >= SMALLEST) & (shape["v_star"] <= LARGEST)]
+    for _, table in inside.sort_values("v_star").groupby(["partner_kind", "ri", "rj", "ti", "tj"]):
         picked = table.iloc[np.unique(np.linspace(0, len(table) - 1, PER_ROW[name]).astype(int))]
         picked = picked.drop_duplicates("v_star")
         v_star = picked["v_star"].to_numpy(float)
-        kind, ri, rj, ti, tj = bodies_of
-        found = _own(name, int(kind), ri, rj, ti, tj, v_star)
+        kind, *shape_of = (float(table[c].iloc[0]) for c in ("partner_kind", "ri", "rj", "ti", "tj"))
+        found = _own(name, int(kind), shape_of, v_star)
         keep = np.isfinite(found)
         logged.append(picked["ratio"].to_numpy(float)[keep])
         own.append(found[keep])
@@ -53,7 +51,8 @@ def check(run: Run) -> list[Quantity]:
     return [replace(result, sample_of=len(broke))]
 
 
-def _own(name: str, kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats) -> Floats:
+def _own(name: str, kind: int, bodies_of: list[float], v_star: Floats) -> Floats:
+    ri, rj, ti, tj = bodies_of
     if name == "young_laplace":
         return exact_ratios(kind, ri, rj, ti, tj, v_star, np.arange(len(v_star)))
     return own_ratio(kind, ri, rj, ti, tj, v_star)

@@ -91,7 +91,9 @@ def topology(corners: Floats) -> Topology:
     # the engine keeps only what it finds for the last corner
     obtuse = np.where(np.einsum("ij,ij->i", edge[:, 2], edge[:, 1]) > 0.0, 2, -1)
     bound = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
-    return Topology(corners, edge, length, normal, active, corner, obtuse, bound, _planes(at_node, normal, len(corners)))
+    return Topology(
+        corners, edge, length, normal, active, corner, obtuse, bound, _planes(at_node, normal, len(corners))
+    )
 
 
 def _nodes(corners: Floats) -> list[list[int]]:
@@ -126,7 +128,9 @@ def _connected(meeting: list[tuple[int, int]], neighbours: dict[int, set[int]]) 
 
 def _corner_active(group: list[tuple[int, int]], edge: Floats, nodes: list[list[int]], active: Floats) -> bool:
     """A corner counts where an active edge ends and no two of its edges go on in a line; the last triangle owns it."""
-    arms = [(edge[t, k], nodes[t][(k + 1) % 3]) for t, k in group] + [(edge[t, k - 1], nodes[t][k - 1]) for t, k in group]
+    arms = [(edge[t, k], nodes[t][(k + 1) % 3]) for t, k in group] + [
+        (edge[t, k - 1], nodes[t][k - 1]) for t, k in group
+    ]
     way, end = np.array([a[0] for a in arms]), np.array([a[1] for a in arms])
     lined = (np.abs(way @ way.T) > COPLANAR) & (end[:, None] != end[None, :])
     return bool(any(active[t, k] or active[t, k - 1] for t, k in group) and not lined.any())
@@ -172,7 +176,9 @@ def _edge(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Float
     found = mesh.corners[s, k] + along[:, None] * mesh.edge[s, k]
     found = np.where(before[:, None], mesh.corners[s, k], np.where(behind[:, None], mesh.corners[s, n], found))
     point[at] = found
-    there[at] = np.where(before, mesh.corner_active[s, k], np.where(behind, mesh.corner_active[s, n], mesh.edge_active[s, k]))
+    there[at] = np.where(
+        before, mesh.corner_active[s, k], np.where(behind, mesh.corner_active[s, n], mesh.edge_active[s, k])
+    )
 
 
 def _corner(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Floats, there: Floats) -> None:

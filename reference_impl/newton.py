@@ -71,7 +71,9 @@ def _window(
     logged = np.concatenate([log.of(window.steps[t.k], t.a, t.b)[0] for t, (_, log) in zip(found, parts, strict=True)])
     # a head-on contact has only rounding for a spring
     scale = np.maximum(dry.size(start) + dry.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
-    rows = pd.DataFrame({"step": window.steps[touches.k], "i": setup.ids[touches.a], "b": touches.b, "wall": touches.wall})
+    rows = pd.DataFrame(
+        {"step": window.steps[touches.k], "i": setup.ids[touches.a], "b": touches.b, "wall": touches.wall}
+    )
     checks = {"contact_spring": (logged[~known], contact.spring[~known], scale[~known], rows[~known])}
     bridges = wet.of_window(run, setup, window, motion) if run is not None else None
     force, torque, sizes = _sums(setup, window, touches, contact, bridges)

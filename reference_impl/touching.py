@@ -12,7 +12,7 @@ import pandas as pd
 
 from reference_impl import mesh
 from reference_impl.compare import Floats
-from reference_impl.window import Motion, Setup, Window
+from reference_impl.window import Motion, Setup, Wall, Window
 
 CHUNK = 4_000_000
 
@@ -71,7 +71,9 @@ def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, F
         at = slice(start, start + step)
         meet = np.ones((len(y), len(low[at])), dtype=bool)
         for m in range(3):
-            meet &= (y[:, m, None] + reach[:, None] > low[None, at, m]) & (y[:, m, None] - reach[:, None] < high[None, at, m])
+            meet &= (y[:, m, None] + reach[:, None] > low[None, at, m]) & (
+                y[:, m, None] - reach[:, None] < high[None, at, m]
+            )
         a, t = np.nonzero(meet)
         found.append((a, t + start))
     return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
@@ -115,15 +117,23 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
 
 
 def _wall_step(
-    setup: Setup, window: Window, motion: Motion, wall: object, shape: mesh.Topology, k: int, y: Floats, a: Floats, t: Floats
+    setup: Setup,
+    window: Window,
+    motion: Motion,
+    wall: Wall,
+    shape: mesh.Topology,
+    k: int,
+    y: Floats,
+    a: Floats,
+    t: Floats,
 ) -> Touches:
     step = int(window.steps[k])
     apart, point, kind = mesh.resolve(shape, t, y[a])
     at = np.flatnonzero(apart - setup.radius[a] <= 0.0)
-    place = motion.to_world(wall, step, point[at])  # type: ignore[arg-type]
+    place = motion.to_world(wall, step, point[at])
     n = (window.x[k][a[at]] - place) / apart[at][:, None]
-    vb = motion.velocity(wall, step, place)  # type: ignore[arg-type]
-    first = wall.first  # type: ignore[attr-defined]
+    vb = motion.velocity(wall, step, place)
+    first = wall.first
     return Touches(
         np.full(len(at), k), a[at], t[at] + first, np.ones(len(at), dtype=bool), n, apart[at], vb, kind[at] == mesh.FACE
     )  # fmt: skip

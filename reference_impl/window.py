@@ -109,7 +109,9 @@ def read(run_dir: Path) -> Setup:
     kind = spheres["type"].to_numpy()
     classes = {c["type"]: c for c in scene["classes"]}
     mass_of = {t: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for t, c in classes.items()}
-    mass, radius = (np.array([table[t] for t in kind]) for table in (mass_of, {t: c["radius_m"] for t, c in classes.items()}))
+    mass, radius = (
+        np.array([table[t] for t in kind]) for table in (mass_of, {t: c["radius_m"] for t, c in classes.items()})
+    )
     ids = spheres["id"].to_numpy()
     walls, corners, part = _walls(folder, scene)
     return Setup(
@@ -192,14 +194,19 @@ def windows(setup: Setup) -> list[Window]:
     """The recorded windows: runs of consecutive steps."""
     table = pd.read_parquet(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
     steps = np.unique(table["step"].to_numpy())
-    if len(table) != len(steps) * len(setup.ids) or not np.isin(table["id"].to_numpy()[: len(setup.ids)], setup.ids).all():
+    if (
+        len(table) != len(steps) * len(setup.ids)
+        or not np.isin(table["id"].to_numpy()[: len(setup.ids)], setup.ids).all()
+    ):
         raise ReplayError(
             f"{setup.folder}/history/window_states.parquet holds {len(table)} rows for {len(steps)} steps of {len(setup.ids)} "
             "spheres; expected every sphere in every step: run the case again"
         )
     cuts = np.flatnonzero(np.diff(steps) > 1) + 1
     whole = {name: vectors_of(table, name).reshape(len(steps), -1, 3) for name in ("x", "v", "w", "f", "t")}
-    return [_window(setup, steps[at], {k: v[at] for k, v in whole.items()}) for at in np.split(np.arange(len(steps)), cuts)]
+    return [
+        _window(setup, steps[at], {k: v[at] for k, v in whole.items()}) for at in np.split(np.arange(len(steps)), cuts)
+    ]
 
 
 def vectors_of(table: pd.DataFrame, name: str) -> Floats:
@@ -223,7 +230,9 @@ def springs(setup: Setup, name: str) -> pd.DataFrame:
     """Logged springs: `step`, `a`, `b` (position of the sphere in `ids`; for walls the triangle over all meshes), vector on a."""
     path = setup.folder / "history" / f"window_{name}.parquet"
     if not path.exists():
-        return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype({"step": int, "a": int, "b": int})
+        return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype(
+            {"step": int, "a": int, "b": int}
+        )
     table = pd.read_parquet(path)
     a = np.searchsorted(setup.ids, table["i"].to_numpy())
     if name == "wall_springs":

@@ -75,7 +75,13 @@ def test_driven_sphere_is_left_out(tmp_path: Path) -> None:
         small.Sphere(1, (5.05e-3, 2e-4, 0.0)),
     ]
     small.prepare(
-        tmp_path, scenes.spheres_of(scenes.R), spheres, scenes.contacts(1), time_step_s=1e-5, steps=200, window_trajectories=True
+        tmp_path,
+        scenes.spheres_of(scenes.R),
+        spheres,
+        scenes.contacts(1),
+        time_step_s=1e-5,
+        steps=200,
+        window_trajectories=True,
     )
     small.run(tmp_path, spheres)
     quantities, found = scenes.closed(tmp_path)
@@ -127,8 +133,8 @@ def test_recording_changes_nothing(tmp_path: Path) -> None:
         folder = tmp_path / str(name)
         spheres = scenes.thrown(8, 0.003)
         small.prepare(
-            folder, scenes.spheres_of(scenes.R, 2e-3), spheres, scenes.contacts(2), walls=[scenes.wires(), small.floor(top=-2e-3)],
-            time_step_s=1e-5, steps=1500, gravity=scenes.DOWN, window_trajectories=name, output_interval_s=1e-3,
+            folder, scenes.spheres_of(scenes.R, 2e-3), spheres, scenes.contacts(2),
+            walls=[scenes.wires(), small.floor(top=-2e-3)], time_step_s=1e-5, steps=800, gravity=scenes.DOWN, window_trajectories=name, output_interval_s=1e-3,
         )  # fmt: skip
         small.run(folder, spheres)
         ends[name] = pd.read_parquet(folder / "trajectory.parquet")
