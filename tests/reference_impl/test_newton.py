@@ -134,7 +134,8 @@ def test_recording_changes_nothing(tmp_path: Path) -> None:
         spheres = scenes.thrown(8, 0.003)
         small.prepare(
             folder, scenes.spheres_of(scenes.R, 2e-3), spheres, scenes.contacts(2),
-            walls=[scenes.wires(), small.floor(top=-2e-3)], time_step_s=1e-5, steps=800, gravity=scenes.DOWN, window_trajectories=name, output_interval_s=1e-3,
+            walls=[scenes.wires(), small.floor(top=-2e-3)], time_step_s=1e-5, steps=800, gravity=scenes.DOWN,
+            window_trajectories=name, output_interval_s=1e-3,
         )  # fmt: skip
         small.run(folder, spheres)
         ends[name] = pd.read_parquet(folder / "trajectory.parquet")
