@@ -179,10 +179,12 @@ def limit(setup: Setup) -> float:
 
     The engine adds up a moving wall's steps, so its place is uncertain by about sqrt(steps) roundings of its largest coordinate.
     """
-    place, steps = np.abs(setup.corners).max(initial=0.0), 16.0
-    if any(w.motion != "fixed" for w in setup.walls):
-        steps = setup.scene["duration_s"] / setup.step
-    rounding = np.finfo(float).eps * place * np.sqrt(steps)
+    rounding = 4.0 * float(np.abs(setup.corners).max(initial=0.0))
+    for wall in setup.walls:
+        if wall.motion in ("vibrates", "turns"):
+            place = float(np.abs(setup.corners[wall.first : wall.last]).max())
+            rounding = max(rounding, place * np.sqrt(setup.scene["duration_s"] / setup.step))
+    rounding *= float(np.finfo(float).eps)
     return max(TOLERANCE, float(setup.dry.normal.max() * rounding / (setup.mass.min() * STANDARD_WEIGHT)))
 
 

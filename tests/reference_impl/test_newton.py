@@ -247,3 +247,36 @@ def test_near_pairs_are_all_found() -> None:
     apart = np.linalg.norm(x[:, None] - x[None], axis=2)
     a, b = np.nonzero(np.triu(apart < reach[:, None] + reach[None], 1))
     assert set(zip(*near_pairs(x, reach), strict=True)) == set(zip(a, b, strict=True))
+
+
+def test_springs_that_the_engine_keeps(tmp_path: Path) -> None:
+    """Dry spheres that part and meet again before the neighbour list is made anew begin with the spring they parted with.
+
+    A fact of the engine (a wet run clears it): counted and taken as logged, so that it is neither hidden nor called a fault.
+    """
+    spheres = [
+        small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
+        small.Sphere(
+            1, (2 * scenes.R, 0.0, 0.0), spin=(0.0, 0.0, 50.0), driven=True, wiggle=((2e-5, 0.0, 0.0), 1e-3)
+        ),
+    ]
+    small.prepare(
+        tmp_path, scenes.spheres_of(scenes.R), spheres, scenes.contacts(1), time_step_s=1e-5, steps=320,
+        window_trajectories=True,
+    )  # fmt: skip
+    small.run(tmp_path, spheres)
+    quantities, found = scenes.closed(tmp_path)
+    meetings = (np.diff(np.unique(found[0].touches.k)) > 1).sum()
+    assert found[0].counts["springs_left_over"] == meetings == 2
+    assert quantities["contact_spring"].ok
+
+
+def test_ranks(tmp_path: Path) -> None:
+    """A pair that lies on both sides of a border between two ranks is recorded once and closes."""
+    spheres = scenes.thrown(8, 0.0028, wide=5.05e-3, down=0.2)
+    small.prepare(
+        tmp_path, scenes.spheres_of(scenes.R, 2e-3), spheres, scenes.contacts(2), walls=[small.floor()], time_step_s=1e-5,
+        steps=500, gravity=scenes.DOWN, window_trajectories=True, output_interval_s=1e-3,
+    )  # fmt: skip
+    small.run(tmp_path, spheres, ranks=2)
+    assert_closed(tmp_path, contacts=100)
