@@ -49,6 +49,11 @@ def notes(more: dict[str, Any]) -> list[str]:
         found.append(
             f"newton: {law['skipped_beside_another']} wall contacts that the engine skipped beside another in the same plane"
         )
+    if law.get("beside_an_edge"):
+        found.append(
+            f"newton: {law['beside_an_edge']} of {law['dry_contacts']} dry contacts are a second one of a sphere with the same "
+            "wall part, where the engine counts a convex edge beside the face; the reference does the same"
+        )
     if law.get("not_in_log"):
         found.append(f"newton: {law['not_in_log']} dry contacts are not among the engine's logged springs")
     return found

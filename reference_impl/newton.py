@@ -78,6 +78,7 @@ def _window(
     bridges = wet.of_window(run, setup, window, motion) if run is not None else None
     force, torque, sizes = _sums(setup, window, touches, contact, bridges)
     counts["dry_contacts"] = len(touches)
+    counts["beside_an_edge"] = _beside_edges(setup, touches)
     return Forces(window, touches, contact, bridges, force, torque, sizes, checks, counts)
 
 
@@ -124,6 +125,14 @@ def _beside(
         return np.zeros(3), False
     values, there = log.of(np.full(len(near), step), np.full(len(near), a), near)
     return (values[np.flatnonzero(there)[-1]], True) if there.any() else (np.zeros(3), False)
+
+
+def _beside_edges(setup: Setup, t: touching.Touches) -> int:
+    """Contacts beyond the first of one sphere with one wall part in one step: a convex edge pushes beside its face."""
+    if not t.wall.any():
+        return 0
+    one = np.stack([t.k, t.a, setup.part[np.where(t.wall, t.b, 0)]], axis=1)[t.wall]
+    return int(len(one) - len(np.unique(one, axis=0)))
 
 
 def _sums(
