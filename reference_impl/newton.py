@@ -20,7 +20,8 @@ import pandas as pd
 from reference_impl import dry, mesh, touching, wet
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
-from reference_impl.window import Motion, Setup, Window, springs, windows
+from reference_impl.wall_motion import Motion
+from reference_impl.window import Setup, Window, springs, windows
 
 TOLERANCE = 1e-9
 STANDARD_WEIGHT = 9.81

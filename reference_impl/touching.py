@@ -12,7 +12,8 @@ import pandas as pd
 
 from reference_impl import mesh
 from reference_impl.compare import Floats
-from reference_impl.window import Motion, Setup, Wall, Window
+from reference_impl.wall_motion import Motion
+from reference_impl.window import Setup, Wall, Window
 
 CHUNK = 4_000_000
 

@@ -19,7 +19,8 @@ from reference_impl.implicit import relative_kick
 from reference_impl.io import Run, vectors
 from reference_impl.liquid import bodies
 from reference_impl.touching import travel
-from reference_impl.window import Motion, Setup, Window
+from reference_impl.wall_motion import Motion
+from reference_impl.window import Setup, Window
 
 DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "viscous_tangential": "goldman"}
 """Laws by which an effect that is off is judged for what it would have done."""

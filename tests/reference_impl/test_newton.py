@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 from pywet import small
-from reference_impl import mesh, window
+from reference_impl import mesh, wall_motion, window
 from reference_impl.replay import replay
 from reference_impl.touching import near_pairs
 from tests.reference_impl import newton_scenes as scenes
@@ -195,11 +195,11 @@ def test_faults_are_found(tmp_path: Path, request: pytest.FixtureRequest, name: 
 
 def test_still_walls_are_found(dry: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A reference that forgets the walls' velocity does not close; one that forgets their place does not either."""
-    monkeypatch.setattr(window.Motion, "velocity", lambda self, wall, step, points: np.zeros_like(points))
+    monkeypatch.setattr(wall_motion.Motion, "velocity", lambda self, wall, step, points: np.zeros_like(points))
     quantities, _ = scenes.closed(dry)
     assert not quantities["newton_force"].ok
     monkeypatch.undo()
-    monkeypatch.setattr(window.Motion, "shift", lambda self, wall, step: np.zeros(3))
+    monkeypatch.setattr(wall_motion.Motion, "shift", lambda self, wall, step: np.zeros(3))
     quantities, _ = scenes.closed(dry)
     assert not quantities["newton_force"].ok
 
