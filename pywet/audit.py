@@ -26,7 +26,7 @@ MEASURES = {
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
 IMPULSE = "share of impulse"
 BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
-OTHER_NAMES = {"gravity": "weight"}
+OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
 OK, SMALL, WRONG, UNKNOWN = "as planned", "small", "wrong", "not measured"
 
 

@@ -1,7 +1,8 @@
 """The dry contact, typed anew: linear spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
 
 As the engine does it: the dashpot acts in attraction too; friction is limited by the whole normal force, rolling by its
-elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane.
+elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane. Friction
+without memory is a drag c v up to the same limit.
 """
 
 from __future__ import annotations
@@ -58,9 +59,8 @@ def size(a: Floats) -> Floats:
 def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Floats | None = None) -> Contacts:
     """All contacts of a window; `before`: springs of the step before, `given`: rows whose `before` is the present spring."""
     kind_a, kind_b = setup.kind[t.a], np.where(t.wall, 0, setup.kind[np.where(t.wall, 0, t.b)])
-    kn, kt, mu, length, gamma = (
-        getattr(setup.dry, name)[kind_a, kind_b] for name in ("normal", "tangential", "friction", "rolling", "damping")
-    )
+    names = ("normal", "tangential", "friction", "rolling", "damping", "drag")
+    kn, kt, mu, length, gamma, drag = (getattr(setup.dry, name)[kind_a, kind_b] for name in names)
     partner = np.where(t.wall, 0, t.b)
     ra, rb = setup.radius[t.a], np.where(t.wall, 0.0, setup.radius[partner])
     wa, wb = window.w_half[t.k, t.a], np.where(t.wall[:, None], 0.0, window.w_half[t.k, partner])
@@ -77,11 +77,16 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     stretch, grip = size(moved), mu * np.abs(elastic + damping) / kt
     share = np.where(stretch > grip, grip / np.maximum(stretch, 1e-300), 1.0)
     spring = share[:, None] * moved
+    slid, side = (1.0 - share) * stretch, -kt[:, None] * spring
+    if not setup.memory:
+        rate = size(slip)
+        grip = np.minimum(drag, mu * np.abs(elastic + damping) / np.maximum(rate, 1e-300))
+        slid, side, spring = rate * setup.step, -grip[:, None] * slip, np.zeros_like(slip)
     turn = np.where(t.wall[:, None], wa, wa - wb)
     rate = size(turn)
     direction = turn / np.where(rate > 0.0, rate, 1.0)[:, None]
     direction = direction - dot(direction, t.n)[:, None] * t.n
     rolling = -(length * elastic)[:, None] * direction
     return Contacts(
-        elastic, damping, -kt[:, None] * spring, spring, (1.0 - share) * stretch, overlap, vn, slip, arm_a, arm_b, rolling
+        elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling
     )  # fmt: skip

@@ -16,11 +16,17 @@ NOT_RECORDED = (
 
 def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, Any]]:
     """Quantities, and entries for replay.json; writes contributions.json beside it."""
-    folder, found, more = Path(run_dir), [], {}
+    folder = Path(run_dir)
+    found: list[Quantity] = []
+    more: dict[str, Any] = {"newton": None, "transfer_interpolation": None}
     if run is not None:
-        found += interpolation.check(run)
+        between = interpolation.check(run)
+        if interpolation.judged(run):
+            found += between
+        elif between:
+            more["transfer_interpolation"] = {**between[0].as_dict(), "note": interpolation.note(between[0])}
     if not window.recorded(folder):
-        return found, {"newton": None}
+        return found, more
     setup = window.read(folder)
     forces = newton.forces(setup, run)
     found += newton.check(setup, forces)
@@ -36,10 +42,10 @@ def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, 
 
 def notes(more: dict[str, Any]) -> list[str]:
     """Sentences on what was taken from the engine's log."""
-    law = more["newton"]
+    law, between = more["newton"], more["transfer_interpolation"]
+    found = [between["note"]] if between else []
     if law is None:
-        return [NOT_RECORDED]
-    found = []
+        return [*found, NOT_RECORDED]
     if law.get("springs_left_over"):
         found.append(
             f"newton: {law['springs_left_over']} new sphere contacts began with a spring that the engine had kept from an "

@@ -17,11 +17,18 @@ from reference_impl.io import Run
 from reference_impl.liquid import bodies
 from reference_impl.transfer import SMALLEST, exact_ratios, own_ratio
 
-BOUND = 0.0011
-"""Stated error of linear interpolation between the table's nodes (docs/laws.md)."""
 LARGEST = 0.5
-PER_ROW = {"parabola": 12, "young_laplace": 4}
+PER_ROW = {"parabola": 12, "young_laplace": 3}
 """Volumes solved for each pair of bodies."""
+BOUND = 0.0011
+"""Stated error of linear interpolation between the nodes of the parabola's table (docs/laws.md). None is stated for the exact split,
+whose slope is infinite where the bridge's way of breaking changes: there the error is reported and not judged."""
+LARGEST = 0.5
+PER_ROW = {"parabola": 12, "young_laplace": 3}
+"""Volumes solved for each pair of bodies."""
+BOUNDS = {"parabola": 0.0011, "young_laplace": 5e-3}
+"""Stated error of linear interpolation between the nodes (docs/laws.md) for the parabola. None is stated for the exact split, whose
+slope is infinite where the way of breaking changes: the limit only says that less than 0.5 % of a bridge goes astray."""
 
 
 def check(run: Run) -> list[Quantity]:
@@ -35,7 +42,7 @@ def check(run: Run) -> list[Quantity]:
     logged, own, rows = [], [], []
     inside = shape[(shape["v_star"] >= SMALLEST) & (shape["v_star"] <= LARGEST)]
     for _, table in inside.sort_values("v_star").groupby(["partner_kind", "ri", "rj", "ti", "tj"]):
-        picked = table.iloc[np.unique(np.linspace(0, len(table) - 1, PER_ROW[name]).astype(int))]
+        picked = table.iloc[np.unique(((np.arange(PER_ROW[name]) + 0.5) / PER_ROW[name] * len(table)).astype(int))]
         picked = picked.drop_duplicates("v_star")
         v_star = picked["v_star"].to_numpy(float)
         kind, *shape_of = (float(table[c].iloc[0]) for c in ("partner_kind", "ri", "rj", "ti", "tj"))
@@ -49,6 +56,20 @@ def check(run: Run) -> list[Quantity]:
     values, mine = np.concatenate(logged), np.concatenate(own)
     result = compare("transfer_interpolation", "one", values, mine, np.ones(len(mine)), pd.concat(rows), BOUND)
     return [replace(result, sample_of=len(broke))]
+
+
+def judged(run: Run) -> bool:
+    """Whether the stated bound is one for this run's table."""
+    return coverage.law(run, "transfer") == "parabola"
+
+
+def note(found: Quantity) -> str:
+    """What is said of an error that is not judged."""
+    at = found.worst.get("v_star", 0.0)
+    return (
+        f"transfer: between its nodes the exact table is off by up to {found.largest:.2g} (median {found.median:.1g}) in "
+        f"{found.count} of {found.sample_of} ruptures that were solved, most at V* = {at:.4g}; no bound is stated for it"
+    )
 
 
 def _own(name: str, kind: int, bodies_of: list[float], v_star: Floats) -> Floats:

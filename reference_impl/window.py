@@ -29,6 +29,8 @@ class Dry:
     friction: Floats
     rolling: Floats
     damping: Floats
+    drag: Floats
+    """Of friction without memory, c = m_eff/(28 dt) [kg/s]."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,11 @@ class Setup:
     def gravity(self) -> Floats:
         """Acceleration [m/s2]."""
         return np.array(self.scene["gravity_m_per_s2"], dtype=float)
+
+    @property
+    def memory(self) -> bool:
+        """Whether friction is a spring that remembers the slip, or a drag."""
+        return bool(self.scene["effects"].get("tangential_history", True))
 
     @property
     def moist(self) -> bool:
@@ -133,7 +140,7 @@ def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> f
 def dry_contacts(scene: dict[str, Any], mass: dict[int, float]) -> Dry:
     """Matrices over pairs of types; 0 is a wall."""
     n = len(mass) + 1
-    found = {name: np.zeros((n, n)) for name in ("normal", "tangential", "friction", "rolling", "damping")}
+    found = {name: np.zeros((n, n)) for name in ("normal", "tangential", "friction", "rolling", "damping", "drag")}
     for pair in scene["pairs"]:
         a, b = pair["a"], pair["b"]
         m = mass[a] if b == 0 else mass[a] * mass[b] / (mass[a] + mass[b])
@@ -143,6 +150,7 @@ def dry_contacts(scene: dict[str, Any], mass: dict[int, float]) -> Dry:
             "tangential": pair["tangential_stiffness_N_per_m"],
             "friction": pair["friction"],
             "rolling": pair["rolling_friction_m"] if scene["effects"].get("rolling", True) else 0.0,
+            "drag": m / (28.0 * scene["time_step_s"]),
             "damping": dashpot(k, pair["restitution"], m, scene["time_step_s"]),
         }
         for name, value in row.items():

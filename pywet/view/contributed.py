@@ -45,7 +45,7 @@ def rows(results: Sequence[CaseResult]) -> list[Row]:
     found = [Row(name, audit.IMPULSE, tuple(_force(r, key) for r in results)) for key, name in FORCES.items()]
     names = list(dict.fromkeys(row.effect for r in results for row in r.audit))
     for name in names:
-        if name in audit.OTHER_NAMES:
+        if name == "gravity":  # the first row
             continue
         of_case = [next((row for row in r.audit if row.effect == name), None) for r in results]
         measure = next(row.measure for row in of_case if row is not None)
