@@ -128,8 +128,9 @@ def replay(run_dir: RunFolder) -> None:
     _need_run(run_dir)
     found = stages.replay(run_dir)
     if found is None:
-        out.print(f"{run_dir} is dry: there are no bridges to recompute", soft_wrap=True)
+        out.print(f"{run_dir} is dry and recorded no motion: there is nothing to recompute", soft_wrap=True)
         return
+    _show_audit(run_dir)
     _show_agreement(found)
 
 
@@ -323,12 +324,24 @@ def _show_summary(folder: Path) -> None:
     out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
     if summary["ledger_error"] is not None:
         out.print(f"liquid ledger off by {summary['ledger_error']:.1e} of the liquid put in")
+    _show_audit(folder)
     replayed = folder / "replay.json"
     if replayed.exists():
         _show_agreement(json.loads(replayed.read_text()))
     objections = verdict.objections(folder)
     if objections:
         raise PywetError("; ".join(objections))
+
+
+def _show_audit(run_dir: Path) -> None:
+    """What each effect contributed against the effect plan, where the run has both."""
+    from pywet import audit
+
+    found = audit.read(run_dir)
+    if found:
+        out.print("effects, plan against replay:")
+        for line in audit.lines(found):
+            out.print(line, soft_wrap=True, highlight=False)
 
 
 def _show_agreement(replay_json: dict[str, Any]) -> None:

@@ -128,6 +128,8 @@ class Output(Strict):
     contact_window_steps: int = Field(default=20, ge=1)
     checkpoints: int = Field(default=0, ge=0)
     """How many times during the run the state is saved for a resumption, evenly spread."""
+    window_trajectories: bool = False
+    """Whether motion, forces and contact springs of all spheres are recorded in every step of the windows."""
 
 
 class Scene(Strict):

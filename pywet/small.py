@@ -85,6 +85,7 @@ def prepare(
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
     box: float = 0.1,
     checkpoints: int = 0,
+    window_trajectories: bool = False,
     **more: Any,
 ) -> Scene:
     """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`."""
@@ -109,6 +110,7 @@ def prepare(
             contact_windows=1 if log_every_step else 0,
             contact_window_steps=2 * steps,
             checkpoints=checkpoints,
+            window_trajectories=window_trajectories,
         ),
         "bin_z_m": -box,
     }

@@ -119,11 +119,16 @@ def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts"
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:
-    """Stage replay: recompute a moist run by the reference and write replay.json; a dry run has nothing to replay (None)."""
+    """Stage replay: recompute a run by the reference and write replay.json, then hold its shares against the effect plan.
+
+    A dry run that recorded no motion in windows has nothing to replay (None).
+    """
+    from pywet import audit
     from pywet.scene import Scene
 
     (Path(run_dir) / "replay.json").unlink(missing_ok=True)
-    if not Scene.read(Path(run_dir) / "scene.json").effects.bridges:
+    scene = Scene.read(Path(run_dir) / "scene.json")
+    if not scene.effects.bridges and not scene.output.window_trajectories:
         return None
     from reference_impl.io import ReplayError
     from reference_impl.replay import replay as recompute
@@ -132,6 +137,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         found: dict[str, Any] = recompute(Path(run_dir))
     except ReplayError as error:
         raise PywetError(str(error)) from error
+    audit.write(Path(run_dir))
     return found
 
 

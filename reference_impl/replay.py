@@ -9,11 +9,13 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, forces, io, liquid, transfer
+from reference_impl import coverage, dynamics, forces, io, liquid, transfer, window
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     """Recompute everything; returns and writes {ok, quantities: {name: {count, largest, median, …}}, unchecked, notes, …}."""
+    if window.is_dry(Path(run_dir)):
+        return dynamics.replay_dry(Path(run_dir), out)
     started = time.monotonic()
     run = io.read(Path(run_dir))
     tables = transfer.Tables(run.table("transfer"))
@@ -22,12 +24,15 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         *forces.check(run),
         *transfer.check(run),
     ]
+    moved, more = dynamics.check(Path(run_dir), run)
+    quantities += moved
     result = {
         "ok": all(q.ok for q in quantities),
         "events": len(run.table("events")),
         "contacts": len(run.table("contacts")),
         "unchecked": coverage.unchecked(run),
-        "notes": coverage.notes(run),
+        "notes": [*coverage.notes(run), *dynamics.notes(more)],
+        **more,
         "wall_s": time.monotonic() - started,
         "quantities": {q.name: q.as_dict() for q in quantities},
     }

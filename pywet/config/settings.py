@@ -57,11 +57,13 @@ class TimeStepSettings(Strict):
 class OutputSettings(Strict):
     """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale.
 
+    window_trajectories: whether the motion of all spheres is recorded there too, so that the replay can close Newton's law.
     checkpoints: how many times during a run the state is saved, so that a run that was cut off goes on from there.
     """
 
     contact_windows: Annotated[int, Field(ge=0)] = 2
     contact_window_steps: Annotated[int, Field(ge=1)] = 20
+    window_trajectories: bool = True
     checkpoints: Annotated[int, Field(ge=0)] = 20
 
 

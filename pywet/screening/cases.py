@@ -99,6 +99,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
             interval_s=scale.output_interval_s.value,
             contact_windows=output.contact_windows,
             contact_window_steps=output.contact_window_steps,
+            window_trajectories=output.window_trajectories,
             checkpoints=output.checkpoints,
         ),
         screen_z_m=apparatus.screen_z,

@@ -58,16 +58,15 @@ def objections(run_dir: Path) -> list[str]:
     error = summary["ledger_error"]
     if error is not None and not error <= LEDGER_TOLERANCE:
         found.append(f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}")
-    if summary["effects"]["bridges"]:
-        replay = _read(run_dir / "replay.json")
-        rows = agreement(replay) if replay else []
-        if not rows:
-            found.append("the run was not replayed")
-        found += [
-            f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {r.limit:g}"
-            for r in rows
-            if not r.ok
-        ]
+    replay = _read(run_dir / "replay.json")
+    rows = agreement(replay) if replay else []
+    if summary["effects"]["bridges"] and not rows:
+        found.append("the run was not replayed")
+    found += [
+        f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {r.limit:g}"
+        for r in rows
+        if not r.ok
+    ]
     return found
 
 

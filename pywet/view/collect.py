@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from pywet import stages
+from pywet import audit, stages
 from pywet.config.cases import Case
 from pywet.screening import verdict
 
@@ -26,6 +26,8 @@ class CaseResult:
     agreement: tuple[verdict.Agreement, ...] = field(default=())
     retained: pd.DataFrame | None = None
     liquid: pd.DataFrame | None = None
+    contributions: dict[str, Any] | None = None
+    audit: tuple[audit.AuditRow, ...] = field(default=())
 
     @property
     def done(self) -> bool:
@@ -68,6 +70,8 @@ def collect_run(run_dir: Path, case: Case) -> CaseResult:
         agreement=tuple(verdict.agreement(replay)) if replay else (),
         retained=_table(run_dir / "results" / "fraction_retained.parquet"),
         liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
+        contributions=_json(run_dir / "contributions.json"),
+        audit=tuple(audit.read(run_dir) or ()),
     )
 
 

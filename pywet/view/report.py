@@ -18,7 +18,7 @@ from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
-from pywet.view import plots, presets
+from pywet.view import contributed, plots, presets
 from pywet.view.collect import CaseResult, collect, collect_run
 
 TEMPLATE = "report.html.j2"
@@ -85,6 +85,7 @@ def _beside(out: Path) -> str | None:
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
     """What the template shows."""
     moist = [r for r in results if r.moist]
+    replayed = [r for r in results if r.agreement]
     return {
         "scale": scale,
         "results": results,
@@ -92,15 +93,18 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "done": sum(r.done for r in results),
         "checked": sum(r.cross_checked for r in moist),
         "worst_replay": max(
-            (a.largest for r in moist for a in r.agreement if a.limit <= REPLAY_TOLERANCE), default=None
+            (a.largest for r in replayed for a in r.agreement if a.limit <= REPLAY_TOLERANCE), default=None
         ),
-        "replay_ok": all(a.ok for r in moist for a in r.agreement),
+        "replay_ok": all(a.ok for r in replayed for a in r.agreement),
+        "replayed": replayed,
         "worst_ledger": max((r.summary["ledger_error"] for r in moist if r.summary), default=None),
         "wall_s": sum(r.summary["wall_s"] for r in results if r.summary),
         "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
         "ledger_tolerance": LEDGER_TOLERANCE,
         "replay_tolerance": REPLAY_TOLERANCE,
-        "quantities": _quantities(moist),
+        "quantities": _quantities(replayed),
+        "contributed": contributed.rows(results),
+        "wrong_plans": contributed.wrong(results),
         "effects": _effects(results),
         "statement": scale_statement(config, scale),
         "assumptions": list(assumptions(config, scale)),
@@ -167,9 +171,9 @@ def _assumed(name: str, data: Any) -> Iterator[Assumption]:
             yield from _assumed(f"{name} {k + 1}", value)
 
 
-def _quantities(moist: Sequence[CaseResult]) -> list[Agreement]:
+def _quantities(replayed: Sequence[CaseResult]) -> list[Agreement]:
     """The replayed quantities in the order they first appear, each by one of its rows."""
-    return list({a.quantity: a for r in moist for a in r.agreement}.values())
+    return list({a.quantity: a for r in replayed for a in r.agreement}.values())
 
 
 def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:

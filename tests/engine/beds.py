@@ -66,7 +66,11 @@ def prepare(run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints:
         vibration=Vibration(amplitude_m=(1e-4, 0.0, 5e-4), phase_rad=(0.5, 0.0, 0.3), frequency_Hz=50.0),
         slide=Slide(velocity_m_per_s=(0.2, 0.0, 0.0), opens_at_s=0.3 * steps * STEP, travel_s=0.5 * steps * STEP),
         output=Output(
-            interval_s=steps // outputs * STEP, contact_windows=2, contact_window_steps=20, checkpoints=checkpoints
+            interval_s=steps // outputs * STEP,
+            contact_windows=2,
+            contact_window_steps=20,
+            checkpoints=checkpoints,
+            window_trajectories=True,
         ),
     )
 

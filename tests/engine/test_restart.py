@@ -20,6 +20,7 @@ import pytest
 
 from pywet import small
 from pywet.engines.liggghts import checkpoint, driver
+from reference_impl.replay import replay
 from tests.engine import beds
 
 pytestmark = pytest.mark.engine
@@ -56,11 +57,14 @@ def compare(unbroken: Path, resumed: Path) -> None:
     for column in ("films", "bridges", "walls"):
         assert np.allclose(ledger[column], after[column], rtol=0.0, atol=1e-12 * ledger["initial"].iloc[0])
     assert beds.apart(unbroken, resumed).max() < ROUND_OFF * beds.RADIUS
-    for name in ("contacts", "films", "energy"):
+    for name in ("contacts", "films", "energy", "window_states", "window_pair_springs"):
         assert len(beds.table(unbroken, f"history/{name}")) == len(beds.table(resumed, f"history/{name}"))
     work, same = (beds.table(p, "history/energy").iloc[-1] for p in (unbroken, resumed))
     for column in ("contact", "capillary", "viscous_normal", "wall_motion"):
         assert same[column] == pytest.approx(work[column], rel=1e-9)
+    for run_dir in (unbroken, resumed):
+        result = replay(run_dir)
+        assert result["ok"] and result["quantities"]["newton_force"]["count"] > 10_000
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pywet.engines.liggghts import windows
 from pywet.files import write_json
 from pywet.history.schema import RAW
 from pywet.scene import Scene
@@ -114,6 +115,8 @@ def cut_back(folder: Path, step: int, output_every: int) -> None:
         if int(path.name.split(".")[1]) > step:
             path.unlink()
     _cut_trajectory(folder / "trajectory.txt", step - 1 if step % output_every == 0 else step)
+    for name in (windows.STATES, *windows.SPRINGS):
+        _cut_trajectory(folder / f"{name}.txt", step)
     log = folder / LOG
     if log.exists():
         log.replace(folder / f"log.until-{step}.liggghts")

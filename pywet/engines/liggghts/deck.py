@@ -10,6 +10,7 @@ import jinja2
 import numpy as np
 import pandas as pd
 
+from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
 from pywet.files import atomic_write
@@ -238,6 +239,7 @@ def write_deck(
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
         "output_every": output_every(scene),
+        "windows": windows.deck_lines(scene),
     }
     write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
     for name in ("setup", "run", "in"):

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from pywet import advisor
-from pywet.engines.liggghts import checkpoint, deck
+from pywet.engines.liggghts import checkpoint, deck, windows
 from pywet.engines.liggghts.build import ENGINE_VERSION, package_version, plugin_path
 from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
 from pywet.engines.liggghts.process import execute, progress_bar
@@ -55,13 +55,6 @@ def output_steps(scene: Scene) -> list[int]:
     """Steps at which trajectory, liquid and ledger are written."""
     every = deck.output_every(scene)
     return list(range(0, scene.steps + 1, every))
-
-
-def contact_windows(scene: Scene) -> list[tuple[int, int]]:
-    """Half-open windows of steps in which every bridge is logged in every step, spread evenly over the run."""
-    count, length = scene.output.contact_windows, scene.output.contact_window_steps
-    middles = [int(scene.steps * (k + 0.5) / count) for k in range(count)]
-    return [(max(0, m - length // 2), min(m - length // 2 + length, scene.steps + 1)) for m in middles]
 
 
 def run(
@@ -199,7 +192,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
     resume = None
     if point is not None:
         resume = {"state": str(point.state), "restore_forces": point.step not in deck.boundaries(scene)}
-    schedule = {"output_steps": steps, "windows": contact_windows(scene), "resume": resume}
+    schedule = {"output_steps": steps, "windows": windows.contact_windows(scene), "resume": resume}
     write_json(folder / "schedule.json", schedule)
 
 
@@ -218,6 +211,7 @@ def _collect(scene: Scene, run_dir: Path, folder: Path) -> int:
     trajectory = read_trajectory(folder / "trajectory.txt", scene.time_step_s)
     write_table(trajectory, run_dir / "trajectory.parquet")
     (folder / "trajectory.txt").unlink()
+    windows.collect(scene, folder, run_dir / "history")
     steps = sorted(int(s) for s in trajectory["step"].unique())
     rows = [(step, wall.name, *mesh_translation(scene, wall, step)) for step in steps for wall in scene.walls]
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")

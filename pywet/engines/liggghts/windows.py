@@ -1,0 +1,102 @@
+"""Motion, forces and contact springs of all spheres in every step of the windows: deck lines, and what they wrote as tables.
+
+The engine's own dumps, made only in the windows; without `output.window_trajectories` the deck holds none of it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.errors import PywetError
+from pywet.files import write_table
+from pywet.scene import Scene
+
+STATES = "states"
+SPRINGS = ("pair_springs", "wall_springs")
+COLUMNS: dict[str, list[str]] = {
+    STATES: ["id", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz"],
+    "pair_springs": ["i", "j", "image", "sx", "sy", "sz"],
+    "wall_springs": ["mesh", "triangle", "i", "sx", "sy", "sz"],
+}
+"""Columns of each dump: position, velocity, spin at the end of the step, force and torque in it; spring of each dry contact."""
+NEVER = 9.0e15
+
+
+def contact_windows(scene: Scene) -> list[tuple[int, int]]:
+    """Half-open windows of steps in which everything is logged in every step, spread evenly over the run."""
+    count, length = scene.output.contact_windows, scene.output.contact_window_steps
+    middles = [int(scene.steps * (k + 0.5) / count) for k in range(count)]
+    return [(max(0, m - length // 2), min(m - length // 2 + length, scene.steps + 1)) for m in middles]
+
+
+def recorded(scene: Scene) -> list[tuple[int, int]]:
+    """The windows in which motion is recorded, those that overlap joined."""
+    found: list[tuple[int, int]] = []
+    for first, last in contact_windows(scene) if scene.output.window_trajectories else []:
+        if found and first <= found[-1][1]:
+            found[-1] = (found[-1][0], max(last, found[-1][1]))
+        else:
+            found.append((first, last))
+    return found
+
+
+def next_step(windows: list[tuple[int, int]]) -> str:
+    """The engine's formula for the step after `step` at which to write."""
+    terms, before = [], -1
+    for first, last in windows:
+        terms.append(f"(step>={before})*(step<{first})*{first}")
+        terms.append(f"(step>={first})*(step<{last - 1})*(step+1)")
+        before = last - 1
+    terms.append(f"(step>={before})*{NEVER:.0f}")
+    return "+".join(terms)
+
+
+def deck_lines(scene: Scene) -> dict[str, Any] | None:
+    """What the template of the set-up needs, None where nothing is recorded."""
+    windows = recorded(scene)
+    if not windows:
+        return None
+    motion = ["id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"]
+    words = [*motion, "fx", "fy", "fz", "tqx", "tqy", "tqz"]
+    dumps = [{"name": STATES, "style": "custom", "columns": " ".join(words), "format": "%d" + " %.17g" * 15}]
+    springs = SPRINGS if scene.walls else SPRINGS[:1]
+    for name in springs if getattr(scene.effects, "tangential_history", True) else ():
+        columns = " ".join(f"c_{name}[{k}]" for k in range(1, 7))
+        dumps.append({"name": name, "style": "local", "columns": columns, "format": "%.0f %.0f %.0f %.17g %.17g %.17g"})
+    return {"next_step": next_step(windows), "first": windows[0][0] == 0, "dumps": dumps, "springs": len(dumps) > 1}
+
+
+def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
+    """All frames of one of the engine's text dumps, with a column `step`."""
+    frames = []
+    with open(path) as dump:
+        while dump.readline():
+            step = int(dump.readline())
+            dump.readline()
+            count = int(dump.readline())
+            for _ in range(5):
+                dump.readline()
+            text = "".join(dump.readline() for _ in range(count))
+            values = np.fromstring(text, sep=" ").reshape(-1, len(columns)) if count else np.zeros((0, len(columns)))
+            if len(values) != count:
+                raise PywetError(f"{path} ends in the middle of a step; the run was cut off: run the case again")
+            frame = pd.DataFrame(values, columns=columns)
+            frame.insert(0, "step", step)
+            frames.append(frame)
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=["step", *columns])
+
+
+def collect(scene: Scene, folder: Path, history: Path) -> None:
+    """Turn the dumps in `folder` into history/window_<name>.parquet, and remove them."""
+    for name in (STATES, *SPRINGS):
+        path = folder / f"{name}.txt"
+        if not path.exists():
+            continue
+        table = read_dump(path, COLUMNS[name]).drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
+        whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
+        write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")
+        path.unlink()

@@ -1,0 +1,88 @@
+"""Newton's law, contributions and the transfer table's interpolation as parts of a replay; a dry run's replay is these alone."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+from reference_impl import contributions, interpolation, io, newton, window
+from reference_impl.compare import Quantity
+
+NOT_RECORDED = (
+    "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
+)
+
+
+def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, Any]]:
+    """Quantities, and entries for replay.json; writes contributions.json beside it."""
+    folder = Path(run_dir)
+    found: list[Quantity] = []
+    more: dict[str, Any] = {"newton": None, "transfer_interpolation": None}
+    if run is not None:
+        between = interpolation.check(run)
+        if interpolation.judged(run):
+            found += between
+        elif between:
+            more["transfer_interpolation"] = {**between[0].as_dict(), "note": interpolation.note(between[0])}
+    if not window.recorded(folder):
+        return found, more
+    setup = window.read(folder)
+    forces = newton.forces(setup, run)
+    found += newton.check(setup, forces)
+    io.write_json(folder / "contributions.json", contributions.measure(setup, run, forces))
+    more["newton"] = {
+        "windows": [[int(f.window.steps[0]), int(f.window.steps[-1])] for f in forces],
+        "spheres": len(setup.ids),
+        "driven": int((~setup.free).sum()),
+        **newton.counts(forces),
+    }
+    return found, more
+
+
+def notes(more: dict[str, Any]) -> list[str]:
+    """Sentences on what was taken from the engine's log."""
+    law, between = more["newton"], more["transfer_interpolation"]
+    found = [between["note"]] if between else []
+    if law is None:
+        return [*found, NOT_RECORDED]
+    if law.get("springs_left_over"):
+        found.append(
+            f"newton: {law['springs_left_over']} new sphere contacts began with a spring that the engine had kept from an "
+            "earlier contact of the same spheres; taken as logged"
+        )
+    if law.get("skipped_beside_another"):
+        found.append(
+            f"newton: {law['skipped_beside_another']} wall contacts that the engine skipped beside another in the same plane"
+        )
+    if law.get("beside_an_edge"):
+        found.append(
+            f"newton: {law['beside_an_edge']} of {law['dry_contacts']} dry contacts are a second one of a sphere with the same "
+            "wall part, where the engine counts a convex edge beside the face; the reference does the same"
+        )
+    if law.get("not_in_log"):
+        found.append(f"newton: {law['not_in_log']} dry contacts are not among the engine's logged springs")
+    return found
+
+
+def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
+    """The replay of a run without bridges: Newton's law and contributions."""
+    started, folder = time.monotonic(), Path(run_dir)
+    if not window.recorded(folder):
+        raise io.ReplayError(
+            f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
+            "run the case again"
+        )
+    quantities, more = check(folder, None)
+    result = {
+        "ok": all(q.ok for q in quantities),
+        "events": 0,
+        "contacts": 0,
+        "unchecked": [],
+        "notes": notes(more),
+        **more,
+        "wall_s": time.monotonic() - started,
+        "quantities": {q.name: q.as_dict() for q in quantities},
+    }
+    io.write_json(out or folder / "replay.json", result)
+    return result
