@@ -57,6 +57,7 @@ BRIDGE_EFFECTS = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_
 OF_THE_BRIDGE = (*BRIDGE_EFFECTS, "wall_films", "sharing_by_size")
 """Effects that need bridges and have a switch."""
 OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")
+NEGLIGIBLE = "negligible by its number"
 HALVES = "half"
 """Transfer law that stands in when sharing by size is off."""
 
@@ -142,8 +143,21 @@ def plan(
     rows.append(_row("tangential_history", True, numbers["tangential_history"], settings, None, "E (5)"))
     rows.append(_row("gravity", s.gravity_m_per_s2 > 0, numbers["gravity"], settings, None, "the scene"))
     rows.append(_liquid_weight_row(numbers["liquid_weight"], settings))
+    rows = _together(rows, settings)
     shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), s)
     return EffectPlan(tuple(_with_share_and_cost(row, shares) for row in rows), _effects(rows, named, s))
+
+
+def _together(rows: list[EffectRow], settings: EffectSettings) -> list[EffectRow]:
+    """What is dropped must be negligible together: the smallest go first, until their sum would reach the tolerance."""
+    left, kept = settings.tolerance.value, set()
+    for row in sorted((row for row in rows if row.why == NEGLIGIBLE), key=lambda row: row.number):
+        if row.number < left:
+            left -= row.number
+        else:
+            kept.add(row.effect)
+    why = "negligible alone, not together with what is left out"
+    return [replace(row, on=True, why=why) if row.effect in kept else row for row in rows]
 
 
 def _effects(rows: Sequence[EffectRow], named: dict[str, str], s: Surroundings) -> Effects:
@@ -216,7 +230,7 @@ def _row(
     elif settings.decide == "preset":
         on, why = True, f"negligible by its number but on: {asked_by} asks for it"
     else:
-        on, why = False, "negligible by its number"
+        on, why = False, NEGLIGIBLE
     return EffectRow(effect, on, why, *number, settings.tolerance.value, law)
 
 

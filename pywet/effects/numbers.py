@@ -31,14 +31,14 @@ def _capillary(g: Groups, s: Surroundings) -> Number:
 
 def _viscous_normal(g: Groups, s: Surroundings) -> Number:
     if g.normal_drag_gap == 0.0:
-        return "speed lost in the films, ln(gaps)/Stokes number", 0.0
+        return "speed lost in film and contact / speed (1/Stokes number)", 0.0
     if s.state == "at_rest":
         return "way that forces still move resting spheres / radius", _give(g)
     if s.state == "dilute":
-        return "energy lost in the films, 4 ln(gaps)/Stokes number, all collisions", min(
+        return "energy lost to lubrication / kinetic energy, all collisions", min(
             4.0 * collisions(g, s) * g.speed_lost, 1.0
         )
-    return "speed lost in the films, ln(gaps)/Stokes number", g.speed_lost
+    return "speed lost in film and contact / speed (1/Stokes number)", g.speed_lost
 
 
 def _viscous_tangential(g: Groups, s: Surroundings) -> Number:
@@ -74,9 +74,11 @@ def _rolling(g: Groups, s: Surroundings) -> Number:
     if s.state == "dilute":
         turned = collisions(g, s) * 4.5 * g.rolling_friction / g.radius
         return "spin taken by rolling friction, 4.5 mu_r/r, all collisions", min(turned, 1.0)
-    if g.friction == 0.0:
-        return "rolling friction / (friction x radius)", 0.0
-    return "rolling friction / (friction x radius)", g.rolling_friction / (g.friction * g.radius)
+    arm = g.rolling_friction / g.radius
+    sliding = arm / g.friction if g.friction > 0 else 0.0
+    if g.weight > 0 and arm * g.surface_force / g.weight > sliding:
+        return "rolling torque under the bridge / torque of the weight", min(arm * g.surface_force / g.weight, 1.0)
+    return "rolling friction / (friction x radius)", sliding
 
 
 def _tangential_history(g: Groups, s: Surroundings) -> Number:
@@ -126,8 +128,8 @@ def effect_numbers(
         effect: max((number(g, s) for g in of), key=lambda pair: pair[1]) for effect, number in OF_ONE_CLASS.items()
     }
     film = max(g.film / g.radius for g in of)
-    forces = max(found[effect][1] for effect in WETTING)
-    found["bridges"] = ("film / radius", film) if s.liquid_wanted else ("largest number of its forces", forces)
+    forces = sum(found[effect][1] for effect in WETTING)
+    found["bridges"] = ("film / radius", film) if s.liquid_wanted else ("sum of the numbers of its forces", forces)
     found["formation"] = ("share of a film drawn into a bridge", BRIDGE_SHARE if film > 0 else 0.0)
     found["sharing_by_size"] = _sharing([g.radius for g in of], s, film > 0)
     found["liquid_weight"] = ("mass of liquid / mass of solid", max(g.liquid_mass / g.mass for g in of))

@@ -38,7 +38,7 @@ def _impulses(g: Groups, s: Surroundings) -> dict[str, float]:
         return {"gravity": weight}
     if s.state == "dilute":
         pairs = 0.5 * collisions(g, s)
-        in_and_out = 2.0 * g.film / g.speed + 0.5 * g.rupture / g.speed if g.speed > 0 else s.duration_s
+        in_and_out = g.slip_time + 0.5 * g.rupture / g.speed if g.speed > 0 else s.duration_s
         return {
             "gravity": weight,
             "capillary": pairs * g.surface_force * in_and_out,

@@ -76,12 +76,22 @@ class Groups:
 
     @property
     def pass_impulse(self) -> float:
-        """Normal viscous impulse of one way through both films, 6 pi eta r_red^2 ln(1 + 2 h/S_min) [N s]."""
-        return self.normal_drag_gap * math.log1p(2.0 * self.film / self.smallest_gap)
+        """Normal viscous impulse of one way in [N s]: 6 pi eta r_red^2 (ln(1 + 2 h/S_min) + overlap/S_min).
+
+        The second term is the way of the overlap, on which the law stays at its smallest gap; soft springs make it large.
+        """
+        return self.normal_drag_gap * (
+            math.log1p(2.0 * self.film / self.smallest_gap) + self.overlap / self.smallest_gap
+        )
+
+    @property
+    def overlap(self) -> float:
+        """Overlap of an impact without losses, v sqrt(m_eff/k) [m]."""
+        return self.speed * math.sqrt(0.5 * self.mass / self.stiffness)
 
     @property
     def speed_lost(self) -> float:
-        """Speed lost on one way through both films over the speed: ln(1 + 2 h/S_min)/St, at most 1."""
+        """Speed lost on one way in over the speed: (ln(1 + 2 h/S_min) + overlap/S_min)/St, at most 1."""
         if self.pass_impulse == 0.0:
             return 0.0
         return min(self.pass_impulse / (0.5 * self.mass * self.speed), 1.0) if self.speed > 0 else 1.0
@@ -93,8 +103,9 @@ class Groups:
 
     @property
     def slip_time(self) -> float:
-        """Time of a passage through both films, in and out [s]."""
-        return 4.0 * self.film / self.speed if self.speed > 0 else math.inf
+        """Time of a passage, in and out, and of the contact between [s]."""
+        contact = math.pi * math.sqrt(0.5 * self.mass / self.stiffness)
+        return 4.0 * self.film / self.speed + contact if self.speed > 0 else math.inf
 
 
 def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, gravity: float) -> Groups:
