@@ -48,7 +48,7 @@ def _impulses(g: Groups, s: Surroundings) -> dict[str, float]:
     gap = math.sqrt(g.smallest_gap * max(g.rupture, g.smallest_gap))  # between touch and rupture, mean of the logarithm
     moves = RELATIVE_SPEED * g.speed
     if s.state == "at_rest":
-        moves = 0.1 * (g.weight + g.surface_force) / g.stiffness / s.duration_s
+        moves = (g.weight + g.surface_force) / g.stiffness / s.duration_s
     standing = BRIDGES_PER_SPHERE * s.duration_s
     return {
         "gravity": weight,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,7 +16,7 @@ from matplotlib.patches import Rectangle
 
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
 from pywet.study.effects.scenes import SCENES
-from pywet.study.effects.verdict import Choice
+from pywet.study.effects.verdict import SHORTEST, Choice, step_time
 
 WORDS = {
     "capillary": "capillary\nforce",
@@ -79,7 +80,8 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
                 text = (
                     percent(shown.change) if resolved else f"< {percent(max(abs(shown.change), shown.spread, 0.001))}"
                 )
-                text += f"\ntime {-100 * choice.saving:+.0f} %"
+                if math.isfinite(choice.saving):
+                    text += f"\ntime {-100 * choice.saving:+.0f} %"
             axes.add_patch(Rectangle((column, row), 0.96, 0.92, facecolor=face))
             axes.text(
                 column + 0.48, row + 0.46, text, ha="center", va="center", fontsize=9.5, color=ink, linespacing=1.35
@@ -113,7 +115,7 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
 
 
 def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
-    """For each scene: largest change by the plan's choice in tolerances, and the time it saves."""
+    """For each scene: largest change by the plan's choice, and the time of a run with and without what it leaves out."""
     names = list(judged)
     plans = [next(c for c in judged[n] if c.variant == PLANNED) for n in names]
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 0.5 * len(names) + 1.4), sharey=True)
@@ -127,10 +129,10 @@ def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
     left.set_yticks(at, [SCENES[n].title for n in names])
     left.invert_yaxis()
     left.set_xlabel("largest change of a wanted quantity [%]\n(whisker: scatter of the seeds)")
-    right.barh(at, [100 * p.saving for p in plans], color="#2f6f9f", height=0.55)
-    right.errorbar([100 * p.saving for p in plans], at, xerr=[100 * p.saving_spread for p in plans], fmt="none",
-                   ecolor="#5c6b79", capsize=3)  # fmt: skip
-    right.set_xlabel("processor time saved against everything on [%]")
+    for shift, which, tint, said in ((-0.19, 0, SPARE, "everything on"), (0.19, 1, NEEDED, "the plan's choice")):
+        right.barh(at + shift, [p.cpu_s[which] for p in plans], color=tint, height=0.36, label=said)
+    right.set_xlabel("processor time of the whole run [s]")
+    right.legend(frameon=False, fontsize=9, loc="lower right")
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(axis="y", length=0)
@@ -179,14 +181,16 @@ def unused(records: dict[str, list[dict[str, Any]]]) -> list[tuple[str, str, flo
             runs = [r for r in of if r["variant"] == variant]
             if not runs or (variant == "no bridges" and not runs[0]["plugin"] and variant == PLANNED):
                 continue
-            full = {r["seed"]: _time(r) for r in of if r["variant"] == EVERYTHING}
-            ratio = float(np.median([_time(r) / full[r["seed"]] for r in runs]))
+            full = {r["seed"]: step_time(r) for r in of if r["variant"] == EVERYTHING}
+            ratio = float(np.median([step_time(r) / full[r["seed"]] for r in runs if r["seed"] in full]))
+            if min(full.values()) < SHORTEST:
+                ratio = math.nan
             memory = [r["peak_memory_B"] for r in runs if r["peak_memory_B"]]
             rows.append(
                 (
                     name,
                     variant,
-                    1e3 * float(np.median([_time(r) / r["steps"] for r in runs])),
+                    1e3 * float(np.median([step_time(r) / r["steps"] for r in runs])),
                     ratio,
                     float(np.median(memory)) / 1e6 if memory else float("nan"),
                     int(np.median([r["plugin_arrays_B"] for r in runs])),
@@ -194,7 +198,3 @@ def unused(records: dict[str, list[dict[str, Any]]]) -> list[tuple[str, str, flo
                 )
             )
     return rows
-
-
-def _time(record: dict[str, Any]) -> float:
-    return float(record["loop_cpu_s"] or record["cpu_s"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +31,11 @@ def write(path: Path, records: Records, judged: Judged) -> Path:
     plans = {name: next(c for c in found if c.variant == PLANNED) for name, found in judged.items()}
     seeds = len({r["seed"] for of in records.values() for r in of})
     right = sum(p.harmless for p in plans.values())
-    best = max(plans.values(), key=lambda p: p.saving)
+    best = max(plans.values(), key=lambda p: 1.0 - p.cpu_s[1] / p.cpu_s[0])
     unneeded = sum(bool(left_out(of)) for of in records.values())
     cards = [
         page.Card(f"{right} of {len(plans)}", "scenes in which the plan is right", "good" if right == len(plans) else "bad"),
-        page.Card(f"{100 * best.saving:.0f} %", f"largest saving of processor time ({SCENES[best.scene].title.lower()})"),
+        page.Card(f"{best.cpu_s[0]:.1f} → {best.cpu_s[1]:.1f} s", f"largest saving: {SCENES[best.scene].title.lower()}"),
         page.Card(f"{unneeded}", "scenes in which the plan leaves something out"),
         page.Card(f"{100 * TOLERANCE:g} %", f"change that counts as harmless; {seeds} first arrangements per scene"),
     ]  # fmt: skip
@@ -80,15 +81,26 @@ def _plan(records: Records, judged: Judged) -> str:
                 page.Cell(WORDS[worst.quantity] if plan.changes and not plan.same_as_everything else "–", left=True),
                 f"{100 * worst.change:+.2f} %",
                 f"± {100 * worst.spread:.2f} %",
-                f"{100 * plan.saving:.0f} %",
+                _saved(plan),
+                f"{plan.cpu_s[0]:.1f} → {plan.cpu_s[1]:.1f} s",
                 page.Cell("right" if plan.harmless else "wrong", "good" if plan.harmless else "bad"),
             ]
         )
-    header = ["scene", "the plan leaves out", "quantity that changes most", "change", "scatter", "time saved", "plan"]
+    header = [
+        "scene",
+        "the plan leaves out",
+        "quantity that changes most",
+        "change",
+        "scatter",
+        "steps' time saved",
+        "whole run",
+        "plan",
+    ]
     return (
         _picture(
             figures.plan_against_all(judged),
-            "Left: what the plan's choice changes against everything on, from the same first arrangements. Right: what it saves.",
+            "Left: what the plan's choice changes against everything on, from the same first arrangements. Right: the whole run, "
+            "start included.",
         )
         + page.table(header, rows)
         + page.paragraph(
@@ -99,13 +111,21 @@ def _plan(records: Records, judged: Judged) -> str:
     )
 
 
+def _saved(choice: Choice) -> str:
+    if choice.same_as_everything:
+        return "–"
+    if math.isnan(choice.saving):
+        return "too short to time"
+    return f"{100 * choice.saving:.0f} ± {100 * choice.saving_spread:.0f} %"
+
+
 def _unused(records: Records) -> str:
     rows: list[list[page.Cell | str]] = [
         [
             page.Cell(SCENES[name].title, left=True),
             page.Cell(NAMES[variant], left=True),
             f"{ms:.3f}",
-            f"{ratio:.2f}",
+            "–" if math.isnan(ratio) else f"{ratio:.2f}",
             f"{memory:.0f}",
             page.Cell("not loaded" if not loaded else f"{size / 1e3:.0f}", "good" if not loaded else ""),
         ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -74,8 +75,10 @@ def table(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[verdi
                     "change": c.worst.change,
                     "spread": c.worst.spread,
                     "harmless": c.harmless,
-                    "saving": c.saving,
-                    "saving_spread": c.saving_spread,
+                    "saving": None if math.isnan(c.saving) else c.saving,
+                    "saving_spread": None if math.isnan(c.saving) else c.saving_spread,
+                    "cpu_s_everything": c.cpu_s[0],
+                    "cpu_s": c.cpu_s[1],
                 }
                 for c in found
             ],
@@ -92,6 +95,7 @@ def lines(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[verdi
         worst = plan.worst
         found.append(
             f"{name:<14}leaves out {out}: {'right' if plan.harmless else 'WRONG'}, largest change {100 * worst.change:+.2f} % "
-            f"(spread {100 * worst.spread:.2f} %) of {worst.quantity}, saves {100 * plan.saving:.0f} %"
+            f"(spread {100 * worst.spread:.2f} %) of {worst.quantity}, "
+            f"{plan.cpu_s[0]:.1f} -> {plan.cpu_s[1]:.1f} s"
         )
     return found

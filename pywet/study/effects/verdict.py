@@ -18,6 +18,8 @@ from pywet.study.effects.measures import ABSOLUTE
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
 
 Record = dict[str, Any]
+SHORTEST = 0.3
+"""Processor time of the steps [s] below which times are not compared."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +45,11 @@ class Choice:
     same_as_everything: bool
     changes: tuple[Change, ...]
     saving: float
-    """Processor time of the steps saved, over that with everything on; median over the seeds."""
+    """Processor time of the steps saved, over that with everything on; median over the seeds, NaN where too short to time."""
     saving_spread: float
     """Half the range of the saving over the seeds."""
+    cpu_s: tuple[float, float]
+    """Processor time of the whole process, start included: everything on, this choice; median over the seeds [s]."""
 
     @property
     def worst(self) -> Change:
@@ -105,18 +109,22 @@ def _choice(variant: str, runs: dict[int, Record], full: dict[int, Record], spre
     )
     first = next(iter(runs.values()))
     same = first["effects"] == next(iter(full.values()))["effects"]
-    saved = [] if same else [1.0 - _time(runs[s]) / _time(full[s]) for s in runs if s in full]
+    both = [s for s in runs if s in full]
+    saved = [0.0] if same else [1.0 - step_time(runs[s]) / step_time(full[s]) for s in both]
+    timed = same or min(step_time(full[s]) for s in both) >= SHORTEST
     return Choice(
         scene=first["scene"],
         variant=variant,
         same_as_everything=same,
         changes=changes,
-        saving=float(np.median(saved)) if saved else 0.0,
-        saving_spread=0.5 * (max(saved) - min(saved)) if saved else 0.0,
+        saving=float(np.median(saved)) if timed else math.nan,
+        saving_spread=0.5 * (max(saved) - min(saved)) if timed else math.nan,
+        cpu_s=(float(np.median([full[s]["cpu_s"] for s in both])), float(np.median([runs[s]["cpu_s"] for s in both]))),
     )
 
 
-def _time(record: Record) -> float:
+def step_time(record: Record) -> float:
+    """Processor time of the steps of a run [s]; of the stock program, whose start takes some hundredths, of all."""
     return float(record["loop_cpu_s"] or record["cpu_s"])
 
 
@@ -125,10 +133,12 @@ def left_out(records: Iterable[Record]) -> list[str]:
     every = list(records)
     full = next(r for r in every if r["variant"] == EVERYTHING)["effects"]
     planned = next(r for r in every if r["variant"] == PLANNED)["effects"]
-    names = [n for n in full if full[n] != planned[n] and n not in ("rupture", "formation")]
+    switched = {r["variant"].removeprefix("no ") for r in every}
+    names = ["sharing_by_size" if n == "transfer" else n for n in full if full[n] != planned[n]]
+    names = [n for n in names if n in switched]
     if "bridges" in names:
         return ["bridges", *(n for n in names if n in ("rolling", "tangential_history", "gravity"))]
-    return ["sharing_by_size" if n == "transfer" else n for n in names]
+    return names
 
 
 def costs(of_all: dict[str, list[Choice]]) -> dict[str, float]:
@@ -136,6 +146,6 @@ def costs(of_all: dict[str, list[Choice]]) -> dict[str, float]:
     added: dict[str, list[float]] = {}
     for found in of_all.values():
         for choice in found:
-            if choice.variant.startswith("no ") and not choice.same_as_everything and choice.saving < 1.0:
+            if choice.variant.startswith("no ") and not choice.same_as_everything and math.isfinite(choice.saving):
                 added.setdefault(choice.variant.removeprefix("no "), []).append(choice.saving / (1.0 - choice.saving))
     return {effect: round(float(np.median(values)), 3) for effect, values in added.items()}
