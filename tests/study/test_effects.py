@@ -16,7 +16,7 @@ from pywet.study.effects.scenes import SCENES
 from tests.engine import beds
 
 SMALL = {
-    "collision": (1.0, 2),
+    "collision": (1.0, 1),
     "fast_dilute": (0.3, 3),
     "thick_oil": (0.4, 1),
     "micron_powder": (0.2, 2),
@@ -84,7 +84,7 @@ def test_sharing_and_walls_off_are_cross_checked(tmp_path: Path) -> None:
     small.run(tmp_path, [])
     events = pd.read_parquet(tmp_path / "history" / "events.parquet")
     broken = events[events["kind"] == 1]
-    assert len(broken) > 5 and (events["partner_kind"] == 0).all()
+    assert len(broken) >= 2 and (events["partner_kind"] == 0).all()
     assert (broken["share_i"] == broken["share_j"]).all()
     replayed = stages.replay(tmp_path)
     assert replayed is not None and replayed["ok"] and not replayed.get("unchecked")
@@ -100,7 +100,7 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     bare = scene.model_copy(update={"effects": off})
     assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface/stress"}
     assert {deck.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
-    assert len(plugin_api.transfer_tables(scene)) == 201 * (4 + 2)
+    assert len(plugin_api.transfer_tables(scene)) == 201 * (4 + 2 * len(plugin_api.wall_groups(scene)))
     assert len(plugin_api.transfer_tables(bare)) == 2 * 4
     properties = deck.property_matrices(bare)
     assert "coefficientRollingFriction" not in properties

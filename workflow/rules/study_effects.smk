@@ -7,18 +7,18 @@
 
 from pywet.study.effects.scenes import SCENES as EFFECT_SCENES
 
-STUDIES = "results/studies"
+EFFECT_STUDY = "results/studies"
 EFFECT_SEEDS = range(3)
 
 
 rule study_effects_runs:
     output:
-        records=f"{STUDIES}/effects/runs/{{scene}}_{{seed}}.json",
+        records=f"{EFFECT_STUDY}/effects/runs/{{scene}}_{{seed}}.json",
     params:
         scene="{scene}",
         seed="{seed}",
     log:
-        f"{STUDIES}/effects/logs/{{scene}}_{{seed}}.log",
+        f"{EFFECT_STUDY}/effects/logs/{{scene}}_{{seed}}.log",
     wildcard_constraints:
         scene="|".join(EFFECT_SCENES),
         seed="[0-9]+",
@@ -30,9 +30,9 @@ rule study_effects:
     input:
         records=expand(rules.study_effects_runs.output.records, scene=EFFECT_SCENES, seed=EFFECT_SEEDS),
     output:
-        page=f"{STUDIES}/effects.html",
-        table=f"{STUDIES}/effects/effects.json",
+        page=f"{EFFECT_STUDY}/effects.html",
+        table=f"{EFFECT_STUDY}/effects/effects.json",
     log:
-        f"{STUDIES}/effects/logs/page.log",
+        f"{EFFECT_STUDY}/effects/logs/page.log",
     script:
         "../scripts/study_effects.py"
