@@ -129,6 +129,7 @@ def made_up(change: float, scatter: float) -> list[dict[str, Any]]:
     for seed, wobble in enumerate((-scatter, 0.0, scatter)):
         found.append(record(runs.EVERYTHING, seed, 1.0, 2.0))
         found.append(record(runs.PLANNED, seed, 1.0 + change + wobble, 1.0, on=False))
+        found.append(record("no capillary", seed, 1.0 + change + wobble, 1.0, on=False))
     return found
 
 
