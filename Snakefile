@@ -26,6 +26,7 @@ include: "workflow/rules/atlas.smk"
 include: "workflow/rules/spheres.smk"
 include: "workflow/rules/agreement.smk"
 include: "workflow/rules/engines.smk"
+include: "workflow/rules/study_effects.smk"
 
 
 rule all:
