@@ -16,7 +16,7 @@ from pywet.engines.liggghts.deck import checkpoint_every
 from pywet.errors import PywetError
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
-from pywet.laws.transfer import V_STAR_GRID
+from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene
 
 SLOTS = {
@@ -179,6 +179,7 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
     """
     table = registry.transfer_model(scene.effects.transfer or "parabola")
+    grid = v_star_grid(scene.transfer_nodes)
     rows = []
     for a in scene.classes:
         cases = [(SPHERE, b.type, b.radius_m, b.contact_angle_rad) for b in scene.classes]
@@ -186,8 +187,8 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
             wire = width < a.radius_m
             cases.append((SMALL_WALL if wire else LARGE_WALL, group, width, angle))
         for kind, other, size, angle in cases:
-            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, V_STAR_GRID)
+            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, grid)
             row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
             row["part_class"] = -1 if kind == SPHERE else other
-            rows.append(pd.DataFrame({**row, "v_star": V_STAR_GRID, "transfer_i": values}))
+            rows.append(pd.DataFrame({**row, "v_star": grid, "transfer_i": values}))
     return pd.concat(rows, ignore_index=True)

@@ -1,0 +1,47 @@
+# What accuracy costs: every setting against a finer one, error against price. Not part of `all`:
+#
+#   snakemake --cores 2 study_accuracy                              (quick: minutes)
+#   snakemake --cores 2 study_accuracy --config study_size=standard (half an hour)
+#
+# A job is a round: a scene with one seed, all its settings in turn, so that what is compared is timed side by side. Every run in
+# it leaves its own file under runs/ when it is whole; a call that was cut off goes on with the run it was at.
+
+from pywet.study.accuracy import runs as accuracy_runs
+
+ACCURACY = "results/studies/accuracy"
+ACCURACY_SIZE = config.get("study_size", "quick")
+"""quick, standard, whole or reduced."""
+ACCURACY_ROUNDS = [f"{scene}-{seed}" for scene, seed in accuracy_runs.rounds(ACCURACY_SIZE)]
+
+
+rule study_accuracy_round:
+    output:
+        done=f"{ACCURACY}/rounds/{ACCURACY_SIZE}/{{scene}}-{{seed}}.json",
+    params:
+        size=ACCURACY_SIZE,
+        folder=ACCURACY,
+        config=str(CONFIG),
+    log:
+        f"{ACCURACY}/logs/{ACCURACY_SIZE}/{{scene}}-{{seed}}.log",
+    wildcard_constraints:
+        scene="|".join(accuracy_runs.KNOBS_OF),
+        seed="[0-9]+",
+    threads: 64  # nothing runs beside what is timed
+    script:
+        "../scripts/study_accuracy_round.py"
+
+
+rule study_accuracy:
+    input:
+        rounds=expand(rules.study_accuracy_round.output.done, zip,
+            scene=[name.rsplit("-", 1)[0] for name in ACCURACY_ROUNDS],
+            seed=[name.rsplit("-", 1)[1] for name in ACCURACY_ROUNDS]),
+    output:
+        page="results/studies/accuracy.html",
+    params:
+        size=ACCURACY_SIZE,
+        folder=ACCURACY,
+    log:
+        f"{ACCURACY}/logs/page.log",
+    script:
+        "../scripts/study_accuracy.py"
