@@ -9,20 +9,18 @@
 from pywet.study.accuracy import runs as accuracy_runs
 
 ACCURACY = "results/studies/accuracy"
-ACCURACY_SIZE = config.get("study_size", "quick")
-"""quick, standard, whole or reduced."""
-ACCURACY_ROUNDS = [f"{scene}-{seed}" for scene, seed in accuracy_runs.rounds(ACCURACY_SIZE)]
+ACCURACY_ROUNDS = [f"{scene}-{seed}" for scene, seed in accuracy_runs.rounds(STUDY_SIZE)]
 
 
 rule study_accuracy_round:
     output:
-        done=f"{ACCURACY}/rounds/{ACCURACY_SIZE}/{{scene}}-{{seed}}.json",
+        done=f"{ACCURACY}/rounds/{STUDY_SIZE}/{{scene}}-{{seed}}.json",
     params:
-        size=ACCURACY_SIZE,
+        size=STUDY_SIZE,
         folder=ACCURACY,
         config=str(CONFIG),
     log:
-        f"{ACCURACY}/logs/{ACCURACY_SIZE}/{{scene}}-{{seed}}.log",
+        f"{ACCURACY}/logs/{STUDY_SIZE}/{{scene}}-{{seed}}.log",
     wildcard_constraints:
         scene="|".join(accuracy_runs.KNOBS_OF),
         seed="[0-9]+",
@@ -39,7 +37,7 @@ rule study_accuracy:
     output:
         page="results/studies/accuracy.html",
     params:
-        size=ACCURACY_SIZE,
+        size=STUDY_SIZE,
         folder=ACCURACY,
     log:
         f"{ACCURACY}/logs/page.log",

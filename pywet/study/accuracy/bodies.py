@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -32,7 +33,9 @@ REDUCED_VOLUME = 0.02
 
 def effects(setting: Setting) -> Effects:
     """All effects of a moist scene by the setting's laws."""
-    laws = PRESETS["exact"] if setting.capillary == "exact" else {**PRESETS["paper"], "capillary": setting.capillary}
+    laws: dict[str, Any] = (
+        PRESETS["exact"] if setting.capillary == "exact" else {**PRESETS["paper"], "capillary": setting.capillary}
+    )
     return Effects(bridges=True, **laws)
 
 
@@ -199,9 +202,7 @@ def sharing_error(setting: Setting, finest: int) -> dict[str, float]:
     for ri, ti, rj, tj in BRIDGES[1:]:
         kind, size = (LARGE_WALL, 0.0) if math.isinf(rj) else (SPHERE, rj)
         table = registry.transfer_model("parabola")
-        fine, given = (
-            table(ri, size, math.radians(ti), math.radians(tj), kind, grid) for grid in (at, coarse)
-        )
+        fine, given = (table(ri, size, math.radians(ti), math.radians(tj), kind, grid) for grid in (at, coarse))
         worst = max(worst, float(np.abs(np.interp(at, coarse, given) - fine)[at >= 1e-5].max()))
     return {"sharing_ratio": worst}
 

@@ -13,6 +13,7 @@ from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import write_json
 from pywet.study.accuracy import choice, cost, edit, page, runs, sieve, store
+from pywet.study.accuracy.errors import GROUPS
 from pywet.study.accuracy.knobs import KNOBS, Setting
 
 OUT = Path("results/studies/accuracy")
@@ -36,14 +37,17 @@ def study(folder: Path, size: str, config_dir: Path, renew: bool) -> Path:
     missing = [r for scene, seed in rounds for r in runs.missing(folder, scene, seed, size)]
     if missing:
         seconds = expected(missing, size, config_dir)
-        err.print(f"{len(missing)} runs to do, about {duration(seconds)} on a quiet machine (stop and go on at any time)")
+        err.print(
+            f"{len(missing)} runs to do, about {duration(seconds)} on a quiet machine (stop and go on at any time)"
+        )
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("accuracy study", total=float(len(rounds)))
         for k, (scene, seed) in enumerate(rounds):
-            runs.do_round(
-                folder, scene, seed, size, config_dir,
-                lambda name, done, of, k=k: bar.update(task, description=name, completed=k + done / of),
-            )  # fmt: skip
+
+            def report(name: str, done: int, of: int, k: int = k) -> None:
+                bar.update(task, description=name, completed=k + done / of)
+
+            runs.do_round(folder, scene, seed, size, config_dir, report)
     return show(folder, size, renew)
 
 
@@ -93,9 +97,9 @@ def calibrated(config_dir: Path, anew: bool = False) -> cost.Coefficients:
 def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str], write: Path | None) -> list[str]:
     """Settings for an accuracy and the time they take, as lines; with `write` a copy of the configuration that has them."""
     share, groups = choice.parse(accuracy), tuple(wanted) or choice.WANTED
-    unknown = [g for g in groups if g not in choice.GROUPS]
+    unknown = [g for g in groups if g not in GROUPS]
     if unknown:
-        raise PywetError(f"--of {unknown[0]} given, expected some of {', '.join(choice.GROUPS)}")
+        raise PywetError(f"--of {unknown[0]} given, expected some of {', '.join(GROUPS)}")
     table, turned = choice.for_scale(scale)
     moist = config.case(case).liquid_percent > 0
     chosen = choice.choose(table, share, moist, groups, turned)

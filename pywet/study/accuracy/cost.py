@@ -36,6 +36,8 @@ VERSION = 1
 """Part of the cache's key; to be raised with any change of the formula or of CALIBRATION."""
 SKIN = 0.4
 """Skin of the neighbour list over the smallest radius, see `pywet.engines.liggghts.deck.skin`."""
+SMALLEST_M = 2.5e-3
+"""Smallest radius of the study's screening cases."""
 
 
 @dataclass(frozen=True)
@@ -103,9 +105,7 @@ def calibrate(config_dir: Path, report: Callable[[int, int], None] = lambda done
     for k, (scene, width, duration, setting) in enumerate(CALIBRATION):
         report(k, len(CALIBRATION))
         found = _short(scene, Size("smoke", width, duration, 0.02, 1), setting, config_dir)
-        loads.append(
-            Load(found["steps"], found["builds"], found["spheres"], found["triangles"], found["bridges"])
-        )
+        loads.append(Load(found["steps"], found["builds"], found["spheres"], found["triangles"], found["bridges"]))
         seconds.append(found["loop_cpu_s"])
         start[scene].append(found["cpu_s"] - found["loop_cpu_s"])
     values, misfit = fit(loads, seconds)

@@ -52,7 +52,7 @@ def changed(config: Config, scale: str, levels: Levels) -> Config:
 
 
 def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
-    """Copy a configuration folder and put the levels in; comments stay. Raises `PywetError` when the result does not read back."""
+    """Copy a configuration folder and put the levels in, comments stay; raises `PywetError` when it does not read back."""
     if target.exists() and any(target.iterdir()):
         raise PywetError(f"{target} is not empty; expected a new folder for the configuration: name another")
     target.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,9 @@ def _check(source: Path, target: Path, scale: str, levels: Levels) -> None:
     wanted, got = changed(settings.load(source), scale, levels), settings.load(target)
     same = wanted.scale(scale) == got.scale(scale) and wanted.settings.time_step == got.settings.time_step
     if not same or wanted.settings.laws != got.settings.laws:
-        raise PywetError(f"the settings could not be put into {target}; put them into config.yaml and scales.yaml by hand")
+        raise PywetError(
+            f"the settings could not be put into {target}; put them into config.yaml and scales.yaml by hand"
+        )
 
 
 def _entry(text: str, key: str, value: Any, after: str) -> str:

@@ -43,7 +43,9 @@ QUANTITIES = (
     Quantity("liquid_fines", "liquid shares", "on the fines, of all liquid", ("moist",)),
     Quantity("liquid_walls", "liquid shares", "on wires and walls, of all liquid", ("moist",)),
     Quantity("liquid_bridges", "liquid shares", "in bridges, of all liquid", ("moist",)),
-    Quantity("law_force", "force", "largest over the gap, of that at touch, against the exact bridge", ("laws",), False, True),
+    Quantity(
+        "law_force", "force", "largest over the gap, of that at touch, against the exact bridge", ("laws",), False, True
+    ),
     Quantity("law_rupture", "force", "rupture distance against the exact bridge", ("laws",), False, True),
     Quantity("sharing_ratio", "liquid shares", "of one rupture, in the table", ("laws",), False, True),
     Quantity("pull_force", "force", "two bodies drawn apart, at a gap of r/50", ("pull",), True),

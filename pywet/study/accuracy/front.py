@@ -63,7 +63,9 @@ def standing(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tu
         worse = [k for k, e in other["errors"].items() if k in own["errors"] and _less(own["errors"][k], e)]
         price = f"{other['price']:.2f} of the price"
         if better and not worse:
-            return Standing(knob, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}")
+            return Standing(
+                knob, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}"
+            )
         if not worse and other["price"] < own["price"] * (1.0 - NOISE):
             verdict, by = "not told apart", other["level"]
             said = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"

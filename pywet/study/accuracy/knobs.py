@@ -30,7 +30,8 @@ class Setting:
 
     def but(self, knob: str, level: Level) -> Setting:
         """The same with one knob turned."""
-        return replace(self, **{knob: level})
+        turned: dict[str, Any] = {knob: level}
+        return replace(self, **turned)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data."""

@@ -13,9 +13,6 @@ from pywet.files import write_json
 from pywet.screening.summary import versions
 from pywet.study.accuracy import choice, cost, errors, knobs, runs, sieve
 
-SMALLEST_M = 2.5e-3
-"""Smallest radius of the study's screening cases."""
-
 
 def table(kept: Iterable[errors.Kept], size: str) -> dict[str, Any]:
     """Prices and errors by knob and level."""
@@ -58,9 +55,7 @@ def habit(kept: list[errors.Kept]) -> dict[str, float]:
     """What the prediction of times needs to know of screening: bridges per sphere, speed that makes neighbour lists anew."""
     runs_of = [r for r in kept if r["scene"] in runs.SCREENING and r["knob"] == "default" and not r["failed"]]
     moist = [r["bridges"] / r["spheres"] for r in runs_of if r["scene"] == "moist"]
-    speed = [
-        r["builds"] * 0.5 * cost.SKIN * SMALLEST_M / (r["steps"] * r["time_step_s"]) for r in runs_of
-    ]
+    speed = [r["builds"] * 0.5 * cost.SKIN * cost.SMALLEST_M / (r["steps"] * r["time_step_s"]) for r in runs_of]
     return {"bridges_per_sphere": fmean(moist) if moist else 0.0, "speed": fmean(speed) if speed else 0.0}
 
 
