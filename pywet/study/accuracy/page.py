@@ -261,6 +261,6 @@ def _picture(figure: Figure, caption: str) -> str:
 def _footer(made: dict[str, Any], size: str) -> str:
     return (
         f"Made on {made['date']} on {made['machine']['processor']} ({made['machine']['cores']} cores), size {size}; wall time "
-        f"was {made['wall_over_processor_time']} times the processor time (1 on a machine with nothing else to do); renew the stored "
+        f"was {made['wall_over_processor_time']} times the processor time (1 on a quiet machine); renew the stored "
         f"table with `pywet study accuracy --size standard --store`."
     )
