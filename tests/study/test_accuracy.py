@@ -195,9 +195,13 @@ def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_sto
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
     scenes = ("dry",)
-    beaten = front.standing(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes)
+    beaten = front.standing(
+        toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes
+    )
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = front.standing(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes)
+    fine = front.standing(
+        toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes
+    )
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
     told = front.standing(vague, "stiffness", "dry", "fraction retained", scenes)
@@ -259,7 +263,13 @@ def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytes
 def test_settings_are_written_into_a_copy_that_reads_back(tmp_path: Path) -> None:
     """Numbers are replaced, comments and all else stay, and the source is untouched."""
     before = {name: (ROOT / "config" / name).read_text() for name in config.FILES}
-    levels = {"fraction": 0.1, "stiffness": 0.03, "wire_sides": 8, "capillary": "willett", "integration": "semi_implicit"}
+    levels = {
+        "fraction": 0.1,
+        "stiffness": 0.03,
+        "wire_sides": 8,
+        "capillary": "willett",
+        "integration": "semi_implicit",
+    }
     edit.write(ROOT / "config", tmp_path / "new", "smoke", levels)
     got = config.load(tmp_path / "new")
     assert got.settings.time_step.fraction.value == 0.1 and got.settings.laws.capillary == "willett"
@@ -296,7 +306,9 @@ def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypa
         runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     first, done = done, []
     (tmp_path / "runs" / f"{first[0]}.json").write_text('{"setting"')
-    monkeypatch.setattr(runs, "do", lambda run, size, _: done.append(run.name) or {"setting": run.setting.as_dict(), "size": size})
+    monkeypatch.setattr(
+        runs, "do", lambda run, size, _: done.append(run.name) or {"setting": run.setting.as_dict(), "size": size}
+    )
     runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     assert done == [first[0], *wanted[3:]]
 

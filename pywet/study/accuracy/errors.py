@@ -174,7 +174,7 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None) -> float:
     else:
         return 0.0
     if freedom == 0:
-        return math.inf
+        return 1.0  # one seed says nothing of chance
     return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) * deviation / math.sqrt(len(d))
 
 

@@ -129,6 +129,7 @@ def fronts(table: dict[str, Any]) -> Figure:
             ax.set_xscale("log")
             ax.set_yscale("log")
             ax.set_xlim(0.08, 20.0)
+            ax.set_ylim(0.7 * 100.0 * FLOOR, 150.0)
             ax.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], ["0.1", "0.2", "0.5", "1", "2", "5", "10"])
             ax.minorticks_off()
             ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -152,7 +153,7 @@ def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
     """Names at the cheap end of the lines, kept apart."""
     last = np.inf
     for x, y, name, colour in sorted(ends, key=lambda e: -e[1]):
-        at = min(y, last / 1.45)
+        at = min(y, last / 1.45, 100.0)
         last = at
         ax.annotate(name, (x, at), xytext=(-6, 2), textcoords="offset points", ha="right", fontsize=8, color=colour)
 

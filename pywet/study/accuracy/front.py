@@ -7,6 +7,8 @@ from typing import Any
 
 from pywet.study.accuracy import knobs
 
+MATTERS = 1e-3
+"""Errors closer than this share are the same."""
 NOISE = 0.03
 """Prices closer than this are the same."""
 
@@ -74,4 +76,4 @@ def standing(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tu
 
 def _less(one: tuple[float, float], two: tuple[float, float]) -> bool:
     """Whether the first error is smaller beyond chance."""
-    return two[0] - one[0] > max(one[1], two[1]) and two[0] - one[0] > 1e-9
+    return two[0] - one[0] > max(one[1], two[1], MATTERS)

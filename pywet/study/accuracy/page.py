@@ -35,9 +35,13 @@ def write(path: Path, table: dict[str, Any], kept: Sequence[dict[str, Any]], siz
     cards = [
         Card(
             f"{sum(s.verdict == 'on the front' for s in standings)} of {len(standings)}",
-            "times the default stands on the front of its knob",
+            "times the default stands on the front of its setting",
         ),
-        Card(str(len(beaten)), "times another level is cheaper and better", "bad" if beaten else "good"),
+        Card(
+            str(sum(s.verdict == "not told apart" for s in standings)),
+            "times a cheaper level differs by no more than chance",
+        ),
+        Card(str(len(beaten)), "times another level is as cheap and better", "bad" if beaten else "good"),
         *_price_cards(table),
         Card(f"{made['processor_time_s'] / 60:.0f} min", f"of processor time, {made['runs']} runs"),
     ]
@@ -88,7 +92,7 @@ def _live_with(table: dict[str, Any]) -> str:
                 if row is None or row[1:3] == last:
                     continue
                 last = row[1:3]
-                rows.append([Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %"), *(Cell(t) for t in row[1:])])
+                rows.append([Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %"), Cell(row[1], left=True), *row[2:]])
     text = paragraph(
         "The cheapest settings whose errors, added up over the settings, stay below what you can live with. A cheaper setting "
         "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
@@ -115,14 +119,15 @@ def _fronts(table: dict[str, Any]) -> str:
     return _picture(
         figures.fronts(table),
         "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
-        "facets, law and integration; rings: the defaults, counted the same way. A ring above its line pays for less "
-        "than it could have; how much of that is chance is told below.",
+        "facets, law and integration; rings: the defaults, counted the same way. What chance may hide counts in full "
+        "against a cheaper setting and not at all against the default or a finer one, so that a ring at the foot says: nothing "
+        "was found wrong with it. A ring to the right of its line could have had the same for less.",
     )
 
 
 def _knobs(table: dict[str, Any], group: str) -> Section:
     figure = figures.knob_panels(table, group)
-    names = ", ".join(q.text for q in QUANTITIES if q.group == group)
+    names = "; ".join(q.text for q in QUANTITIES if q.group == group)
     if figure is None:
         return Section(group.capitalize(), paragraph("No setting changes it."), group)
     text = (
@@ -145,7 +150,7 @@ def _standing_table(standings: Sequence[front.Standing], beaten: Sequence[front.
                 cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in own]
                 rows.append([Cell(f"{kind}: {KNOBS[knob].title}"), *cells])
     said = [paragraph(_objection(s)) for s in beaten] or [
-        paragraph("No level of any setting is both cheaper and better than the default beyond doubt.")
+        paragraph("No level of any setting is as cheap and better than the default beyond doubt.")
     ]
     return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
 
