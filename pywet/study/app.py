@@ -23,11 +23,14 @@ def accuracy(
     store: Annotated[
         bool, typer.Option("--store", help="Renew the table that `pywet plan CASE --accuracy` reads.")
     ] = False,
+    anew: Annotated[bool, typer.Option("--anew", help="Forget the runs that are there.")] = False,
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
     """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
     from pywet.study.accuracy import command
 
     chosen = command.size_of(size, scale)
+    if anew:
+        command.runs.forget(folder)
     page = command.show(folder, chosen, store) if show else command.study(folder, chosen, config, store)
     typer.echo(str(page))

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from pywet import config
+from pywet import config, stages
 from pywet.cli import app
 from pywet.errors import PywetError
 from pywet.study.accuracy import bodies, choice, command, cost, edit, errors, front, knobs, runs, sieve, store
@@ -379,3 +380,21 @@ def test_table_is_rounded_and_put_in_its_scales_place(tmp_path: Path) -> None:
     store.write({"provenance": {"scale": "reduced"}}, path)
     tables = choice.stored(path)["scales"]
     assert set(tables) == {"smoke", "reduced"} and tables["smoke"]["x"] == [1.2346, {"y": 2.0}]
+
+
+@pytest.mark.engine
+@pytest.mark.slow
+def test_facets_that_are_emptied_to_a_rounding_do_not_stop_a_run(tmp_path: Path) -> None:
+    """Narrow facets are asked for all they hold; what is left is a rounding on either side of zero, and the replay agrees."""
+    sieve.prepare(tmp_path, "moist", Setting(wire_sides=16), sieve.SIZES["quick"], 10007, ROOT / "config")
+    stages.simulate(tmp_path, ranks=1, progress=False)
+    events = pd.read_parquet(tmp_path / "history" / "events.parquet")
+    assert (events["film_j_before"] < 0).any() and events["film_j_before"].min() > -1e-20
+    assert np.isfinite(events["volume"]).all() and (events["volume"] > 0).all()
+    replayed = stages.replay(tmp_path)
+    assert replayed is not None and replayed["ok"]
+
+
+def test_a_size_that_there_is_not_is_refused_in_a_sentence() -> None:
+    with pytest.raises(PywetError, match="expected one of quick, standard"):
+        runs.rounds("huge")

@@ -9,7 +9,10 @@
 from pywet.study.accuracy import runs as accuracy_runs
 
 ACCURACY = "results/studies/accuracy"
-ACCURACY_ROUNDS = [f"{scene}-{seed}" for scene, seed in accuracy_runs.rounds(STUDY_SIZE)]
+try:
+    ACCURACY_ROUNDS = accuracy_runs.rounds(STUDY_SIZE)
+except PywetError as error:
+    raise WorkflowError(str(error))
 
 
 rule study_accuracy_round:
@@ -31,11 +34,15 @@ rule study_accuracy_round:
 
 rule study_accuracy:
     input:
-        rounds=expand(rules.study_accuracy_round.output.done, zip,
-            scene=[name.rsplit("-", 1)[0] for name in ACCURACY_ROUNDS],
-            seed=[name.rsplit("-", 1)[1] for name in ACCURACY_ROUNDS]),
+        rounds=expand(
+            rules.study_accuracy_round.output.done,
+            zip,
+            scene=[scene for scene, _ in ACCURACY_ROUNDS],
+            seed=[seed for _, seed in ACCURACY_ROUNDS],
+        ),
     output:
         page="results/studies/accuracy.html",
+        mark=touch(f"{ACCURACY}/rounds/{STUDY_SIZE}/page"),  # so that another size makes the page anew
     params:
         size=STUDY_SIZE,
         folder=ACCURACY,

@@ -64,7 +64,7 @@ class Run:
 
 def rounds(size: str) -> list[tuple[str, int]]:
     """Scene and seed of every round, in the order they are done: rounds of one scene are not neighbours."""
-    seeds = SEEDS[: sieve.SIZES[size].seeds]
+    seeds = SEEDS[: sieve.size_named(size).seeds]
     small_scenes = [(scene, SEEDS[0]) for scene in ONCE]
     return small_scenes + [(scene, seed) for seed in seeds for scene in ("bed", *SCREENING)]
 

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from pywet import config as settings
 from pywet.config import Config
+from pywet.errors import PywetError
 from pywet.scene import Scene
 from pywet.screening import cases, results
 from pywet.screening.rundir import RunDir
@@ -41,6 +42,13 @@ SIZES = {
     "reduced": Size("reduced", None, None, None, 3),
 }
 """`quick` and `standard`: the smoke scale's springs and stroke on 4 x 4 apertures; `whole`: the smoke scale as it is."""
+
+
+def size_named(name: str) -> Size:
+    """A size by name."""
+    if name not in SIZES:
+        raise PywetError(f"size {name} of the accuracy study given, expected one of {', '.join(SIZES)}")
+    return SIZES[name]
 
 
 def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Config:
