@@ -27,10 +27,10 @@ def accuracy(
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
     """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
-    from pywet.study.accuracy import command
+    from pywet.study.accuracy import command, runs
 
     chosen = command.size_of(size, scale)
     if anew:
-        command.runs.forget(folder)
+        runs.forget(folder)
     page = command.show(folder, chosen, store) if show else command.study(folder, chosen, config, store)
     typer.echo(str(page))

@@ -1,9 +1,9 @@
 """From the stored table to settings: the cheapest combination whose errors add up to less than what one can live with.
 
 A level is charged, in each group of quantities, with the largest of its errors there. The burden of proof is on the cheaper
-level: one below the default's price is charged with error and chance (its bound), the default and dearer ones with what is
-resolved. Charges of the knobs are added, prices multiplied. A looser accuracy allows all that a tighter one does, and so never
-costs more.
+level: one that is not dearer than the default in every round is charged with error and chance (its bound), the default and
+dearer ones with what is resolved. Charges of the knobs are added, prices multiplied. A looser accuracy allows all that a
+tighter one does, and so never costs more.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGUR
                 continue
             if knob not in turned and row["level"] != table["default"][knob]:
                 continue
-            cheaper = price["ratio"] < 1.0
+            cheaper = price["low"] < 1.0 and row["level"] != table["default"][knob]
             charge = dict.fromkeys(GROUPS, 0.0)
             for error in row["errors"]:
                 if error["scene"] in scenes:

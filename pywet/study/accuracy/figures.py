@@ -78,7 +78,7 @@ def _draw_levels(ax: Axes, found: list[dict[str, Any]], base: Any, kind: str) ->
             ax.plot(x[k], y[k], marker="o", ms=12, mfc="none", mec="#b3261e", mew=1.6, zorder=4)
         text = SHORT.get(str(p["level"]), str(p["level"]))
         ax.annotate(
-            text, (x[k], y[k]), xytext=(6, 5 if kind == "moist" else -10), textcoords="offset points", fontsize=7.5,
+            text, (x[k], y[k]), xytext=(6, (5, -11)[(k + (kind == "dry")) % 2]), textcoords="offset points", fontsize=7.5,
             color=colour,
         )  # fmt: skip
 
@@ -196,13 +196,16 @@ def times(pairs: Sequence[tuple[str, float, float]]) -> Figure:
             of = [(m, p) for s, m, p in pairs if s == scene]
             if of:
                 ax.plot(*zip(*of, strict=True), "o", ms=4.5, alpha=0.7, color=KIND_COLOUR[scene])
-                at = max(of)
-                ax.annotate(
-                    scene, at, xytext=(-4, 8), textcoords="offset points", ha="right", color=KIND_COLOUR[scene],
-                    fontweight="bold",
+                ax.text(
+                    0.04, 0.96 - 0.06 * (scene == "dry"), scene, transform=ax.transAxes, va="top", fontweight="bold",
+                    color=KIND_COLOUR[scene],
                 )  # fmt: skip
         ax.text(top / 1.1, top / 1.9, "within 1.5", ha="right", va="top", color="#5c6b79", fontsize=8)
         ax.set(xscale="log", yscale="log", xlim=(low, top), ylim=(low, top))
+        ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500) if low < t < top]
+        ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+        ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
+        ax.minorticks_off()
         ax.set_xlabel("measured, processor time of the time loop [s]")
         ax.set_ylabel("predicted [s]")
     return figure

@@ -9,8 +9,8 @@ from pywet.study.accuracy import knobs
 
 MATTERS = 1e-3
 """Errors closer than this share are the same."""
-NOISE = 0.03
-"""Prices closer than this are the same."""
+GAIN, WORTH = 0.05, 1.3
+"""A level that is better by this share for no more than this price is a bargain."""
 
 
 @dataclass(frozen=True)
@@ -59,19 +59,42 @@ def standing(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tu
         return None
     verdict, by, said = "on the front", None, "every cheaper level is less accurate, every more accurate one dearer"
     for other in levels:
-        if other is own or other["price"] > own["price"] * (1.0 + NOISE):
+        if other is own or other["low"] > own["high"]:  # dearer in every round
             continue
-        better = [k for k, e in other["errors"].items() if k in own["errors"] and _less(e, own["errors"][k])]
-        worse = [k for k, e in other["errors"].items() if k in own["errors"] and _less(own["errors"][k], e)]
-        price = f"{other['price']:.2f} of the price"
+        better, worse = _compare(other, own)
+        price = f"{other['price']:.2f} of the price ({other['low']:.2f} to {other['high']:.2f})"
         if better and not worse:
             return Standing(
                 knob, kind, group, "beaten", other["level"], f"{other['level']} is more accurate at {price}"
             )
-        if not worse and other["price"] < own["price"] * (1.0 - NOISE):
+        if not worse and other["high"] < own["low"]:
             verdict, by = "not told apart", other["level"]
             said = f"{other['level']} costs {price}; within chance the runs do not tell the two apart"
     return Standing(knob, kind, group, verdict, by, said)
+
+
+def bargain(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tuple[str, ...]) -> str | None:
+    """A level that takes away much of the default's error for little more, in words; None where there is none."""
+    levels = points(table, knob, kind, group, scenes)
+    own = next((p for p in levels if p["level"] == table["default"][knob]), None)
+    if own is None:
+        return None
+    found = [p for p in levels if p["price"] <= WORTH and own["value"] - p["value"] > GAIN]
+    found = [p for p in found if _compare(p, own)[0] and not _compare(p, own)[1]]
+    if not found:
+        return None
+    best = min(found, key=lambda p: p["value"])
+    return (
+        f"the default ({own['level']}) is off by {100 * own['value']:.0f} %; {best['level']} takes that to "
+        f"{100 * best['value']:.1g} % for {best['price']:.2f} of the price"
+    )
+
+
+def _compare(one: dict[str, Any], two: dict[str, Any]) -> tuple[list[Any], list[Any]]:
+    """Quantities in which the first level is better than the second beyond chance, and worse."""
+    shared = [k for k in one["errors"] if k in two["errors"]]
+    better = [k for k in shared if _less(one["errors"][k], two["errors"][k])]
+    return better, [k for k in shared if _less(two["errors"][k], one["errors"][k])]
 
 
 def _less(one: tuple[float, float], two: tuple[float, float]) -> bool:

@@ -48,7 +48,7 @@ def write(path: Path, table: dict[str, Any], kept: Sequence[dict[str, Any]], siz
     sections = [
         Section("If you can live with …", _live_with(table), "choose"),
         Section("The fronts: error against price", _fronts(table), "fronts"),
-        Section("Where the defaults stand", _standing_table(standings, beaten), "defaults"),
+        Section("Where the defaults stand", _standing_table(table, standings, beaten), "defaults"),
         *(_knobs(table, group) for group in GROUPS),
         Section("What chance alone does", _seeds(table, kept), "seeds"),
         Section("How long a run takes", _times(kept, table), "times"),
@@ -140,7 +140,9 @@ def _knobs(table: dict[str, Any], group: str) -> Section:
     )  # fmt: skip
 
 
-def _standing_table(standings: Sequence[front.Standing], beaten: Sequence[front.Standing]) -> str:
+def _standing_table(
+    table: dict[str, Any], standings: Sequence[front.Standing], beaten: Sequence[front.Standing]
+) -> str:
     order = {(s.kind, s.knob, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
@@ -152,6 +154,7 @@ def _standing_table(standings: Sequence[front.Standing], beaten: Sequence[front.
     said = [paragraph(_objection(s)) for s in beaten] or [
         paragraph("No level of any setting is as cheap and better than the default beyond doubt.")
     ]
+    said += [paragraph(text) for text in bargains(table)]
     return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
 
 
@@ -162,13 +165,25 @@ def _standing_cell(standing: front.Standing) -> Cell:
 
 
 def _objection(standing: front.Standing) -> str:
-    text = f"{KNOBS[standing.knob].title.capitalize()}, {standing.kind}, {standing.group}: {standing.said}."
-    if standing.knob == "capillary":
-        text += (
-            " The default stays because the cases reproduce a paper that uses this law; where the physics counts, take "
+    title = KNOBS[standing.knob].title.capitalize()
+    return f"{title}, {standing.kind}, {standing.group}: {standing.said}."
+
+
+def bargains(table: dict[str, Any]) -> list[str]:
+    """What much accuracy may be had for little more, one sentence each."""
+    found = []
+    for kind, scenes in figures.SCENES.items():
+        for knob in KNOBS:
+            for group in GROUPS:
+                text = front.bargain(table, knob, kind, group, scenes)
+                if text:
+                    found.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
+    if any(text.startswith("Capillary law") for text in found):
+        found.append(
+            "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "
             "`preset: exact` under `laws:` in config.yaml."
         )
-    return text
+    return found
 
 
 def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
@@ -180,9 +195,16 @@ def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
                 middle = sum(values) / len(values)
                 deviation = (sum((v - middle) ** 2 for v in values) / (len(values) - 1)) ** 0.5
                 rows.append([Cell(f"{scene}: {text}"), f"{middle:.4g}", f"{deviation:.2g}", str(len(values))])
+    ends = table["spread_over_seeds"].get("moist", {}).get("retained_end", [])
+    passed = (
+        f" By the end of these moist runs {100 * (1 - sum(ends) / len(ends)):.0f} % of the feed had passed."
+        if ends
+        else ""
+    )
     text = paragraph(
         "The same case from another first arrangement of the spheres is another run. What two settings differ by counts "
         "only where it is more than that: a difference within the 99 % interval of the seeds is called not resolved."
+        + passed
     )
     figure = _picture(
         figures.seeds(kept),
