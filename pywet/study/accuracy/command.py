@@ -65,7 +65,12 @@ def show(folder: Path, size: str, renew: bool = False) -> Path:
 
 def habit(table: dict[str, Any]) -> cost.Habit:
     """What the table knows of screening in general."""
-    return cost.Habit(**table["habit"])
+    laws, integrations = (
+        {str(row["level"]): row["price"]["moist"]["ratio"] for row in table["knobs"][knob] if "moist" in row["price"]}
+        for knob in ("capillary", "integration")
+    )
+    known = {**table["habit"], "speed": max(table["habit"]["speed"], cost.SPEED)}
+    return cost.Habit(**known, laws=laws, integrations=integrations)
 
 
 def expected(missing: list[runs.Run], size: str, config_dir: Path) -> float:
@@ -108,8 +113,8 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = [f"settings for {100 * share:g} % in {', '.join(groups)} ({'moist' if moist else 'dry'}):"]
-    lines += [f"  {KNOBS[knob].title:<22}{edit.shown(knob, level)}" for knob, level in chosen.levels.items()]
-    lines += [f"  errors: {', '.join(f'{g} {100 * e:.2g} %' for g, e in chosen.error.items())}"]
+    lines += [f"  {KNOBS[knob].title:<22}{edit.shown(knob, level)}" for knob, level in changed.items()]
+    lines += [f"  errors counted: {', '.join(_counted(g, e) for g, e in chosen.error.items())}"]
     blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
     lines += [f"  the study tells {g} apart to {100 * r:.2g} % only" for g, r in blurred.items()]
     lines += [
@@ -121,6 +126,10 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
         edit.write(config.folder, write, scale, changed)
         lines.append(f"written to {write}: pywet run {case} --scale {scale} --config {write}")
     return lines
+
+
+def _counted(group: str, error: float) -> str:
+    return f"{group} {100 * error:.2g} %" if error > 0.0 else f"{group} none resolved"
 
 
 def predicted(config: Config, case: int, scale: str) -> str:

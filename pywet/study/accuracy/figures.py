@@ -179,7 +179,8 @@ def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
             ax.set_title(f"{scene}: the seeds beside the settings")
             ax.set_xlabel("time since the slide opened [s]")
             ax.set_xlim(left=0.0)
-            ax.legend(loc="lower left", fontsize=7)
+            if ax.get_legend_handles_labels()[0]:
+                ax.legend(loc="lower left", fontsize=7)
         axes[0].set_ylabel("fraction retained [-]")
     return figure
 

@@ -6,7 +6,7 @@ import datetime
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, median
 from typing import Any
 
 from pywet.files import write_json
@@ -56,7 +56,26 @@ def habit(kept: list[errors.Kept]) -> dict[str, float]:
     runs_of = [r for r in kept if r["scene"] in runs.SCREENING and r["knob"] == "default" and not r["failed"]]
     moist = [r["bridges"] / r["spheres"] for r in runs_of if r["scene"] == "moist"]
     speed = [r["builds"] * 0.5 * cost.SKIN * cost.SMALLEST_M / (r["steps"] * r["time_step_s"]) for r in runs_of]
-    return {"bridges_per_sphere": fmean(moist) if moist else 0.0, "speed": fmean(speed) if speed else 0.0}
+    return {
+        "bridges_per_sphere": fmean(moist) if moist else 0.0,
+        "speed": fmean(speed) if speed else 0.0,
+        "exact_start": exact_start(kept),
+    }
+
+
+def exact_start(kept: list[errors.Kept]) -> float:
+    """Start of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
+    begun = {
+        (r["knob"], r["level"], r["seed"]): r["cpu_s"] - r["loop_cpu_s"]
+        for r in kept
+        if r["scene"] == "moist" and not r["failed"]
+    }
+    ratios = [
+        begun["capillary", "exact", seed] / begun["default", None, seed]
+        for knob, level, seed in begun
+        if (knob, level) == ("capillary", "exact") and ("default", None, seed) in begun
+    ]
+    return median(ratios) if ratios else 1.0
 
 
 def provenance(kept: list[errors.Kept], size: str) -> dict[str, Any]:
