@@ -27,6 +27,7 @@ include: "workflow/rules/spheres.smk"
 include: "workflow/rules/agreement.smk"
 include: "workflow/rules/engines.smk"
 include: "workflow/rules/study_effects.smk"
+include: "workflow/rules/study_accuracy.smk"
 
 
 rule all:

@@ -82,13 +82,26 @@ def laws(
 
 
 @app.command()
-def plan(case: CaseNumber, scale: ScaleName = None, config: ConfigDir = CONFIG) -> None:
-    """Say which effects a case calls for, and why, one line each."""
+def plan(
+    case: CaseNumber,
+    scale: ScaleName = None,
+    config: ConfigDir = CONFIG,
+    accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
+    of: Annotated[list[str] | None, typer.Option("--of", help="Quantity that counts; may be repeated.")] = None,
+    write: Annotated[Path | None, typer.Option("--write", metavar="DIR", help="Copy the config with them.")] = None,
+) -> None:
+    """Say which effects a case calls for, and why; with --accuracy which settings it needs and how long it takes."""
     from pywet import config as settings
     from pywet.screening import cases
 
     loaded = settings.load(config)
-    for line in cases.effect_plan(loaded, case, scale or loaded.settings.scale).lines:
+    name = scale or loaded.settings.scale
+    lines = cases.effect_plan(loaded, case, name).lines
+    if accuracy is not None:
+        from pywet.study.accuracy import command
+
+        lines = command.plan(loaded, case, name, accuracy, of or [], write)
+    for line in lines:
         out.print(line, soft_wrap=True, markup=False)
 
 
@@ -113,6 +126,8 @@ def run(
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    if engine == "liggghts":
+        _say_time(loaded, case, name)
     _stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
     _stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
     _stage(folder, "replay", lambda: stages.replay(folder))
@@ -292,6 +307,15 @@ def _atlas(folder: Path, stock: bool) -> Path:
         return page.write(
             folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
         )
+
+
+def _say_time(config: Any, case: int, scale: str) -> None:
+    """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
+    from pywet.study.accuracy import command
+
+    said = command.predicted(config, case, scale)
+    if said:
+        err.print(f"{config.case(case).name} at scale {scale}: {said}", soft_wrap=True)
 
 
 def _need_run(run_dir: Path) -> None:

@@ -153,6 +153,8 @@ class Scene(Strict):
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
+    transfer_nodes: Annotated[int, Field(ge=2)] = 201
+    """Nodes over V* of the tables that say who keeps how much of a rupturing bridge."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     box_low_m: Vector
     box_high_m: Vector

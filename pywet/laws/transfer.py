@@ -23,8 +23,15 @@ from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws.rupture import willett_unequal
 
 Floats = NDArray[np.float64]
-V_STAR_GRID: Floats = 0.5 * np.linspace(0.0, 1.0, 201) ** 3
-"""Nodes of the tables, dense at small V*: the ratio is smooth in V*^(1/3)."""
+
+
+def v_star_grid(nodes: int) -> Floats:
+    """Nodes of a table over V*, 0 … 0.5, dense at small V*: the ratio is smooth in V*^(1/3)."""
+    return np.asarray(0.5 * np.linspace(0.0, 1.0, nodes) ** 3)
+
+
+V_STAR_GRID: Floats = v_star_grid(201)
+"""The usual nodes."""
 SMALLEST = 1e-5
 """V* that stands for V* → 0 in the table's first entry."""
 

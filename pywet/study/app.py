@@ -22,3 +22,29 @@ def effects(
 
     for line in study.run(out_dir, seeds, size, scene):
         typer.echo(line)
+
+
+@app.command()
+def accuracy(
+    size: Annotated[str, typer.Option("--size", help="quick (minutes), standard (half an hour) or whole (hours).")] = (
+        "standard"
+    ),
+    scale: Annotated[str, typer.Option("--scale", help="smoke or reduced (a day).")] = "smoke",
+    folder: Annotated[Path, typer.Option("--out", help="Folder of runs and table; the page is beside it.")] = Path(
+        "results/studies/accuracy"
+    ),
+    config: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
+    store: Annotated[
+        bool, typer.Option("--store", help="Renew the table that `pywet plan CASE --accuracy` reads.")
+    ] = False,
+    anew: Annotated[bool, typer.Option("--anew", help="Forget the runs that are there.")] = False,
+    show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
+) -> None:
+    """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
+    from pywet.study.accuracy import command, runs
+
+    chosen = command.size_of(size, scale)
+    if anew:
+        runs.forget(folder)
+    page = command.show(folder, chosen, store) if show else command.study(folder, chosen, config, store)
+    typer.echo(str(page))

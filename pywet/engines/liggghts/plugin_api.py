@@ -16,7 +16,7 @@ from pywet.engines.liggghts.deck import checkpoint_every
 from pywet.errors import PywetError
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
-from pywet.laws.transfer import V_STAR_GRID
+from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene
 
 SLOTS = {
@@ -179,7 +179,7 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
     """
     name = scene.effects.transfer or "parabola"
-    table, grid = registry.transfer_model(name), V_STAR_GRID[[0, -1]] if name == "half" else V_STAR_GRID
+    table, grid = registry.transfer_model(name), V_STAR_GRID[[0, -1]] if name == "half" else v_star_grid(scene.transfer_nodes)
     groups = wall_groups(scene) if scene.effects.wall_films else {}
     rows = []
     for a in scene.classes:

@@ -1,0 +1,124 @@
+"""What is varied, one knob at a time: levels from coarse to fine, the last being the one the others are measured against."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from pywet.errors import PywetError
+
+Level = float | int | str
+
+
+@dataclass(frozen=True)
+class Setting:
+    """All knobs of a run. The defaults are those of `config/` at smoke scale (a test says so)."""
+
+    fraction: float = 0.05
+    """Time step over the duration of the shortest collision."""
+    stiffness: float = 0.01
+    """Springs over those of the paper."""
+    wire_sides: int = 6
+    capillary: str = "rabinovich"
+    """A capillary law with the paper's rupture and sharing; `exact`: all three from the exact bridge."""
+    transfer_nodes: int = 201
+    """Nodes of the tables of sharing."""
+    contact_log: str = "2x20"
+    """Windows of the contact log times steps in each."""
+    ranks: int = 1
+    integration: str = "explicit"
+
+    def but(self, knob: str, level: Level) -> Setting:
+        """The same with one knob turned."""
+        turned: dict[str, Any] = {knob: level}
+        return replace(self, **turned)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One knob: its name in words, its place in the configuration, its levels by size of the study, coarse to fine."""
+
+    name: str
+    title: str
+    place: str
+    quick: tuple[Level, ...]
+    standard: tuple[Level, ...]
+    reduced: tuple[Level, ...]
+    exact_twin: bool = False
+    """Whether all levels ought to give the same result, so that it is their price alone that matters."""
+
+    def levels(self, size: str) -> tuple[Level, ...]:
+        """Levels of a study of this size; `whole` has those of `standard`."""
+        return tuple(getattr(self, "standard" if size == "whole" else size))
+
+
+KNOBS: dict[str, Knob] = {
+    knob.name: knob
+    for knob in (
+        Knob(
+            "fraction",
+            "time step",
+            "config.yaml: time_step.fraction",
+            (0.1, 0.05, 0.025),
+            (0.2, 0.1, 0.05, 0.025, 0.0125),
+            (0.1, 0.05, 0.025),
+        ),
+        Knob(
+            "stiffness",
+            "spring stiffness",
+            "scales.yaml: stiffness_factor",
+            (0.003, 0.01, 0.03),
+            (0.003, 0.01, 0.03, 0.1),
+            (0.01, 0.03, 0.1, 1.0),
+        ),
+        Knob("wire_sides", "wire facets", "scales.yaml: wire_sides", (4, 6, 16), (4, 6, 8, 16), (6, 8, 12)),
+        Knob(
+            "capillary",
+            "capillary law",
+            "config.yaml: laws",
+            ("willett_simple", "rabinovich", "exact"),
+            ("willett_simple", "soulie", "willett", "rabinovich", "young_laplace", "exact"),
+            ("willett_simple", "rabinovich", "exact"),
+        ),
+        Knob(
+            "transfer_nodes", "nodes of the sharing table", "Scene.transfer_nodes", (11, 201, 801), (11, 51, 201, 801),
+            (201, 801),
+        ),
+        Knob(
+            "contact_log", "contact log", "config.yaml: output", ("0x20", "2x20", "20x50"), ("0x20", "2x20", "50x100"),
+            ("2x20", "50x100"), exact_twin=True,
+        ),
+        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), (2, 1), (2, 1), exact_twin=True),
+        Knob(
+            "integration", "viscous integration", "config.yaml: time_step.viscous_integration",
+            ("semi_implicit", "explicit"), ("semi_implicit", "explicit"), ("semi_implicit", "explicit"),
+        ),
+    )
+}  # fmt: skip
+"""Name of a field of `Setting` -> its knob."""
+
+
+def default(size: str) -> Setting:
+    """The setting that others are compared with: `config/` at the scale of the study."""
+    return Setting(stiffness=0.1) if size == "reduced" else Setting()
+
+
+def reference(knob: str, size: str) -> Level:
+    """The level that the others of a knob are measured against."""
+    return KNOBS[knob].levels(size)[-1]
+
+
+def log_windows(text: str) -> tuple[int, int]:
+    """Windows and steps of a level of the contact log.
+
+    >>> log_windows("2x20")
+    (2, 20)
+    """
+    windows, _, steps = text.partition("x")
+    if not (windows.isdigit() and steps.isdigit() and int(steps) > 0):
+        raise PywetError(f"contact log {text!r} given, expected windows times steps such as 2x20")
+    return int(windows), int(steps)

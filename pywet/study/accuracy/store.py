@@ -1,0 +1,132 @@
+"""The study's result as one small table: prices and errors of every level, with where they come from."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from statistics import fmean, median
+from typing import Any
+
+from pywet.files import write_json
+from pywet.screening.summary import versions
+from pywet.study.accuracy import choice, cost, errors, knobs, runs, sieve
+
+
+def table(kept: Iterable[errors.Kept], size: str) -> dict[str, Any]:
+    """Prices and errors by knob and level."""
+    kept = list(kept)
+    found, paid = errors.errors(kept, size), errors.prices(kept, size)
+    failed = {(r["scene"], r["knob"], r["level"]): r["failed"] for r in kept if r["failed"]}
+    rows: dict[str, list[dict[str, Any]]] = {}
+    for name, knob in knobs.KNOBS.items():
+        for level in knob.levels(size):
+            own = [p for p in paid if (p.knob, p.level) == (name, level)]
+            rows.setdefault(name, []).append(
+                {
+                    "level": level,
+                    "price": {p.scene: {"ratio": p.ratio, "low": p.low, "high": p.high} for p in own},
+                    "errors": [
+                        {
+                            "scene": e.scene,
+                            "quantity": e.quantity,
+                            "group": e.group,
+                            "value": e.value,
+                            "limit": e.limit,
+                            "seeds": e.seeds,
+                        }
+                        for e in found
+                        if (e.knob, e.level) == (name, level)
+                    ],
+                    "failed": sorted({f"{s}: {why}" for (s, k, v), why in failed.items() if (k, v) == (name, level)}),
+                }
+            )
+    return {
+        "provenance": provenance(kept, size),
+        "default": knobs.default(size).as_dict(),
+        "knobs": rows,
+        "habit": habit(kept),
+        "spread_over_seeds": spread(kept),
+    }
+
+
+def habit(kept: list[errors.Kept]) -> dict[str, float]:
+    """What the prediction of times needs to know of screening: bridges per sphere, speed that makes neighbour lists anew."""
+    runs_of = [r for r in kept if r["scene"] in runs.SCREENING and r["knob"] == "default" and not r["failed"]]
+    moist = [r["bridges"] / r["spheres"] for r in runs_of if r["scene"] == "moist"]
+    speed = [r["builds"] * 0.5 * cost.SKIN * cost.SMALLEST_M / (r["steps"] * r["time_step_s"]) for r in runs_of]
+    return {
+        "bridges_per_sphere": fmean(moist) if moist else 0.0,
+        "speed": fmean(speed) if speed else 0.0,
+        "exact_start": exact_start(kept),
+    }
+
+
+def exact_start(kept: list[errors.Kept]) -> float:
+    """Start of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
+    begun = {
+        (r["knob"], r["level"], r["seed"]): r["cpu_s"] - r["loop_cpu_s"]
+        for r in kept
+        if r["scene"] == "moist" and not r["failed"]
+    }
+    ratios = [
+        begun["capillary", "exact", seed] / begun["default", None, seed]
+        for knob, level, seed in begun
+        if (knob, level) == ("capillary", "exact") and ("default", None, seed) in begun
+    ]
+    return median(ratios) if ratios else 1.0
+
+
+def provenance(kept: list[errors.Kept], size: str) -> dict[str, Any]:
+    """How the table was made."""
+    shape = sieve.SIZES[size]
+    timed = [r for r in kept if r.get("cpu_s")]
+    return {
+        "made_by": f"pywet study accuracy --size {size} --store" if size != "reduced" else "… --scale reduced --store",
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        "size": size,
+        "scale": shape.scale,
+        "seeds": shape.seeds,
+        "runs": len(kept),
+        "processor_time_s": round(sum(r["cpu_s"] for r in timed), 1),
+        "wall_over_processor_time": round(
+            sum(r["wall_s"] for r in timed) / max(sum(r["cpu_s"] for r in timed), 1e-9), 2
+        ),
+        "machine": runs.machine(),
+        "versions": versions(),
+    }
+
+
+def spread(kept: list[errors.Kept]) -> dict[str, dict[str, list[float]]]:
+    """Scene -> quantity -> values of the default over the seeds."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for run in kept:
+        if run["knob"] == "default" and not run["failed"]:
+            for name, value in run["quantities"].items():
+                if not name.startswith("check_"):
+                    found.setdefault(run["scene"], {}).setdefault(name, []).append(value)
+    return found
+
+
+def write(result: dict[str, Any], path: Path = choice.STORED) -> Path:
+    """Put a study's table into the stored one, in the place of its scale."""
+    try:
+        whole = json.loads(path.read_text())
+    except (OSError, ValueError):
+        whole = {"scales": {}}
+    whole["scales"][result["provenance"]["scale"]] = rounded(result)
+    write_json(path, whole)
+    choice.stored.cache_clear()
+    return path
+
+
+def rounded(value: Any) -> Any:
+    """The same with numbers of five digits."""
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    if isinstance(value, dict):
+        return {k: rounded(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [rounded(v) for v in value]
+    return value

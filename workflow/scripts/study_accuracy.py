@@ -1,0 +1,9 @@
+"""Table and page of the accuracy study."""
+
+from pathlib import Path
+
+from pywet import stages
+from pywet.study.accuracy import command
+
+with stages.logged(Path(snakemake.log[0])):
+    command.show(Path(snakemake.params.folder), snakemake.params.size)
