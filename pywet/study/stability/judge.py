@@ -193,7 +193,8 @@ def energies(run: Run) -> tuple[Floats, Floats]:
     inside = potential - potential.min(axis=0)
     swing = np.cumsum(run.by_cell(known, "i", np.abs(energy_of)), axis=0)
     play = np.maximum.accumulate(kinetic + touching + inside, axis=0) + np.abs(standing) + swing
-    play = np.maximum(play, 1e-300)
+    stiffest = max(p.normal_stiffness_N_per_m for p in run.batch.pairs)
+    play = np.maximum(play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2)  # below, round-off of places is all there is
     made = np.max(gained / play, axis=0) if len(gained) else np.zeros(len(run.batch.cells))
     return made, np.array([order(run, n) for n in range(len(run.batch.cells))])
 
@@ -227,7 +228,7 @@ def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
 
 
 def budget(run_dir: Path) -> dict[str, float]:
-    """The run's own books: what the identity of the integrator leaves over, and the works of the drags (never above zero)."""
+    """The run's own books: what the identity of the integrator leaves over, and the work of the normal drag (never above zero)."""
     energy = pd.read_parquet(run_dir / "history" / "energy.parquet")
     works = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
     moved = energy["kinetic"] + energy["spin"]
@@ -235,7 +236,7 @@ def budget(run_dir: Path) -> dict[str, float]:
     turnover = max(float(energy[works].abs().sum(axis=1).max() + moved.max()), 1e-300)
     return {
         "identity": float(left.abs().max() / turnover),
-        "drag": float(max(energy["viscous_normal"].max(), energy["viscous_tangential"].max(), 0.0) / turnover),
+        "drag": float(max(energy["viscous_normal"].max(), 0.0) / turnover),
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,24 @@ def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
     return found
 
 
+PASSIVE = "lian"
+"""A tangential law with one coefficient for sliding and spin: it can only take energy. With two, as in Elskamp (28), (29), and a
+torque that is the force times its arm, a sphere that slides at first ends with more energy than it had."""
+
+
+def by_the_law(batch: Batch, names: set[str], run_dir: Path, allow_unstable: bool) -> set[str]:
+    """Cells among `names` that make no energy with a passive tangential law: it was the law's, not the time stepping's."""
+    if batch.effects.viscous_tangential in (None, PASSIVE) or not names:
+        return set()
+    passive = replace(
+        batch,
+        effects=batch.effects.model_copy(update={"viscous_tangential": PASSIVE}),
+        cells=tuple(c for c in batch.cells if c.name in names),
+    )
+    left, _ = running.run_cells(passive, run_dir, allow_unstable)
+    return {v.cell for v in judge.verdicts(left, run_dir) if v.state == "stable"} if left.cells else set()
+
+
 def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.DataFrame:
     """Run a batch and judge every cell of it: one row a cell."""
     left, stopped = running.run_cells(batch, run_dir, allow_unstable)
@@ -40,6 +59,8 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     if left.cells:
         found = {v.cell: v for v in judge.verdicts(left, run_dir)}
         replayed, books = objected(left, run_dir), judge.budget(run_dir)
+    made = {v.cell for v in found.values() if v.state == "energy"}
+    explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
     for cell in batch.cells:
         said = stopped.get(cell.name, "")
         v = found.get(cell.name) or judge.Verdict(cell.name, False, 0.0, 0.0, 0.0, 0, said)
@@ -47,6 +68,8 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
         state = v.state if v.state != "stable" or not objection else "replay"
         if state == "stable" and (books["identity"] > 1e-12 or books["drag"] > 1e-12):
             state = "energy"
+        if state == "energy" and cell.name in explained and not objection:
+            state = "law"
         rows.append({
             "case": cell.name, "state": state, "said": v.said, "ledger": v.ledger, "made": v.made, "allowed": v.allowed,
             "events": v.events, "replay": "" if v.said else objection or "agrees", "identity": books["identity"],
@@ -66,7 +89,8 @@ def one(seed: int, number: int, folder: Path, count: int = campaign.PER_BATCH) -
     table["wall_s"] = (time.monotonic() - started) / len(table)
     with atomic_write(path) as temporary:
         table.to_csv(temporary, index=False)
-    if (table["state"] == "stable").all():
+    shutil.rmtree(run_dir.with_name(run_dir.name + "-passive"), ignore_errors=True)
+    if table["state"].isin(["stable", "law"]).all():
         shutil.rmtree(run_dir, ignore_errors=True)
     return path
 
