@@ -1,4 +1,4 @@
-"""Two thousand hard cases: random pairs, clusters and walls over the whole range of parameters, a few dozen in each engine run."""
+"""Two thousand hard cases: random pairs, clusters and walls over the whole range of parameters, fifty in each engine run."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ def draw_cell(s: Setting, name: str, how: str) -> Cell:
 
 
 def laws_of(number: int) -> tuple[str, Effects]:
-    """Preset paper for half of the batches, other laws for three eighths, preset exact (its tables and replay are slow) for one."""
+    """Of eight batches four have preset paper, three other laws, and one preset exact, whose replay is slow."""
     turn = number % 8
     if turn == 2:
         return "exact", small.EXACT
@@ -226,7 +226,9 @@ def draw_liquid(random: np.random.Generator) -> Liquid:
     )
 
 
-def contact(classes: list[SphereClass], a: int, b: int, speed: float, sigma: float, spare: float, e: float) -> ContactPair:
+def contact(
+    classes: list[SphereClass], a: int, b: int, speed: float, sigma: float, spare: float, e: float
+) -> ContactPair:
     """A spring that overlaps by 3 % of the smaller radius at the batch's speed, or 1 % under the bridge, times `spare`."""
     one, two = classes[a - 1], classes[b - 1] if b else None
     m = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
@@ -269,7 +271,7 @@ def draw_batch(seed: int, number: int, count: int = PER_BATCH) -> Batch:
     s = Setting(radii, speed, random)
     order = [KINDS[k % len(KINDS)] for k in range(count)]
     drawn = tuple(draw_cell(s, f"{seed}-{number:03d}-{k:02d}", how) for k, how in enumerate(order))
-    how = "semi_implicit" if number % 3 == 1 or liquid.viscosity_Pa_s > 1.0 and random.uniform() < 0.7 else "explicit"
+    how = "semi_implicit" if number % 3 == 1 or (liquid.viscosity_Pa_s > 1.0 and random.uniform() < 0.7) else "explicit"
     batch = Batch(
         name=f"cases-{seed}-{number:03d}", classes=tuple(classes), pairs=pairs, liquid=liquid, effects=effects, time_step=1e-12,
         steps=1500, cells=drawn, how=how, wall_angle=angles[2], ranks=2 if number % 8 == 5 else 1,
@@ -290,9 +292,7 @@ def with_step(batch: Batch, part: float, preset: str, e: float) -> Batch:
         "contact_angles_deg": "/".join(f"{math.degrees(c.contact_angle_rad):.0f}" for c in batch.classes)
         + f"/{math.degrees(batch.wall_angle):.0f}",
     }  # fmt: skip
-    return replace(
-        batch, time_step=step, cells=tuple(replace(c, says={**c.says, **shared}) for c in batch.cells)
-    )
+    return replace(batch, time_step=step, cells=tuple(replace(c, says={**c.says, **shared}) for c in batch.cells))
 
 
 def allowed_step(batch: Batch) -> float:

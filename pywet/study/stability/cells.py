@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from pywet import small
 from pywet.files import write_table
 from pywet.geometry.surface import Surface, make_surface
+from pywet.motion import peak_speed
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
 
 Floats = NDArray[np.float64]
@@ -65,6 +66,8 @@ class Batch:
     vibration: Vibration | None = None
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outputs: int = 40
+    room: float = 1.2
+    """Times the way of its spheres that a cell is wide."""
     windows: tuple[int, int] = (3, 60)
     """Number and length [steps] of the windows in which every contact is logged."""
 
@@ -81,15 +84,16 @@ class Batch:
     def extent(self) -> float:
         """Half the room that a cell needs [m]: its size, the ways of its spheres, and a margin beyond any bridge."""
         radius = max(c.radius_m for c in self.classes)
-        room = 0.0
+        room, seconds = 0.0, self.time_step * self.steps
+        thrown = 2.0 * peak_speed(self.vibration) * seconds if self.vibration else 0.0
         for cell in self.cells:
             for body in cell.bodies:
-                way = float(np.linalg.norm(body.velocity)) * self.time_step * self.steps
+                way = float(np.linalg.norm(body.velocity)) * seconds
                 room = max(room, float(np.abs(body.position).max()) + way)
             for corners, _ in cell.walls:
                 room = max(room, float(np.abs(corners).max()))
-        fall = 0.5 * float(np.linalg.norm(self.gravity)) * (self.time_step * self.steps) ** 2
-        return 1.2 * room + fall + 5.0 * radius
+        fall = 0.5 * float(np.linalg.norm(self.gravity)) * seconds**2
+        return self.room * (room + thrown) + fall + 5.0 * radius
 
     def middles(self) -> Floats:
         """Middle of each cell in the plane z = 0, on a square grid around the origin, shape (n, 3) [m].
@@ -138,7 +142,7 @@ def counted(classes: Sequence[SphereClass], cells: Sequence[Cell]) -> list[Spher
 
 
 def thickest_film(batch: Batch) -> float:
-    """First film [m] that the scene states: the films of the cells, and what ruptures may add, stay below what follows from it."""
+    """First film [m] that the scene states: from it follows how thick films may grow."""
     return 0.4 * min(c.radius_m for c in batch.classes)
 
 

@@ -1,4 +1,4 @@
-"""The campaign from first to last: each batch to a table of its own, so that a killed study goes on, then one table of all cases."""
+"""The campaign from first to last: a table for each batch, so that a killed study goes on, then one of all cases."""
 
 from __future__ import annotations
 
@@ -105,7 +105,9 @@ def collect(paths: list[Path], out: Path) -> pd.DataFrame:
     return table
 
 
-def run(cases: int, seed: int, folder: Path, report: Callable[[int, int], None] = lambda done, of: None) -> pd.DataFrame:
+def run(
+    cases: int, seed: int, folder: Path, report: Callable[[int, int], None] = lambda done, of: None
+) -> pd.DataFrame:
     """The whole campaign one batch after the other; goes on where it was cut off."""
     paths, total = [], batches(cases)
     for number in range(total):
