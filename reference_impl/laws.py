@@ -91,7 +91,9 @@ def lian_rupture(v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj:
 
 
 def pitois_factor(speed: Floats, eta: float, sigma: float) -> Floats:
-    """Dynamic rupture (E 33)."""
+    """Dynamic rupture (E 33); without surface tension, where the formula has no value, the static distance holds."""
+    if sigma == 0.0:
+        return np.ones_like(speed)
     return 1.0 + np.sqrt(speed * eta / sigma)
 
 

@@ -18,14 +18,22 @@ from pywet.young_laplace.meridian import (
     start,
 )
 
+LOOKS = 64
+"""Sections of the meridian that are compared to find the narrowest."""
+
 
 @jit
 def neck_position(y: Floats, ri: float, rj: float, ti: float, tj: float) -> float:
     """Arc length of the narrowest section; the narrower contact line where the profile has no minimum between them."""
     h, t = y[CURVATURE], y[LENGTH]
     w0, w1, w2, _ = start(y, ri, ti)
-    if w1 < 0.0 and slope(t, h, w1, w2) > 0.0:
-        low, high = 0.0, t
+    least, at = w0, 0
+    for k in range(1, LOOKS + 1):  # a meridian that meets a body beyond its equator widens before it narrows
+        width = square(k * t / LOOKS, h, w0, w1, w2)
+        if width < least:
+            least, at = width, k
+    low, high = max(at - 1, 0) * t / LOOKS, min(at + 1, LOOKS) * t / LOOKS
+    if slope(low, h, w1, w2) < 0.0 and slope(high, h, w1, w2) > 0.0:
         for _ in range(100):
             middle = 0.5 * (low + high)
             if slope(middle, h, w1, w2) < 0.0:
@@ -33,7 +41,7 @@ def neck_position(y: Floats, ri: float, rj: float, ti: float, tj: float) -> floa
             else:
                 high = middle
         return 0.5 * (low + high)
-    return 0.0 if w0 <= square(t, h, w0, w1, w2) else t
+    return at * t / LOOKS
 
 
 @jit

@@ -8,6 +8,9 @@ namespace pywet {
 
 static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: numerical zero, 1e-4 of the radius in size
 
+// A film that was drawn dry may be below zero by the last digit; it has nothing to give.
+static double held(double volume) { return std::max(volume, 0.0); }
+
 void Bridges::find_candidates() {
   travel_ = thicker_ = 0;
   thickness_then_ = thickness_;
@@ -113,9 +116,6 @@ void Bridges::propose(int kind, int i, int j, int candidate, const Geometry &g, 
   events_.push_back(e);
 }
 
-// A holder that was asked for all it had may be left with a rounding below zero.
-static double whole(double film) { return std::max(film, 0.0); }
-
 void Bridges::propose_pairs() {
   const double near = 2 * (travel_ + thicker_);
   for (size_t c = 0; c < pairs_.size() && pairs_[c].gap <= near; c++) {
@@ -128,8 +128,8 @@ void Bridges::propose_pairs() {
     Geometry g;
     pair_geometry(pair.a, pair.b, radius(pair.i), radius(pair.j), g);
     check_overlap(g, SPHERE, pair.i, pair.j);
-    propose(SPHERE, pair.i, pair.j, int(c), g, laws.from_sphere(whole(film[pair.i]), g.radius_i, g.radius_j),
-            laws.from_sphere(whole(film[pair.j]), g.radius_j, g.radius_i));
+    propose(SPHERE, pair.i, pair.j, int(c), g, laws.from_sphere(held(film[pair.i]), g.radius_i, g.radius_j),
+            laws.from_sphere(held(film[pair.j]), g.radius_j, g.radius_i));
   }
 }
 
@@ -146,14 +146,14 @@ void Bridges::propose_walls() {
       if (slack > 0 && dot(moved, moved) < slack * slack) continue;
     }
     const Closest near = walls.closest(pair.j, x, pair.site, margin_);
-    const double w = whole(walls.film[near.triangle]) / walls.area[near.triangle];
+    const double w = held(walls.film[near.triangle]) / walls.area[near.triangle];
     if (near.distance >= reach(pair.i) + w) continue;
     Geometry g;
     wall_geometry(pair.a, radius(pair.i), pair.j, near, g);
     check_overlap(g, LARGE_WALL, pair.i, pair.j);
     const bool wire = part.half_width < g.radius_i;
-    const double drawn = wire ? laws.from_sphere_at_wire(whole(film[pair.i]), g.radius_i, part.half_width)
-                              : laws.from_sphere(whole(film[pair.i]), g.radius_i, INF);
+    const double drawn = wire ? laws.from_sphere_at_wire(held(film[pair.i]), g.radius_i, part.half_width)
+                              : laws.from_sphere(held(film[pair.i]), g.radius_i, INF);
     const double drawn_w = wire ? laws.from_wire(w, g.radius_i, part.half_width) : laws.from_wall(w, g.radius_i);
     propose(wire ? SMALL_WALL : LARGE_WALL, pair.i, pair.j, int(c), g, drawn, drawn_w);
   }

@@ -1,0 +1,181 @@
+"""Many small experiments in one engine run: cells far apart in one box, each with its own spheres and its own piece of wall.
+
+What an engine run has only one of (time step, liquid, laws) belongs to the `Batch`; what is a sphere's own (type, place, speed,
+film) or a cell's own (a plate, wires) belongs to the `Cell`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pywet import small
+from pywet.files import write_table
+from pywet.geometry.surface import Surface, make_surface
+from pywet.motion import peak_speed
+from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
+
+Floats = NDArray[np.float64]
+Part = tuple[Floats, float | None]
+
+
+@dataclass(frozen=True)
+class Body:
+    """One sphere of a cell: type, place relative to the cell's middle [m], speed [m/s], spin [1/s], film [m3]."""
+
+    kind: int
+    position: tuple[float, ...]
+    velocity: tuple[float, ...] = (0.0, 0.0, 0.0)
+    spin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    film: float = 0.0
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One experiment; `walls` are parts (corner points of triangles, half width) around the cell's middle."""
+
+    name: str
+    bodies: tuple[Body, ...]
+    walls: tuple[Part, ...] = ()
+    says: dict[str, Any] = field(default_factory=dict)
+    """Parameters, for the table of cases."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Cells that share one engine run."""
+
+    name: str
+    classes: tuple[SphereClass, ...]
+    pairs: tuple[ContactPair, ...]
+    liquid: Liquid
+    effects: Effects
+    time_step: float
+    steps: int
+    cells: tuple[Cell, ...]
+    how: str = "explicit"
+    wall_angle: float = 0.0
+    ranks: int = 1
+    vibration: Vibration | None = None
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    outputs: int = 40
+    room: float = 1.2
+    """Times the way of its spheres that a cell is wide."""
+    windows: tuple[int, int] = (3, 60)
+    """Number and length [steps] of the windows in which every contact is logged."""
+
+    def without(self, names: set[str]) -> Batch:
+        """The batch without some of its cells."""
+        return replace(self, cells=tuple(c for c in self.cells if c.name not in names))
+
+    @property
+    def every(self) -> int:
+        """Steps between outputs."""
+        return max(1, self.steps // self.outputs)
+
+    @property
+    def extent(self) -> float:
+        """Half the room that a cell needs [m]: its size, the ways of its spheres, and a margin beyond any bridge."""
+        radius = max(c.radius_m for c in self.classes)
+        room, seconds = 0.0, self.time_step * self.steps
+        thrown = 2.0 * peak_speed(self.vibration) * seconds if self.vibration else 0.0
+        for cell in self.cells:
+            for body in cell.bodies:
+                way = float(np.linalg.norm(body.velocity)) * seconds
+                room = max(room, float(np.abs(body.position).max()) + way)
+            for corners, _ in cell.walls:
+                room = max(room, float(np.abs(corners).max()))
+        fall = 0.5 * float(np.linalg.norm(self.gravity)) * seconds**2
+        return self.room * (room + thrown) + fall + 5.0 * radius
+
+    def middles(self) -> Floats:
+        """Middle of each cell in the plane z = 0, on a square grid around the origin, shape (n, 3) [m].
+
+        A column of cells lies on x = 0, where two ranks meet.
+        """
+        across = math.ceil(math.sqrt(len(self.cells))) // 2 * 2 + 1
+        k = np.arange(len(self.cells))
+        pitch = 2.0 * self.extent
+        x, y = (k % across - across // 2) * pitch, (k // across - (len(k) - 1) // across / 2.0) * pitch
+        return np.stack([x, y, np.zeros(len(k))], axis=1)
+
+    def owner(self) -> list[str]:
+        """Name of the cell of each sphere id (index 0 unused)."""
+        return ["", *(cell.name for cell in self.cells for _ in cell.bodies)]
+
+
+def bodies_of(batch: Batch) -> list[small.Sphere]:
+    """All spheres, in the order of their ids."""
+    found = []
+    for cell, middle in zip(batch.cells, batch.middles(), strict=True):
+        for body in cell.bodies:
+            x, y, z = (float(c) for c in middle + np.asarray(body.position))
+            vx, vy, vz = body.velocity
+            wx, wy, wz = body.spin
+            found.append(small.Sphere(body.kind, (x, y, z), (vx, vy, vz), (wx, wy, wz)))
+    return found
+
+
+def surface_of(batch: Batch) -> list[Surface]:
+    """The walls of all cells as one mesh, a part for each wall of each cell."""
+    parts = [
+        (corners + middle, width)
+        for cell, middle in zip(batch.cells, batch.middles(), strict=True)
+        for corners, width in cell.walls
+    ]
+    if not parts:
+        return []
+    return [make_surface("cells", "wall", parts, "vibrates" if batch.vibration else "fixed")]
+
+
+def counted(classes: Sequence[SphereClass], cells: Sequence[Cell]) -> list[SphereClass]:
+    """The classes with the number of their spheres."""
+    kinds = [body.kind for cell in cells for body in cell.bodies]
+    return [c.model_copy(update={"count": kinds.count(c.type)}) for c in classes]
+
+
+def thickest_film(batch: Batch) -> float:
+    """First film [m] that the scene states: from it follows how thick films may grow."""
+    return 0.4 * min(c.radius_m for c in batch.classes)
+
+
+def prepare(batch: Batch, run_dir: Path) -> Scene:
+    """Write scene, spheres and their own films into `run_dir`."""
+    middles, extent = batch.middles(), batch.extent
+    low, high = middles.min(axis=0) - 1.5 * extent, middles.max(axis=0) + 1.5 * extent
+    scene = small.prepare(
+        run_dir,
+        counted(batch.classes, batch.cells),
+        bodies_of(batch),
+        batch.pairs,
+        liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": thickest_film(batch)}),
+        effects=batch.effects,
+        walls=surface_of(batch),
+        wall_angle_rad=batch.wall_angle,
+        time_step_s=batch.time_step,
+        steps=batch.steps,
+        gravity=batch.gravity,
+        name=batch.name,
+        box_low_m=tuple(float(v) for v in low),
+        box_high_m=tuple(float(v) for v in high),
+        bin_z_m=float(low[2]),
+        vibration=batch.vibration,
+        viscous_integration=batch.how,
+        output=Output(
+            interval_s=batch.every * batch.time_step,
+            contact_windows=batch.windows[0],
+            contact_window_steps=batch.windows[1],
+        ),
+    )
+    path = run_dir / "history" / "spheres.parquet"
+    table = pd.read_parquet(path)
+    table["film"] = [body.film for cell in batch.cells for body in cell.bodies]
+    write_table(table, path)
+    return scene

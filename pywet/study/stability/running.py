@@ -1,0 +1,99 @@
+"""Runs a batch in the engine; a cell that stops the run by a guard is noted and taken out, and the others run again.
+
+The engine's processes are forked from a server that has everything imported and compiled, so that a run of a few
+milliseconds does not wait for seconds of start-up.
+"""
+
+from __future__ import annotations
+
+import multiprocessing as mp
+import os
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pywet.engines.liggghts import driver, process
+from pywet.errors import PywetError
+from pywet.scene import Scene
+from pywet.study.stability import cells
+
+NAMED = re.compile(r"(?:sphere|spheres) (\d+)")
+PRELOAD = ["pywet.study.stability.warm"]
+
+
+def _child(run_dir: str, folder: str) -> None:
+    """In a forked process: what `python -m pywet.engines.liggghts.worker` does."""
+    from pywet.engines.liggghts import worker
+
+    log = os.open(str(Path(folder) / "output.log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(log, 1)
+    os.dup2(log, 2)
+    process.die_with_parent()
+    code = 0
+    try:
+        worker.run(Path(run_dir), Path(folder))
+    except PywetError as error:
+        os.write(2, f"ERROR: {error}\n".encode())
+        code = 1
+    os._exit(code)
+
+
+def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> None:
+    """Stands in for `process.execute` on one rank."""
+    if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
+        process.execute(command, folder, scene, report)
+        return
+    server = mp.get_context("forkserver")
+    server.set_forkserver_preload(PRELOAD)
+    child = server.Process(target=_child, args=(command[-2], command[-1]))
+    child.start()
+    child.join()
+    if child.exitcode != 0:
+        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {process._reason(folder, child.exitcode or 0)}")
+
+
+def run_cells(
+    batch: cells.Batch,
+    run_dir: Path,
+    allow_unstable: bool = False,
+    divergent: Callable[[cells.Batch, Path], set[str]] | None = None,
+) -> tuple[cells.Batch, dict[str, str]]:
+    """Run until no guard objects; returns the batch of the cells that came through, and the sentences of the others.
+
+    `divergent` names further cells that were already lost when the run stopped.
+    """
+    stopped: dict[str, str] = {}
+    while batch.cells:
+        shutil.rmtree(run_dir, ignore_errors=True)
+        cells.prepare(batch, run_dir)
+        try:
+            launch(run_dir, batch.ranks, allow_unstable)
+            return batch, stopped
+        except PywetError as error:
+            said = str(error)
+            names = re.search(r"LIGGGHTS stopped: (.*)", said, re.DOTALL)
+            found = NAMED.search(names.group(1)) if names else None
+            if found is None:
+                return batch.without({c.name for c in batch.cells}), {
+                    **stopped, **{c.name: said for c in batch.cells}
+                }  # fmt: skip
+            lost = {batch.owner()[int(found.group(1))]}
+            stopped[lost.copy().pop()] = said.partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
+            if divergent is not None:
+                for name in divergent(batch, run_dir) - lost:
+                    stopped[name] = "speeds or overlaps grew without bound when another cell stopped the run"
+                    lost.add(name)
+            batch = batch.without(lost)
+    return batch, stopped
+
+
+def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
+    """One engine run, forked where it has one rank."""
+    usual = driver.execute
+    driver.execute = _forked
+    try:
+        return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable)
+    finally:
+        driver.execute = usual

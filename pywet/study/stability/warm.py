@@ -1,0 +1,13 @@
+"""Imported once by the server that engine processes are forked from: modules loaded, laws compiled."""
+
+from __future__ import annotations
+
+from pywet import small
+from pywet.engines.liggghts import plugin_api, worker
+from pywet.laws import registry
+
+READY = [worker.__name__]
+for _effects in (small.PAPER,):
+    for _kind in plugin_api.SLOTS:
+        for _function in registry.get(_kind, str(getattr(_effects, _kind))).functions:
+            READY.append(f"{_kind} {_function.address}")
