@@ -179,7 +179,7 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
     """
     name = scene.effects.transfer or "parabola"
-    table, grid = registry.transfer_model(name), V_STAR_GRID[[0, -1]] if name == "half" else v_star_grid(scene.transfer_nodes)
+    table, grid = registry.transfer_model(name), v_star_grid(2 if name == "half" else scene.transfer_nodes)
     groups = wall_groups(scene) if scene.effects.wall_films else {}
     rows = []
     for a in scene.classes:
