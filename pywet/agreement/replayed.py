@@ -97,7 +97,7 @@ def screening(results: Path) -> Source:
             continue
         found = [json.loads(f.read_text()) for f in kept]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
-        said = f"{len(found)} cases: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
+        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
         said += "; exact laws come from tables" if row == "screening_exact" else ""
         cells += _cells(row, found, f"../{kept[0].parent.parent.name}/report.html", said, names)
     return Source("screening", cells)
