@@ -66,7 +66,11 @@ def write(
     environment.filters.update({"sig": _significant, "power": _power})
     try:
         text = environment.get_template(TEMPLATE).render(
-            {**context(config, scale, results, picture), "presets": presets.shown(pairs), "table_of_agreement": _beside(out)}
+            {
+                **context(config, scale, results, picture),
+                "presets": presets.shown(pairs),
+                "table_of_agreement": _beside(out),
+            }
         )
     except jinja2.TemplateNotFound as error:
         raise PywetError(
