@@ -195,7 +195,7 @@ MEANINGS = (
     " here, and the law atlas for all laws.",
     "Where nobody knows the truth (beds, screening), a program is set against LIGGGHTS + pywet as the basis, seeds against"
     " seeds; the cell says whether the difference is beyond their spread. Dry beds and moist beds start from the same places:"
-    " where the dry ones agree and the moist ones do not, the bridges make the difference (overlap, walls, volume: the rows above).",
+    " where the dry ones agree and the moist ones do not, the bridges make the difference (overlap, walls, volumes: above).",
 )
 
 
