@@ -194,7 +194,8 @@ MEANINGS = (
     "Against the exact bridge even a correct closed form is off. That is the error of the law: see the rows `exact bridge`"
     " here, and the law atlas for all laws.",
     "Where nobody knows the truth (beds, screening), a program is set against LIGGGHTS + pywet as the basis, seeds against"
-    " seeds; the hint says whether the difference is beyond their spread.",
+    " seeds; the cell says whether the difference is beyond their spread. Dry beds and moist beds start from the same places:"
+    " where the dry ones agree and the moist ones do not, the bridges make the difference (overlap, walls, volumes: above).",
 )
 
 

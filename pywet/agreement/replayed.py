@@ -93,11 +93,14 @@ def screening(results: Path) -> Source:
     ):
         if not kept:
             how = "run `snakemake --cores 2` (or `pywet run 2`) first"
-            cells += [not_run(f"{key}_{row}", LIGGGHTS, how) for key in QUANTITIES]
+            for key in QUANTITIES:
+                cells += [not_run(f"{key}_{row}", column, how) for column in (LIGGGHTS, REFERENCE)]
+                reasons = {**REPLAY_REASONS, **OWN_REASONS.get(key, {})}
+                cells += [impossible(f"{key}_{row}", column, why) for column, why in reasons.items()]
             continue
         found = [json.loads(f.read_text()) for f in kept]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
-        said = f"{len(found)} cases: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
+        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
         said += "; exact laws come from tables" if row == "screening_exact" else ""
         cells += _cells(row, found, f"../{kept[0].parent.parent.name}/report.html", said, names)
     return Source("screening", cells)
