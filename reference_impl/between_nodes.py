@@ -21,14 +21,11 @@ LARGEST = 0.5
 PER_ROW = {"parabola": 12, "young_laplace": 3}
 """Volumes solved for each pair of bodies."""
 BOUND = 0.0011
-"""Stated error of linear interpolation between the nodes of the parabola's table (docs/laws.md). None is stated for the exact split,
-whose slope is infinite where the bridge's way of breaking changes: there the error is reported and not judged."""
+"""Stated error of linear interpolation between the nodes of the parabola's table (docs/laws.md). None is stated for the exact
+split, whose slope is infinite where the bridge's way of breaking changes: there the error is reported and not judged."""
 LARGEST = 0.5
 PER_ROW = {"parabola": 12, "young_laplace": 3}
 """Volumes solved for each pair of bodies."""
-BOUNDS = {"parabola": 0.0011, "young_laplace": 5e-3}
-"""Stated error of linear interpolation between the nodes (docs/laws.md) for the parabola. None is stated for the exact split, whose
-slope is infinite where the way of breaking changes: the limit only says that less than 0.5 % of a bridge goes astray."""
 
 
 def check(run: Run) -> list[Quantity]:
