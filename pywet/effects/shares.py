@@ -19,7 +19,7 @@ RELATIVE_SPEED = 0.1
 """Normal speed of neighbours in a moving bed over the speed that drives it."""
 SHEAR = 0.4
 """Slip over the speed of approach, less what spheres roll off each other; fitted to the scenes of the effects study."""
-WITHIN = {"gravity": 3.0, "capillary": 3.0, "viscous_normal": 10.0, "viscous_tangential": 10.0}
+WITHIN = {"gravity": 3.0, "capillary": 3.0, "viscous_normal": 15.0, "viscous_tangential": 15.0}
 """Factor within which a predicted share claims to hold."""
 
 

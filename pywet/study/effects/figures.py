@@ -156,7 +156,7 @@ def shares(records: dict[str, list[dict[str, Any]]]) -> Figure:
                 axes.loglog(x, y, mark, color=colours[name], ms=8, alpha=0.85)
     line = np.array([3e-6, 1.0])
     axes.loglog(line, line, color="#5c6b79", lw=1)
-    for factor, style in ((3.0, "--"), (10.0, ":")):
+    for factor, style in ((3.0, "--"), (15.0, ":")):
         for f in (factor, 1 / factor):
             axes.loglog(line, line * f, color="#9aa5b1", lw=0.9, ls=style)
     for effect, mark in marks.items():

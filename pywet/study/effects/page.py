@@ -151,7 +151,7 @@ def _shares(records: Records) -> str:
         figures.shares(records),
         "Share of each force in the sum over weight, capillary and viscous forces of |force| × time: predicted before the "
         "run, and taken from 200 steps at which every bridge was logged. Dashed: factor 3 (claimed for weight and capillary "
-        "force); dotted: factor 10 (viscous forces).",
+        "force); dotted: factor 15 (viscous forces).",
     ) + page.paragraph(
         "A share says how much of the pushing an effect does, not whether it matters: in a fast cloud gravity's share is "
         "large and changes little. The decision is made by the numbers of `pywet plan`.",
