@@ -96,7 +96,7 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
         side.set_visible(False)
     keys = [
         (NEEDED, "needed, and the plan keeps it"),
-        (SPARE, "kept to be on the safe side; it could go"),
+        (SPARE, "kept; no harm seen without it"),
         (SAFE, "left out, rightly"),
         (WRONG, "left out, wrongly"),
         (ABSENT, "not in this scene"),
@@ -122,7 +122,14 @@ def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
     at = np.arange(len(names))
     changes = [100 * abs(p.worst.change) for p in plans]
     left.barh(at, changes, color=["#2f7d4f" if p.harmless else WRONG for p in plans], height=0.55)
-    left.errorbar(changes, at, xerr=[100 * p.worst.spread for p in plans], fmt="none", ecolor="#5c6b79", capsize=3)
+    left.errorbar(
+        changes,
+        at,
+        xerr=[0.0 if p.same_as_everything else 100 * p.worst.spread for p in plans],
+        fmt="none",
+        ecolor="#5c6b79",
+        capsize=3,
+    )
     left.axvline(100 * TOLERANCE, color="#b3261e", lw=1.2, ls="--")
     left.text(100 * TOLERANCE, -0.75, " tolerance", color="#b3261e", fontsize=9)
     left.set_xlim(0, max(2.6 * 100 * TOLERANCE, 1.1 * max(changes)))
@@ -156,7 +163,7 @@ def shares(records: dict[str, list[dict[str, Any]]]) -> Figure:
                 axes.loglog(x, y, mark, color=colours[name], ms=8, alpha=0.85)
     line = np.array([3e-6, 1.0])
     axes.loglog(line, line, color="#5c6b79", lw=1)
-    for factor, style in ((3.0, "--"), (10.0, ":")):
+    for factor, style in ((3.0, "--"), (15.0, ":")):
         for f in (factor, 1 / factor):
             axes.loglog(line, line * f, color="#9aa5b1", lw=0.9, ls=style)
     for effect, mark in marks.items():

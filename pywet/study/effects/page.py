@@ -79,8 +79,8 @@ def _plan(records: Records, judged: Judged) -> str:
                 page.Cell(SCENES[name].title, left=True),
                 page.Cell(out, left=True),
                 page.Cell(WORDS[worst.quantity] if plan.changes and not plan.same_as_everything else "–", left=True),
-                f"{100 * worst.change:+.2f} %",
-                f"± {100 * worst.spread:.2f} %",
+                "same run" if plan.same_as_everything else f"{100 * worst.change:+.2f} %",
+                "–" if plan.same_as_everything else f"± {100 * worst.spread:.2f} %",
                 _saved(plan),
                 f"{plan.cpu_s[0]:.1f} → {plan.cpu_s[1]:.1f} s",
                 page.Cell("right" if plan.harmless else "wrong", "good" if plan.harmless else "bad"),
@@ -151,7 +151,7 @@ def _shares(records: Records) -> str:
         figures.shares(records),
         "Share of each force in the sum over weight, capillary and viscous forces of |force| × time: predicted before the "
         "run, and taken from 200 steps at which every bridge was logged. Dashed: factor 3 (claimed for weight and capillary "
-        "force); dotted: factor 10 (viscous forces).",
+        "force); dotted: factor 15 (viscous forces).",
     ) + page.paragraph(
         "A share says how much of the pushing an effect does, not whether it matters: in a fast cloud gravity's share is "
         "large and changes little. The decision is made by the numbers of `pywet plan`.",

@@ -15,8 +15,9 @@ def store(out_dir: Path, where: str) -> Path:
     records = study.read(sorted((out_dir / study.RUNS).glob("*.json")))
     judged = {name: verdict.choices(of) for name, of in records.items()}
     said = (
-        f"median over the scenes of `pywet study effects` ({', '.join(judged)}) of the processor time of the steps with everything "
-        f"on over that without the effect, less one; scenes whose steps took under {verdict.SHORTEST} s are left out; {where}"
+        f"median over the scenes of `pywet study effects` ({', '.join(judged)}) of the processor time of the steps with "
+        f"everything on over that without the effect, less one; scenes whose steps took under {verdict.SHORTEST} s are left "
+        f"out; {where}"
     )
     write_json(STORED, {"provenance": said, "added": verdict.costs(judged)})
     return STORED

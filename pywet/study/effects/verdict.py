@@ -142,10 +142,18 @@ def left_out(records: Iterable[Record]) -> list[str]:
 
 
 def costs(of_all: dict[str, list[Choice]]) -> dict[str, float]:
-    """Effect -> processor time it adds over the run without it, median over the scenes that have it."""
+    """Effect -> processor time it adds over the run without it, median over the scenes that have it.
+
+    Without gravity there is no bed, so that its time says nothing about gravity: it is left out.
+    """
     added: dict[str, list[float]] = {}
     for found in of_all.values():
         for choice in found:
-            if choice.variant.startswith("no ") and not choice.same_as_everything and math.isfinite(choice.saving):
+            if (
+                choice.variant.startswith("no ")
+                and choice.variant != "no gravity"
+                and not choice.same_as_everything
+                and math.isfinite(choice.saving)
+            ):
                 added.setdefault(choice.variant.removeprefix("no "), []).append(choice.saving / (1.0 - choice.saving))
     return {effect: round(float(np.median(values)), 3) for effect, values in added.items()}
