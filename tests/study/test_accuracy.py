@@ -86,10 +86,10 @@ def test_nodes_of_the_sharing_table_reach_the_engine(tmp_path: Path) -> None:
     assert bodies.sharing_error(Setting(transfer_nodes=51), 201)["sharing_ratio"] < 2e-3
 
 
-def test_exact_law_has_no_error_against_the_exact_bridge() -> None:
-    """The table law is within 0.1 % of the force at touch (docs/young_laplace.md), a closed form tens of per cent away."""
-    assert bodies.law_errors(Setting(capillary="exact"))["law_force"] < 1e-3
-    assert bodies.law_errors(Setting(capillary="rabinovich"))["law_force"] > 0.3
+def test_laws_are_as_far_from_the_exact_bridge_as_the_atlas_says() -> None:
+    """At 40 deg and V* = 0.02 Rabinovich's law is tens of per cent too strong, Willett's fit within a few (docs/atlas.md)."""
+    assert 0.3 < bodies.law_errors(Setting(capillary="rabinovich"))["law_force"] < 1.0
+    assert bodies.law_errors(Setting(capillary="willett"))["law_force"] < 0.05
 
 
 def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_chance_is_not() -> None:

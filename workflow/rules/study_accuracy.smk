@@ -20,7 +20,6 @@ rule study_accuracy_round:
         done=f"{ACCURACY}/rounds/{STUDY_SIZE}/{{scene}}-{{seed}}.json",
     params:
         size=STUDY_SIZE,
-        folder=ACCURACY,
         config=str(CONFIG),
     log:
         f"{ACCURACY}/logs/{STUDY_SIZE}/{{scene}}-{{seed}}.log",
@@ -45,7 +44,6 @@ rule study_accuracy:
         mark=touch(f"{ACCURACY}/rounds/{STUDY_SIZE}/page"),  # so that another size makes the page anew
     params:
         size=STUDY_SIZE,
-        folder=ACCURACY,
     log:
         f"{ACCURACY}/logs/page.log",
     script:

@@ -9,7 +9,7 @@ from pywet.study.accuracy import runs
 say = lambda name, done, of: print(f"{done + 1} of {of}: {name}", flush=True)
 with stages.logged(Path(snakemake.log[0])):
     made = runs.do_round(
-        Path(snakemake.params.folder),
+        Path(snakemake.output.done).parents[2],
         snakemake.wildcards.scene,
         int(snakemake.wildcards.seed),
         snakemake.params.size,
