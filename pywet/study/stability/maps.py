@@ -300,10 +300,11 @@ def rows_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     else:
         batch = chart.batch(y)
         left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
-        judged = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)} if left.cells else {}
-        found = [
-            judged.get(c.name) or {"state": "stopped", "said": stopped[c.name], "made": math.nan} for c in batch.cells
-        ]
+        judged: dict[str, dict[str, Any]] = {}
+        if len(stopped) < len(batch.cells):
+            judged = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)}
+        lost = {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
+        found = [lost.get(c.name) or judged[c.name] for c in batch.cells]
     table = pd.DataFrame(found)
     table.insert(0, "x", chart.x[1])
     table.insert(1, "y", y)
