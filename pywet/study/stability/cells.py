@@ -72,7 +72,7 @@ class Batch:
     """Number and length [steps] of the windows in which every contact is logged."""
 
     def without(self, names: set[str]) -> Batch:
-    """Half the room that a cell needs [m]: its size, the ways of its spheres, and a margin beyond any bridge."""
+        """The batch with those cells quiet (dry spheres at rest, apart): the engine wants every type present."""
         return replace(self, cells=tuple(self.still(c) if c.name in names else c for c in self.cells))
 
     def still(self, cell: Cell) -> Cell:

@@ -8,6 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -43,7 +44,7 @@ def edges(centres: Floats, log: bool) -> Floats:
     return np.exp(ends) if log else ends
 
 
-def draw(axes: plt.Axes, chart: Map, table: pd.DataFrame) -> set[str]:
+def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
     """One map; returns the kinds of points that are on it."""
     x, y = chart.x[1], chart.y[1]
     kinds = [kind_of(str(s), str(t)) for s, t in zip(table["state"], table["said"], strict=True)]

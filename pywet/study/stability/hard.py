@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from pywet import small
 from pywet.files import atomic_write
-from pywet.history.initial import film_volume
 from pywet.scene import Liquid, Vibration
 from pywet.study.stability import maps, sweep
 from pywet.study.stability.campaign import bar, slab
@@ -233,6 +232,3 @@ def judged(name: str, run_dir: Path) -> pd.DataFrame:
     table = sweep.judged(batch, run_dir, allow_unstable=name == "guards")
     table["expected"] = ["stopped" if c in MEANT_TO_STOP else "stable" for c in table["case"]]
     return table
-
-
-__all__ = ["MEANT_TO_STOP", "SCENES", "film_volume", "judged", "one"]

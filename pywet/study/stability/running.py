@@ -42,7 +42,7 @@ def _child(run_dir: str, folder: str) -> None:
 def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> None:
     """Stands in for `process.execute` on one rank."""
     if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
-        process.execute(command, folder, scene, report)
+        process.execute(command, folder, scene, report, watch or (lambda: None))
         return
     server = mp.get_context("forkserver")
     server.set_forkserver_preload(PRELOAD)
@@ -77,9 +77,4 @@ def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -
 
 def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
     """One engine run, forked where it has one rank."""
-    usual = driver.execute
-    driver.execute = _forked
-    try:
-        return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable)
-    finally:
-        driver.execute = usual
+    return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)
