@@ -61,7 +61,7 @@ laws = (a, b, c, d)
 
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_film_drawn_dry_to_the_last_digit(tmp_path: Path, seed: int) -> None:
-    """Three bridges ask for more than a film holds; what rounding leaves may be below zero, and a later bridge draws nothing of it.
+    """Three bridges ask for more than a film holds; what is left may be below zero by rounding, and gives nothing.
 
     With these two films the rest is negative: the run used to stop and blame the law.
     """
