@@ -28,6 +28,7 @@ include: "workflow/rules/agreement.smk"
 include: "workflow/rules/engines.smk"
 include: "workflow/rules/study_effects.smk"
 include: "workflow/rules/study_accuracy.smk"
+include: "workflow/rules/study_stability.smk"
 
 
 rule all:

@@ -57,6 +57,14 @@ class Advice:
         return self.limits[0]
 
     @property
+    def elastic_step_s(self) -> float:
+        """Step [s] at which an elastic collision keeps its energy to 1 %: a tenth of the contact's stability limit.
+
+        A collision that begins between two steps makes or loses up to κ/4 of its energy, κ = k Δt²/m; at the limit κ is 4.
+        """
+        return 0.1 * min((m.time_step_s for m in self.limits if m.effect == "contact"), default=math.inf)
+
+    @property
     def lines(self) -> list[str]:
         """As text, one line for each effect's smallest limit."""
         shown: dict[str, Limit] = {}
@@ -66,6 +74,8 @@ class Advice:
             f"{limit.effect:<20}{limit.time_step_s:9.2e} s  {limit.bodies}{'' if limit.stability else ' (resolution)'}"
             for limit in shown.values()
         ]
+        if math.isfinite(self.elastic_step_s):
+            lines.append(f"{'energy to 1 %':<20}{self.elastic_step_s:9.2e} s  of an elastic contact (resolution)")
         part = self.time_step_s / self.governs.time_step_s
         return [
             *lines,

@@ -25,6 +25,8 @@ FORCE_TOLERANCE = 1e-3
 """Stated error of the engine's force table, of the force at touch."""
 RUPTURE_TOLERANCE = 2e-4
 """Stated error of the engine's rupture table, of the distance."""
+TABLE_FROM, BELOW_TABLE = 1e-9, 5e-3
+"""V* at which the table begins, and the stated error of the limit that carries it on to the smallest bridge, V* = 1e-12."""
 LARGEST = 0.5
 """V* at which a larger volume is counted by the engine's tables."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -114,5 +116,7 @@ def check_rupture(events: pd.DataFrame, wall: Floats, ri: Floats, rj: Floats, ti
     rows = chosen(RUPTURES, events["partner_kind"].to_numpy(), np.log(volume), ri) if len(events) else []
     ends = [end(counted(body(n))) for n in shown(rows, len(rows), "exact ruptures")]
     own = np.array([math.nan if e is None else e.separation for e in ends])
-    found = compare("rupture_distance", "itself", logged[rows], own, own, events.iloc[rows], RUPTURE_TOLERANCE)
+    mean = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))[rows]
+    size = own * np.where(volume[rows] < TABLE_FROM * mean**3, BELOW_TABLE / RUPTURE_TOLERANCE, 1.0)
+    found = compare("rupture_distance", "itself", logged[rows], own, size, events.iloc[rows], RUPTURE_TOLERANCE)
     return replace(found, sample_of=len(events))

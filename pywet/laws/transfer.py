@@ -180,7 +180,8 @@ def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float) -> Flo
     if len(known) == 0:
         raise PywetError(
             f"the parabola model has no solution for radii {pair.radius_i:g} and {pair.radius_j:g} m and contact angles "
-            f"{math.degrees(pair.theta_i):g} and {math.degrees(pair.theta_j):g} deg; expected smaller contact angles"
+            f"{math.degrees(pair.theta_i):g} and {math.degrees(pair.theta_j):g} deg; expected smaller contact angles "
+            "or more equal bodies, or the transfer law young_laplace in place of parabola"
         )
     filled[: known[0]] = filled[known[0]]
     return filled

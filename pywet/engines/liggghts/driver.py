@@ -11,7 +11,7 @@ import fcntl
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -71,11 +71,13 @@ def run(
     extra: tuple[str, ...] = (),
     integrate: str = "all",
     allow_unstable: bool = False,
+    launch: Callable[..., Usage] = execute,
 ) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
     Raises `PywetError` for a time step that would be unstable, unless `allow_unstable`.
-    `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed).
+    `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed); `launch` starts the
+    engine's process and waits for it.
     """
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
@@ -96,7 +98,7 @@ def run(
             started = time.monotonic()
             with progress_bar(scene, progress) as report:
                 watch = (lambda: None) if scene.effects.bridges else (lambda: checkpoint.prune(folder))
-                usage = execute(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
+                usage = launch(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
             wall = time.monotonic() - started
             spheres = _collect(scene, run_dir, folder)
             info = RunInfo(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,7 @@ from numpy.typing import NDArray
 
 from pywet import advisor, small
 from pywet.geometry.solids import plate, wire
-from pywet.history.initial import film_volume
-from pywet.scene import ContactPair, Effects, Liquid, SphereClass
+from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass
 from pywet.study.stability import cells
 from pywet.study.stability.cells import Batch, Body, Cell, Part
 
@@ -281,8 +281,6 @@ def draw_batch(seed: int, number: int, count: int = PER_BATCH) -> Batch:
 
 def with_step(batch: Batch, part: float, preset: str, e: float) -> Batch:
     """The batch at a part of the smallest step that the advisor allows, with all parameters in the cells' tables."""
-    from dataclasses import replace
-
     limit = allowed_step(batch)
     step = part * limit
     shared = {
@@ -297,15 +295,12 @@ def with_step(batch: Batch, part: float, preset: str, e: float) -> Batch:
 
 def allowed_step(batch: Batch) -> float:
     """Smallest stability limit of the advisor for the batch's spheres, each dense cluster counting as a packing [s]."""
-    scene = small.Scene(
+    scene = Scene(
         name=batch.name, seed=0, classes=tuple(cells.counted(batch.classes, batch.cells)), pairs=batch.pairs,
         liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": cells.thickest_film(batch)}),
         walls=tuple(small.wall_mesh(w, batch.wall_angle) for w in cells.surface_of(batch)),
         vibration=None, slide=None, effects=batch.effects, viscous_integration=batch.how,  # type: ignore[arg-type]
-        box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file="spheres.parquet",
-        time_step_s=1e-9, duration_s=1e-6, output={"interval_s": 1e-9}, bin_z_m=-1.0,
+        box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
+        time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,
     )  # fmt: skip
     return min(limit.time_step_s for limit in advisor.advise(scene).limits if limit.stability)
-
-
-__all__ = ["draw_batch", "film_volume"]

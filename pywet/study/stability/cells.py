@@ -72,8 +72,14 @@ class Batch:
     """Number and length [steps] of the windows in which every contact is logged."""
 
     def without(self, names: set[str]) -> Batch:
-        """The batch without some of its cells."""
-        return replace(self, cells=tuple(c for c in self.cells if c.name not in names))
+        """The batch with those cells quiet (dry spheres at rest, apart): the engine wants every type present."""
+        return replace(self, cells=tuple(self.still(c) if c.name in names else c for c in self.cells))
+
+    def still(self, cell: Cell) -> Cell:
+        """A cell whose spheres do nothing."""
+        apart = 4.0 * max(c.radius_m for c in self.classes)
+        bodies = tuple(Body(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(cell.bodies))
+        return replace(cell, bodies=bodies, walls=())
 
     @property
     def every(self) -> int:

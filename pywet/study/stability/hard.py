@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from pywet import small
 from pywet.files import atomic_write
-from pywet.history.initial import film_volume
 from pywet.scene import Liquid, Vibration
 from pywet.study.stability import maps, sweep
 from pywet.study.stability.campaign import bar, slab
@@ -153,16 +152,19 @@ TEN_G = 10.0 * 9.81 / (SCREEN * (2.0 * math.pi * HERTZ) ** 2)
 
 
 def thick() -> Batch:
-    """10 Pa s, semi-implicit, contact angles of 89 degrees."""
-    classes = (sphere_class(1, R, math.radians(89.0)), sphere_class(2, TINY, math.radians(89.0)))
+    """10 Pa s, semi-implicit, contact angles of 0 and 89 degrees; the second size is half the first."""
+    half, film = 0.5 * R, of(0.1, 0.5 * R)
+    classes = (sphere_class(1, R, math.radians(89.0)), sphere_class(2, half, 0.0))
+    unlike = (Body(1, (0.0, 0.0, 0.0), film=of(0.1)), Body(2, (0.0, 0.0, R + half), (0.0, 0.0, 0.3), film=film))
+    lying = (Body(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
     cells = (
-        Cell("10 Pa s, dense lattice", dense(of(0.05), 0.05)),
+        Cell("10 Pa s, dense lattice", dense(of(0.05, half), 0.05, kind=2, radius=half)),
+        Cell("10 Pa s, 89 degrees, dense lattice", dense(of(0.05), 0.02)),
         Cell("10 Pa s, collision at 1 m/s", two(1e-3, 1.0, (of(0.5), of(0.5)))),
         Cell("10 Pa s, pulled apart", two(0.0, -0.5, (of(0.05), of(0.05)))),
-        Cell("89 degrees, size ratio 10, pulled apart", two(0.0, -0.3, (of(0.1), of(0.1, TINY)), (1, 2))),
-        Cell("89 degrees, dense lattice", dense(of(0.05, TINY), 0.02, kind=2, radius=TINY)),
-        Cell("89 degrees at a plate", (Body(2, (0.0, 0.0, TINY + 5e-6), (0.1, 0.0, -0.05), film=of(0.2, TINY)),), tuple(slab(0.004))),
-    )  # fmt: skip
+        Cell("angles of 0 and 89 degrees", unlike),
+        Cell("89 degrees at a plate", lying, tuple(slab(0.01))),
+    )
     return Batch(
         name="hard-thick", classes=classes, pairs=springs([2e4, 2e3], 0.8), liquid=liquid(10.0), effects=small.PAPER,
         time_step=4e-6, steps=2500, cells=cells, how="semi_implicit", wall_angle=math.radians(89.0), windows=(3, 60),
@@ -230,6 +232,3 @@ def judged(name: str, run_dir: Path) -> pd.DataFrame:
     table = sweep.judged(batch, run_dir, allow_unstable=name == "guards")
     table["expected"] = ["stopped" if c in MEANT_TO_STOP else "stable" for c in table["case"]]
     return table
-
-
-__all__ = ["MEANT_TO_STOP", "SCENES", "film_volume", "judged", "one"]

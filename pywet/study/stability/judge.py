@@ -181,7 +181,7 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
     """Energy made over the energy in play, what the order of the method allows, and all that was made, shape (cells,) each.
 
     Allowed is the force at each event times the way of one step (a bridge acts from the step after its formation on), a third of
-    k dt²/m of the energy in play (the leapfrog's own swing), and round-off.
+    k dt²/m of the energy in play (the leapfrog's own swing), and round-off of the places.
     """
     kinetic, touching, potential = moving(run), springs(run), falling(run)
     standing = run.by_cell(run.bridges, "i", stored(run, run.bridges))
@@ -201,7 +201,15 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
         play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2
     )  # below, round-off of places is all there is
     made, raw = np.max(gained / play, axis=0), np.max((total - total[0]) / play, axis=0)
-    return made, np.array([order(run, n) for n in range(len(run.batch.cells))]), raw
+    held = (touching + np.abs(standing)).max(axis=0) / play.max(axis=0)
+    return made, np.array([order(run, n) for n in range(len(run.batch.cells))]) + held * rounding(run, kinetic), raw
+
+
+def rounding(run: Run, kinetic: Floats) -> Floats:
+    """Last digit of a place over the way of one step, shape (cells,): springs and bridges are stretched that much too far."""
+    coordinate = float(np.abs(run.trajectory[["x", "y", "z"]].to_numpy(float)).max())
+    way = np.sqrt(2.0 * kinetic.max(axis=0) / run.mass.min()) * run.batch.time_step
+    return np.asarray(np.minimum(1.0, np.spacing(coordinate) / np.maximum(way, 1e-300)), dtype=np.float64)
 
 
 def order(run: Run, cell: int) -> float:

@@ -21,7 +21,7 @@ from pywet import advisor, small
 from pywet.files import atomic_write
 from pywet.history.initial import film_volume
 from pywet.laws import registry
-from pywet.scene import ContactPair, Liquid, SphereClass
+from pywet.scene import ContactPair, Liquid, Output, Scene, SphereClass
 from pywet.study.stability import cells, judge, running
 from pywet.study.stability.cells import Batch, Body, Cell
 
@@ -111,12 +111,12 @@ def advised(batch: Batch, film: float, effects: tuple[str, ...] | None = None) -
     Stability limits, or those of the named effects.
     """
     many = replace(batch, cells=())
-    scene = small.Scene(
+    scene = Scene(
         name="map", seed=0, classes=many.classes, pairs=many.pairs,
         liquid=many.liquid.model_copy(update={"initial_film_thickness_m": film}), walls=(), vibration=None, slide=None,
         effects=many.effects, viscous_integration=many.how,  # type: ignore[arg-type]
         box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
-        time_step_s=1e-9, duration_s=1e-6, output={"interval_s": 1e-9}, bin_z_m=-1.0,  # type: ignore[arg-type]
+        time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,  # type: ignore[arg-type]
     )  # fmt: skip
     limits = advisor.advise(scene).limits
     return min(m.time_step_s for m in limits if (m.stability if effects is None else m.effect in effects))
@@ -300,10 +300,11 @@ def rows_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     else:
         batch = chart.batch(y)
         left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
-        judged = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)} if left.cells else {}
-        found = [
-            judged.get(c.name) or {"state": "stopped", "said": stopped[c.name], "made": math.nan} for c in batch.cells
-        ]
+        judged: dict[str, dict[str, Any]] = {}
+        if len(stopped) < len(batch.cells):
+            judged = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)}
+        lost = {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
+        found = [lost.get(c.name) or judged[c.name] for c in batch.cells]
     table = pd.DataFrame(found)
     table.insert(0, "x", chart.x[1])
     table.insert(1, "y", y)

@@ -10,7 +10,6 @@ import multiprocessing as mp
 import os
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +39,10 @@ def _child(run_dir: str, folder: str) -> None:
     os._exit(code)
 
 
-def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> None:
-    """Stands in for `process.execute` on one rank."""
+def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> process.Usage:
+    """Stands in for `process.execute` on one rank; what it used is not asked for."""
     if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
-        process.execute(command, folder, scene, report)
-        return
+        return process.execute(command, folder, scene, report, watch or (lambda: None))
     server = mp.get_context("forkserver")
     server.set_forkserver_preload(PRELOAD)
     child = server.Process(target=_child, args=(command[-2], command[-1]))
@@ -52,48 +50,31 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
     child.join()
     if child.exitcode != 0:
         raise PywetError(f"{scene.name}: LIGGGHTS stopped: {process._reason(folder, child.exitcode or 0)}")
+    return process.Usage(0.0, None)
 
 
-def run_cells(
-    batch: cells.Batch,
-    run_dir: Path,
-    allow_unstable: bool = False,
-    divergent: Callable[[cells.Batch, Path], set[str]] | None = None,
-) -> tuple[cells.Batch, dict[str, str]]:
-    """Run until no guard objects; returns the batch of the cells that came through, and the sentences of the others.
+def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -> tuple[cells.Batch, dict[str, str]]:
+    """Run until no guard objects; returns the batch as it came through, and the sentences of the cells that were quieted.
 
-    `divergent` names further cells that were already lost when the run stopped.
+    Where the sentence names no sphere, all cells get it.
     """
     stopped: dict[str, str] = {}
-    while batch.cells:
+    while True:
         shutil.rmtree(run_dir, ignore_errors=True)
         cells.prepare(batch, run_dir)
         try:
             launch(run_dir, batch.ranks, allow_unstable)
             return batch, stopped
         except PywetError as error:
-            said = str(error)
-            names = re.search(r"LIGGGHTS stopped: (.*)", said, re.DOTALL)
-            found = NAMED.search(names.group(1)) if names else None
-            if found is None:
-                return batch.without({c.name for c in batch.cells}), {
-                    **stopped, **{c.name: said for c in batch.cells}
-                }  # fmt: skip
-            lost = {batch.owner()[int(found.group(1))]}
-            stopped[lost.copy().pop()] = said.partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
-            if divergent is not None:
-                for name in divergent(batch, run_dir) - lost:
-                    stopped[name] = "speeds or overlaps grew without bound when another cell stopped the run"
-                    lost.add(name)
-            batch = batch.without(lost)
-    return batch, stopped
+            said = str(error).partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
+            found = NAMED.search(said)
+            name = batch.owner()[int(found.group(1))] if found else ""
+            if not name or name in stopped:
+                return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
+            stopped[name] = said
+            batch = batch.without({name})
 
 
 def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
     """One engine run, forked where it has one rank."""
-    usual = driver.execute
-    driver.execute = _forked
-    try:
-        return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable)
-    finally:
-        driver.execute = usual
+    return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)

@@ -47,8 +47,10 @@ def by_the_law(batch: Batch, names: set[str], run_dir: Path, allow_unstable: boo
         effects=batch.effects.model_copy(update={"viscous_tangential": PASSIVE}),
         cells=tuple(c for c in batch.cells if c.name in names),
     )
-    left, _ = running.run_cells(passive, run_dir, allow_unstable)
-    return {v.cell for v in judge.verdicts(left, run_dir) if v.state == "stable"} if left.cells else set()
+    left, stopped = running.run_cells(passive, run_dir, allow_unstable)
+    if len(stopped) == len(passive.cells):
+        return set()
+    return {v.cell for v in judge.verdicts(left, run_dir) if v.state == "stable" and v.cell not in stopped}
 
 
 def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.DataFrame:
@@ -56,8 +58,8 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     left, stopped = running.run_cells(batch, run_dir, allow_unstable)
     rows: list[dict[str, Any]] = []
     replayed, books, found = {}, {"identity": 0.0, "drag": 0.0}, {}
-    if left.cells:
-        found = {v.cell: v for v in judge.verdicts(left, run_dir)}
+    if len(stopped) < len(batch.cells):
+        found = {v.cell: v for v in judge.verdicts(left, run_dir) if v.cell not in stopped}
         replayed, books = objected(left, run_dir), judge.budget(run_dir)
     made = {v.cell for v in found.values() if v.state == "energy"}
     explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
