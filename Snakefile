@@ -24,6 +24,7 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/collisions.smk"
 include: "workflow/rules/atlas.smk"
 include: "workflow/rules/spheres.smk"
+include: "workflow/rules/study_effects.smk"
 
 
 rule all:

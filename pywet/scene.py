@@ -110,7 +110,12 @@ class Effects(Strict):
     dynamic_rupture: str | None = None
     formation: str | None = None
     transfer: str | None = None
+    wall_films: bool = True
+    """Bridges between spheres and walls; off: the liquid never meets a wall."""
     rolling: bool = True
+    tangential_history: bool = True
+    """Friction as a spring that remembers the slip; off: a drag up to the same Coulomb limit, without static friction."""
+    gravity: bool = True
 
     @model_validator(mode="after")
     def _complete(self) -> Effects:
@@ -171,6 +176,8 @@ class Scene(Strict):
             raise ValueError(f"scene {self.name}: no contact data for the pairs {sorted(want - have)} (0 is a wall)")
         if self.effects.bridges and self.liquid is None:
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
+        if not self.effects.gravity and any(self.gravity_m_per_s2):
+            raise ValueError(f"scene {self.name}: gravity is off in its effects but gravity_m_per_s2 is not zero")
         if self.rotation is None and any(w.motion == "turns" for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self

@@ -17,7 +17,7 @@ CLOSED: dict[str, set[str]] = {
     "rupture": set(laws.RUPTURE),
     "dynamic_rupture": {"pitois"},
     "formation": {"shi_mccarthy"},
-    "transfer": {"parabola"},
+    "transfer": {"parabola", "half"},
 }
 """Names of the laws in closed form, by effect (for the transfer ratio: the parabola, solved at nodes of the table)."""
 SOLVED = {"capillary", "rupture", "transfer"}

@@ -202,6 +202,9 @@ def check(run: Run) -> list[Quantity]:
         if solved:
             at = np.unique(np.linspace(0, len(nodes) - 1, max(2, EXACT_NODES // len(held))).astype(int))
             mine = exact_ratios(kind, ri, rj, ti, tj, nodes, at)
+        elif coverage.law(run, "transfer") == "half":
+            at = np.arange(len(nodes))
+            mine = np.full(len(nodes), 0.5)
         else:
             at = np.unique(np.linspace(first, len(nodes) - 1, 40).astype(int))
             mine = own_ratio(kind, ri, rj, ti, tj, nodes[at])

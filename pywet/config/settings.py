@@ -41,7 +41,11 @@ class EffectSettings(Strict):
     viscous_normal: Switch = "auto"
     viscous_tangential: Switch = "auto"
     dynamic_rupture: Switch = "auto"
+    wall_films: Switch = "auto"
+    sharing_by_size: Switch = "auto"
     rolling: Switch = "auto"
+    tangential_history: Switch = "auto"
+    gravity: Switch = "auto"
 
 
 class TimeStepSettings(Strict):

@@ -107,7 +107,7 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
             formation.formation_wire,
         )
     },
-    "transfer": {"parabola": (), "young_laplace": ()},
+    "transfer": {"parabola": (), "young_laplace": (), "half": ()},
 }
 BUILT_IN["capillary"]["davis"] = (davis.capillary,)
 BUILT_IN["viscous_normal"]["davis"] = (davis.normal,)
@@ -116,7 +116,11 @@ BUILT_IN["rupture"]["davis"] = (davis.rupture,)
 BUILT_IN["formation"]["davis"] = davis.FORMATION
 
 
-TRANSFER = {"parabola": transfer.transfer_table, "young_laplace": transfer_exact.exact_table}
+TRANSFER = {
+    "parabola": transfer.transfer_table,
+    "young_laplace": transfer_exact.exact_table,
+    "half": transfer.halves,
+}
 """Transfer models: functions that give a table over V*, see `transfer_table`."""
 
 

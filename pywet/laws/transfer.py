@@ -177,3 +177,16 @@ def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float) -> Flo
         )
     filled[: known[0]] = filled[known[0]]
     return filled
+
+
+def halves(
+    radius_i: float, size_j: float, theta_i: float, theta_j: float, kind: int, v_star: Floats = V_STAR_GRID
+) -> Floats:
+    """Half of a broken bridge to either side, T_i = 1/2 whatever the sizes: sharing by size switched off.
+
+    Arguments as `transfer_table` [m, rad, -]. Exact for equal spheres; no source, a simplification to compare with.
+
+    >>> halves(2e-3, 1e-3, 0.5, 0.5, SPHERE, np.array([0.0, 0.1])).tolist()
+    [0.5, 0.5]
+    """
+    return np.full(len(v_star), 0.5)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
-from pywet.effects import EffectPlan
+from pywet.effects import GRAVITY, EffectPlan
 from pywet.effects import plan as plan_effects
 from pywet.files import write_json, write_table
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill, write_stl
@@ -89,6 +89,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
             travel_s=apparatus.slide_travel / speed,
         ),
         effects=made.plan.effects,
+        gravity_m_per_s2=(0.0, 0.0, -GRAVITY if made.plan.effects.gravity else 0.0),
         viscous_integration=config.settings.time_step.viscous_integration,
         box_low_m=apparatus.box_low,
         box_high_m=apparatus.box_high,

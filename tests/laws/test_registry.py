@@ -70,7 +70,7 @@ def test_law_from_a_file(own: Path) -> None:
         ("dynamic_rupture", "{own}:undecorated", "not decorated with @force_law"),
         ("capillary", "{own}:steady", r"takes \(speed, viscosity, surface_tension\); expected \(separation, volume"),
         ("viscous_tangential", "{own}:moving", "has 1 functions; expected 2"),
-        ("transfer", "{own}:steady", "cannot be a user's own; expected parabola"),
+        ("transfer", "{own}:steady", "cannot be a user's own; expected half, parabola"),
     ],
 )
 def test_wrong_names_are_answered_in_one_sentence(own: Path, kind: str, name: str, says: str) -> None:

@@ -39,6 +39,15 @@ def damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
     return exact / (1.0 + exact * time_step / (4.0 * m_eff))
 
 
+def sliding_drag(m_eff: float, time_step: float) -> float:
+    """Drag [kg/s] of friction without memory: force min(c v, mu F_n) against the slip v.
+
+    c = m_eff/(28 dt) is half of what a dense packing bears at that step, with spin (c < 2/7 m_eff/(4 dt)); a sphere at rest on a
+    slope then creeps at about mu g 28 dt, some tenths of a millimetre per second.
+    """
+    return m_eff / (28.0 * time_step)
+
+
 def _partners(scene: Scene, pair: ContactPair) -> tuple[SphereClass, SphereClass | None]:
     return scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
 
@@ -58,7 +67,7 @@ def property_matrices(scene: Scene) -> dict[str, str]:
             pair.normal_stiffness_N_per_m,
             pair.tangential_stiffness_N_per_m,
             damping(pair, m_eff, scene.time_step_s),
-            0.0,
+            0.0 if scene.effects.tangential_history else sliding_drag(m_eff, scene.time_step_s),
             pair.friction,
             pair.rolling_friction_m / r_red,
         )
@@ -125,7 +134,7 @@ def movers(scene: Scene) -> list[dict[str, str]]:
 
 def mesh_style(scene: Scene, wall: WallMesh) -> str:
     """A moving wall of a moist scene keeps the sum of its contact forces, from which its work follows."""
-    if not scene.effects.bridges or wall.motion == "fixed":
+    if not scene.effects.bridges or not scene.effects.wall_films or wall.motion == "fixed":
         return "mesh/surface"
     return "mesh/surface/stress"
 
@@ -225,6 +234,8 @@ def write_deck(
         "types": len(scene.classes) + 1,
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
+        "friction": "history" if scene.effects.tangential_history else "no_history",
+        "drag": "off" if scene.effects.tangential_history else "on",
         "skin": repr(skin(scene)),
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),

@@ -23,7 +23,7 @@ from pywet import advisor
 from pywet.engines.liggghts import checkpoint, deck, windows
 from pywet.engines.liggghts.build import ENGINE_VERSION, package_version, plugin_path
 from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
-from pywet.engines.liggghts.process import execute, progress_bar
+from pywet.engines.liggghts.process import LOOP_TIME, Usage, execute, progress_bar
 from pywet.engines.liggghts.tables import prepare_laws
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
@@ -48,6 +48,12 @@ class RunInfo:
     """Checkpoint this run went on from; None when it began at the start. `wall_s` counts from there."""
     ledger_error: float | None
     """|Σ films + Σ bridges + Σ walls + left − initial| / initial, the largest over all outputs; None for a dry run."""
+    cpu_s: float = 0.0
+    """Processor time of the engine's process (with more ranks: of all of them)."""
+    loop_cpu_s: float | None = None
+    """The same for the time steps alone, without Python's start and the compilation of laws; None where not known."""
+    peak_memory_B: int | None = None
+    """Largest resident memory of the engine's process (of one rank: not known with more)."""
 
 
 def output_steps(scene: Scene) -> list[int]:
@@ -89,7 +95,7 @@ def run(
             started = time.monotonic()
             with progress_bar(scene, progress) as report:
                 watch = (lambda: None) if scene.effects.bridges else (lambda: checkpoint.prune(folder))
-                execute(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
+                usage = execute(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
             wall = time.monotonic() - started
             spheres = _collect(scene, run_dir, folder)
             info = RunInfo(
@@ -101,6 +107,9 @@ def run(
                 plugin_hash=plugin.stem.removeprefix("libpywet-") if plugin else None,
                 resumed_at_step=point.step if point else None,
                 ledger_error=ledger_error(run_dir) if scene.effects.bridges else None,
+                cpu_s=usage.cpu_s,
+                loop_cpu_s=_loop_cpu(folder, scene, usage),
+                peak_memory_B=usage.peak_memory_B if ranks == 1 else None,
             )
             _finish(run_dir, folder, info)
     except OSError as error:
@@ -108,6 +117,14 @@ def run(
             f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
         ) from error
     return info
+
+
+def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
+    """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
+    if not scene.effects.bridges:
+        return usage.cpu_s
+    account = folder / LOOP_TIME
+    return float(account.read_text()) if account.exists() else None
 
 
 @contextmanager

@@ -73,7 +73,7 @@ class Plugin:
         self._set_laws(scene)
         self._set_transfer(tables)
         groups = wall_groups(scene)
-        for wall in scene.walls:
+        for wall in scene.walls if scene.effects.wall_films else ():
             self._add_mesh(wall, nodes[wall.name], groups)
         ids, types, films = _ints(spheres["id"]), _ints(spheres["type"]), _doubles(spheres["film"])
         self._library.pywet_set_spheres(C.c_int(len(ids)), _pointer(ids), _pointer(types), _pointer(films))
@@ -178,16 +178,18 @@ def transfer_tables(scene: Scene) -> pd.DataFrame:
 
     Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
     """
-    table = registry.transfer_model(scene.effects.transfer or "parabola")
+    name = scene.effects.transfer or "parabola"
+    table, grid = registry.transfer_model(name), V_STAR_GRID[[0, -1]] if name == "half" else V_STAR_GRID
+    groups = wall_groups(scene) if scene.effects.wall_films else {}
     rows = []
     for a in scene.classes:
         cases = [(SPHERE, b.type, b.radius_m, b.contact_angle_rad) for b in scene.classes]
-        for (width, angle), group in wall_groups(scene).items():
+        for (width, angle), group in groups.items():
             wire = width < a.radius_m
             cases.append((SMALL_WALL if wire else LARGE_WALL, group, width, angle))
         for kind, other, size, angle in cases:
-            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, V_STAR_GRID)
+            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, grid)
             row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
             row["part_class"] = -1 if kind == SPHERE else other
-            rows.append(pd.DataFrame({**row, "v_star": V_STAR_GRID, "transfer_i": values}))
+            rows.append(pd.DataFrame({**row, "v_star": grid, "transfer_i": values}))
     return pd.concat(rows, ignore_index=True)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import ctypes
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
@@ -18,8 +20,33 @@ from pywet.errors import PywetError
 from pywet.scene import Scene
 
 Report = Callable[[int, int], None]
+LOOP_TIME = "loop_cpu_s.txt"
+"""File in which a moist run's first rank leaves the processor time of its steps [s]."""
 DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What the engine's process took: processor time [s], largest resident memory [B] (None: too short to be seen)."""
+
+    cpu_s: float
+    peak_memory_B: int | None
+
+
+def peak_memory(pid: int) -> int | None:
+    """Largest resident memory of a living process so far [B]; None where it is gone or the system does not say."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    except OSError:
+        return None
+    found = next((line.split()[1] for line in lines if line.startswith("VmHWM:")), None)
+    return None if found is None else 1024 * int(found)
+
+
+def _children_cpu() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def die_with_parent() -> None:
@@ -68,8 +95,9 @@ def _line_reporter(scene: Scene) -> Report:
 
 def execute(
     command: list[str], folder: Path, scene: Scene, report: Report, watch: Callable[[], None] = lambda: None
-) -> None:
+) -> Usage:
     """Run the engine in `folder` to its end; `watch` is called a few times a second."""
+    before, peak = _children_cpu(), None
     environment = {
         **os.environ,
         "OMP_NUM_THREADS": "1",
@@ -90,6 +118,7 @@ def execute(
         try:
             while child.poll() is None:
                 time.sleep(0.2)
+                peak = peak_memory(child.pid) or peak
                 report(last_step(folder / LOG), scene.steps)
                 watch()
         except BaseException:
@@ -99,6 +128,7 @@ def execute(
         raise PywetError(
             f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})"
         )
+    return Usage(_children_cpu() - before, peak)
 
 
 def _reason(folder: Path, returncode: int) -> str:

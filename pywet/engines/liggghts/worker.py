@@ -10,13 +10,14 @@ import ctypes as C
 import json
 import os
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts.plugin_api import Plugin
-from pywet.engines.liggghts.process import die_with_parent
+from pywet.engines.liggghts.process import LOOP_TIME, die_with_parent
 from pywet.errors import PywetError
 from pywet.scene import Scene
 
@@ -49,9 +50,17 @@ def run(run_dir: Path, folder: Path) -> None:
     plugin.attach(engine, folder)
     if schedule["resume"]:
         plugin.resume(Path(schedule["resume"]["state"]), schedule["resume"]["restore_forces"])
+    before = time.process_time()
     library.lammps_file(engine, b"run.liggghts")
+    if plugin_rank() == 0:
+        Path(LOOP_TIME).write_text(f"{time.process_time() - before:.6f}\n")
     library.lammps_close(engine)
     plugin.finish()
+
+
+def plugin_rank() -> int:
+    """Rank of this process, 0 without mpirun."""
+    return int(os.environ.get("OMPI_COMM_WORLD_RANK", "0"))
 
 
 def main() -> int:

@@ -1,0 +1,23 @@
+"""What each effect costs, as measured by `pywet study effects` and kept in costs.json with where and how."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+STORED = Path(__file__).with_name("costs.json")
+
+
+@cache
+def measured_costs() -> dict[str, float]:
+    """Effect -> processor time it adds, over that of the same run without it; median over the scenes that use it."""
+    if not STORED.exists():
+        return {}
+    found: dict[str, float] = json.loads(STORED.read_text())["added"]
+    return found
+
+
+def provenance() -> str:
+    """Where, when and how the stored costs were measured."""
+    return str(json.loads(STORED.read_text())["provenance"]) if STORED.exists() else "not measured"

@@ -1,0 +1,26 @@
+"""Keeps the measured costs of the effects for the plan: `python -m pywet.study.effects.store results/studies WHERE`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from pywet.effects.costs import STORED
+from pywet.files import write_json
+from pywet.study.effects import study, verdict
+
+
+def store(out_dir: Path, where: str) -> Path:
+    """Write costs.json from the records in `out_dir`; `where`: machine and date, for the provenance."""
+    records = study.read(sorted((out_dir / study.RUNS).glob("*.json")))
+    judged = {name: verdict.choices(of) for name, of in records.items()}
+    said = (
+        f"median over the scenes of `pywet study effects` ({', '.join(judged)}) of the processor time of the steps with everything "
+        f"on over that without the effect, less one; scenes whose steps took under {verdict.SHORTEST} s are left out; {where}"
+    )
+    write_json(STORED, {"provenance": said, "added": verdict.costs(judged)})
+    return STORED
+
+
+if __name__ == "__main__":
+    print(store(Path(sys.argv[1]), sys.argv[2]))

@@ -1,0 +1,10 @@
+"""All choices of effects of one scene with one seed."""
+
+from pathlib import Path
+
+from pywet import stages
+from pywet.study.effects import study
+
+given = snakemake.params
+with stages.logged(Path(snakemake.log[0]), echo=False):
+    study.run_one(Path(snakemake.output.records).parents[2], given.scene, int(given.seed))
