@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import contributions, interpolation, io, newton, window
+from reference_impl import between_nodes, contributions, io, newton, window
 from reference_impl.compare import Quantity
 
 NOT_RECORDED = (
@@ -20,11 +20,11 @@ def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, 
     found: list[Quantity] = []
     more: dict[str, Any] = {"newton": None, "transfer_interpolation": None}
     if run is not None:
-        between = interpolation.check(run)
-        if interpolation.judged(run):
+        between = between_nodes.check(run)
+        if between_nodes.judged(run):
             found += between
         elif between:
-            more["transfer_interpolation"] = {**between[0].as_dict(), "note": interpolation.note(between[0])}
+            more["transfer_interpolation"] = {**between[0].as_dict(), "note": between_nodes.note(between[0])}
     if not window.recorded(folder):
         return found, more
     setup = window.read(folder)
