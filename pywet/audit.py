@@ -2,7 +2,8 @@
 
 Reads plan.json and contributions.json of a run directory, writes audit.json beside them. A plan is wrong where it left out or
 called negligible what contributes more than its tolerance, or where a predicted share and the measured one differ by more than
-the tolerance and by more than the factor to which the prediction claims to hold.
+the tolerance and by more than the factor to which the prediction claims to hold. (The number that decides an effect is held
+against the measure only where no share was predicted: it need not be a share itself.)
 """
 
 from __future__ import annotations
