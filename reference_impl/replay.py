@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, forces, io, liquid, transfer
+from reference_impl import coverage, diagnosis, faults, forces, io, liquid, transfer
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
@@ -22,12 +22,14 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         *forces.check(run),
         *transfer.check(run),
     ]
+    failed = [q.name for q in quantities if not q.ok]
     result = {
-        "ok": all(q.ok for q in quantities),
+        "ok": not failed,
         "events": len(run.table("events")),
         "contacts": len(run.table("contacts")),
         "unchecked": coverage.unchecked(run),
         "notes": coverage.notes(run),
+        "diagnosis": faults.find(run, tables, failed) if failed else None,
         "wall_s": time.monotonic() - started,
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
@@ -42,4 +44,4 @@ def table(result: dict[str, Any]) -> str:
         marks = f"  sample of {q['sample_of']}" if q["sample_of"] is not None else ""
         marks += "" if q["ok"] else "  <-- beyond its limit"
         lines.append(f"{name:24s} {q['count']:9d} {q['largest']:9.1e} {q['median']:9.1e} {q['tolerance']:8.0e}{marks}")
-    return "\n".join([*lines, *result["notes"]])
+    return "\n".join([*lines, *result["notes"], *diagnosis.text(result["diagnosis"])])

@@ -182,10 +182,8 @@ def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: F
     return np.array([np.nan if v is None else v for v in values])
 
 
-def check(run: Run) -> list[Quantity]:
-    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
-    if not coverage.known(run, "transfer"):
-        return []
+def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
+    """Some nodes of every row of the engine's table where there is an own solution: which, logged, own, tolerance."""
     solved = coverage.solved(run, "transfer")
     table, types = run.table("transfer"), {t["type"]: t for t in run.meta["types"]}
     held = Tables(table).rows()
@@ -210,7 +208,13 @@ def check(run: Run) -> list[Quantity]:
                 rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
                 logged.append(values[n])
                 own.append(v)
-    found, where = np.array(own), pd.DataFrame(rows)
-    tolerance = EXACT_TOLERANCE if solved else TABLE_TOLERANCE
-    result = compare("transfer_table", "one", np.array(logged), found, np.ones(len(found)), where, tolerance)
-    return [replace(result, sample_of=len(table))]
+    return pd.DataFrame(rows), np.array(logged), np.array(own), EXACT_TOLERANCE if solved else TABLE_TOLERANCE
+
+
+def check(run: Run) -> list[Quantity]:
+    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
+    if not coverage.known(run, "transfer"):
+        return []
+    where, logged, own, tolerance = solved_nodes(run)
+    result = compare("transfer_table", "one", logged, own, np.ones(len(own)), where, tolerance)
+    return [replace(result, sample_of=len(run.table("transfer")))]
