@@ -37,6 +37,8 @@ class Suspect:
     value: Floats
     number: float | None = None
     """A factor or amount that was estimated from the records."""
+    per: str = ""
+    """What the number is, to be said with it."""
     general: bool = False
     """Describes what is seen without saying what causes it; named only where nothing else explains as much."""
 
@@ -76,11 +78,13 @@ class Finding:
     records: int
     tried: int
     next_best: tuple[str, float] | None
+    per: str = ""
 
     @property
     def sentence(self) -> str:
         """What, where, since when, how sure, and the next-best."""
         what = f"{self.what}: {self.fault or f'none of the {self.tried} faults tried explains it'}"
+        what += f" ({self.number:+.3g} {self.per})" if self.per else ""
         share = f"explains {self.explained} of {self.broken} records that disagree" if self.fault else ""
         place = f"{self.where}, {self.since}" + (f"; {share}" if share else f"; {self.broken} records disagree")
         if self.next_best is None:
@@ -119,7 +123,7 @@ def broken(link: Link) -> Floats:
     for value in link.excuses:
         if right.all():
             break
-        right |= within(link, value, max(link.tolerance, MATCH))
+        right |= within(link, value, link.tolerance or BITWISE)
     return ~right
 
 
@@ -168,17 +172,22 @@ def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], name
     others = [(s.fault, float(ok.sum() / rest.sum())) for ok, s in tried[int(named) :] if not s.general and ok.any()]
     where, since = place(link, rows)
     return Finding(
-        quantities=(link.quantity,), what=link.what, fault=best.fault or None, number=best.number, where=where,
+        quantities=(link.quantity,), what=link.what, fault=best.fault or None, per=best.per, number=best.number, where=where,
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
     )  # fmt: skip
 
 
+def _digits(number: float | None) -> float | None:
+    """A number to the digits that round-off leaves, so that equal ones are equal."""
+    return None if number is None else float(f"{number:.9g}")
+
+
 def joined(findings: list[Finding]) -> list[Finding]:
     """Findings with the same fault in several links as one, led by the first."""
-    found: dict[tuple[str, float], Finding] = {}
+    found: dict[tuple[str, float | None], Finding] = {}
     for n, f in enumerate(findings):
-        key = (f.fault or f"?{n}", round(f.number or 0.0, 9))
+        key = (f.fault or f"?{n}", None if f.per else f.number)
         if key not in found:
             found[key] = f
             continue
@@ -186,16 +195,33 @@ def joined(findings: list[Finding]) -> list[Finding]:
         found[key] = Finding(
             (*a.quantities, *f.quantities), f"{a.what} and {f.what}" if f.what not in a.what else a.what, a.fault,
             a.number, a.where if a.where == f.where else "everywhere", a.since, a.first, a.explained + f.explained,
-            a.broken + f.broken, a.records + f.records, max(a.tried, f.tried), a.next_best or f.next_best,
+            a.broken + f.broken, a.records + f.records, max(a.tried, f.tried), a.next_best or f.next_best, a.per or f.per,
         )  # fmt: skip
     return list(found.values())
+
+
+def liquid_constants(findings: list[Finding]) -> list[Finding]:
+    """Factors that a wrong viscosity or surface tension gives to several terms at once, as that one fault."""
+    factors = {q: f.number for f in findings for q in f.quantities if f.number is not None}
+    viscous, pull = factors.get("viscous_law"), factors.get("capillary")
+    dynamic = factors.get("rupture_limit", 1.0)
+    cause, of = "", set()
+    if viscous and viscous == factors.get("viscous_tangential") and np.isclose(dynamic, viscous, rtol=1e-4):
+        cause, of = f"the viscosity is {viscous:.6g} times what it should be", {"viscous_law", "viscous_tangential"}
+    elif pull and np.isclose(dynamic, 1.0 / pull, rtol=1e-4):
+        cause, of = f"the surface tension is {pull:.6g} times what it should be", {"capillary"}
+    of |= {"rupture_limit"}
+    rest = [f for f in findings if not of & set(f.quantities)]
+    number = viscous if "viscosity" in cause else pull
+    same = [replace(f, fault=cause, number=number) for f in findings if of & set(f.quantities)]
+    return [*joined(same), *rest] if cause else findings
 
 
 def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
     """What is wrong, named; `failed` are the quantities beyond their limits, those that only follow are listed apart."""
     with np.errstate(all="ignore"):
         found = [finding for link in links for finding in judge(link)]
-    result = joined(found)
+    result = liquid_constants(joined([replace(f, number=_digits(f.number)) for f in found]))
     named = {q for f in result for q in f.quantities}
     follows = [name for name in failed if name not in named]
     return {

@@ -83,15 +83,15 @@ def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
         age = c.table["step"].to_numpy(float) - formed["formed"].to_numpy(float)
         rate = middle((np.log(c.volume / own) / age)[rows & (age > 0)])
         if len(np.unique(age[rows & (age > 0)])) > 1:
-            words = f"it changes by {rate:+.3g} of itself a step while the bridge stands"
             grown = own * np.exp(rate * age)
             # the logarithm of a ratio near one has few digits
-            yield Suspect(words, np.where(np.abs(c.volume - grown) < 1e-6 * own, c.volume, np.nan), rate)
+            steady = np.where(np.abs(c.volume - grown) < 1e-6 * own, c.volume, np.nan)
+            yield Suspect(links_chain.CHANGES, steady, rate, "of itself a step")
         yield from factor(c.volume, own, rows)
-        yield Suspect("it changes while the bridge stands", np.where(c.volume != own, c.volume, np.nan), None, True)
+        yield Suspect(links_chain.CHANGES, np.where(c.volume != own, c.volume, np.nan), general=True)
 
     return Link("contact_volume", "volume of a standing bridge", c.table, c.volume, own, own, suspects, 0.0,
-                excuses=(drawn,), marks=marks(c))  # fmt: skip
+                excuses=(np.where(np.abs(drawn - own) > 1e-9 * own, drawn, np.nan),), marks=marks(c))  # fmt: skip
 
 
 def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:

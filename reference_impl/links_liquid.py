@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from reference_impl import coverage, laws, links_chain
+from reference_impl import coverage, laws, links_chain, snapshots
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
 from reference_impl.forces import Contacts, angles
+from reference_impl.interpolation import of_bridges
 from reference_impl.io import Run
 from reference_impl.links_chain import Pair
 from reference_impl.liquid import FORMATION, bodies
@@ -83,9 +84,10 @@ def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
         yield from factor(logged, own, rows)
 
     own = formula(name)(e.pair)
-    with np.errstate(all="ignore"):
-        excuse = formula(name)(replace(e.pair, volume=drawn_volume))
-    return Link("rupture_distance", "static rupture distance", e.table, logged, own, own, suspects, excuses=(excuse,),
+    at = links_chain.at_formation(run)
+    formed = np.where(at >= 0, e.pair.volume[at], e.pair.volume)
+    excuses = tuple(formula(name)(replace(e.pair, volume=v)) for v in (drawn_volume, formed))
+    return Link("rupture_distance", "static rupture distance", e.table, logged, own, own, suspects, excuses=excuses,
                 marks=e.marks())  # fmt: skip
 
 
@@ -106,19 +108,15 @@ def due(run: Run, e: Events) -> Link | None:
         first = gap - speed * float(run.meta["time_step"]) < lowest * limit
         words = f"it is made too early (at {lowest:.4g} of the limit)"
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
-        yield Suspect("it is made too early, at no fixed part of the limit", wrong)
+        yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
 
     return Link("rupture_due", "rupture", e.table, wrong, own, one, suspects, marks=e.marks())
 
 
 def touch(run: Run, e: Events) -> Link:
     """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
-    gap = e.pair.gap
-    with np.errstate(all="ignore"):
-        h_i = np.cbrt(3.0 * e.film_i / (4.0 * np.pi) + e.pair.ri**3) - e.pair.ri
-        h_s = np.cbrt(3.0 * e.film_j / (4.0 * np.pi) + e.pair.rj**3) - e.pair.rj
-    films = h_i + np.where(e.pair.wall, e.film_j / e.area, h_s)
-    room = 1e-9 * e.pair.ri
+    films, gap, ri = snapshots.films_at_events(run)
+    room = snapshots.ROOM * ri
     wrong = (e.formation & (gap > films + room)).astype(float)
     one = np.ones(len(gap))
 
@@ -179,7 +177,7 @@ def draws(e: Events) -> Iterator[Link]:
     """What both sides give to each new bridge."""
     asks, full = asked(e), e.formation
     own, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
-    like = np.where(e.pair.wall, ri, rj)
+    like, like_j = np.where(e.pair.wall, ri, rj), np.where(e.pair.wall, ri, rj)
     changed = {
         "draws of one step are taken one after another": one_after_another(e, asks),
         "more is granted than is there": asks,
@@ -188,7 +186,7 @@ def draws(e: Events) -> Iterator[Link]:
         "a wall is treated as a sphere of the particle's size": granted(e, asked(e, kind=0 * e.kind, rj=like)),
         "a wire is treated as a large wall": granted(e, asked(e, kind=np.minimum(e.kind, laws.LARGE_WALL))),
         "a large wall is treated as a wire": granted(e, asked(e, kind=np.where(e.pair.wall, laws.SMALL_WALL, e.kind))),
-        "spheres are treated as equal": granted(e, asked(e, rj=like, ri=ri)),
+        "spheres are treated as equal": (granted(e, asked(e, rj=ri))[0], granted(e, asked(e, ri=like_j))[1]),
         "the film of the other side is drawn on": granted(e, asked(e, film_i=e.film_j, film_j=e.film_i)),
         "the volume is drawn twice": (2.0 * own[0], 2.0 * own[1]),
         "half the film is drawn": (e.film_i / 2.0, e.film_j / 2.0),
@@ -223,19 +221,10 @@ def volumes(e: Events, own: Pair) -> Link:
 
 def ratios(run: Run, e: Events, tables: Tables, star: Floats, turned: bool = False) -> Floats:
     """T_i of each event by the logged table, at V* = `star`; `turned`: of j against i."""
-    fixed = bodies(run)
-    type_i = e.table["i"].map(fixed.kind_of).to_numpy()
-    names = fixed.group if len(fixed.group) else {}
-    other = np.where(
-        e.pair.wall, e.table["j"].map(names).fillna(-1), e.table["j"].map(fixed.kind_of).fillna(-1)
-    ).astype(int)
+    kind, type_i, other, _ = of_bridges(e.table, e.pair.volume, run)
     if turned:
         type_i, other = np.where(e.pair.wall, type_i, other), np.where(e.pair.wall, other, type_i)
-    result = np.full(len(star), np.nan)
-    for (kind, a, b), (nodes, values) in tables.rows().items():
-        rows = (e.kind == kind) & (type_i == a) & (other == b)
-        result[rows] = np.interp(star[rows], nodes, values)
-    return result
+    return tables.ratios(kind, type_i, other, star)
 
 
 def sharing(run: Run, e: Events, tables: Tables) -> Iterator[Link]:

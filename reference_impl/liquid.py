@@ -185,9 +185,8 @@ def check_rupture(run: Run) -> list[Quantity]:
     return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
 
 
-def check(run: Run, tables: Tables) -> list[Quantity]:
-    """All quantities of the liquid."""
-    own, state = replay(run, tables)
+def check(run: Run, own: dict[str, Any], state: State) -> list[Quantity]:
+    """All quantities of the events and of the end; `own` and `state` are what `replay` gives."""
     events = run.table("events")
     total = float(run.table("spheres")["film"].sum())
     found = []

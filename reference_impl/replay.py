@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, diagnosis, faults, forces, io, liquid, transfer
+from reference_impl import coverage, diagnosis, faults, forces, interpolation, io, liquid, snapshots, transfer
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
@@ -17,10 +17,13 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     started = time.monotonic()
     run = io.read(Path(run_dir))
     tables = transfer.Tables(run.table("transfer"))
+    own = liquid.replay(run, tables)
     quantities = [
-        *liquid.check(run, tables),
+        *liquid.check(run, *own),
+        *snapshots.check(run, tables, own[0]),
         *forces.check(run),
         *transfer.check(run),
+        *interpolation.check(run, tables),
     ]
     failed = [q.name for q in quantities if not q.ok]
     result = {

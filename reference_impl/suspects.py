@@ -128,7 +128,7 @@ FEW = 3
 def factor(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
     """One factor for all records: the plain ones by name, any other estimated as the median of logged over own."""
     for f, fault in PLAIN.items():
-        yield Suspect(fault, f * own)
+        yield Suspect(fault, f * own, f)
     with np.errstate(all="ignore"):
         along = logged * own if logged.ndim == 1 else (logged * own).sum(axis=1)
         ratio = (along / length(own) ** 2)[rows]
@@ -136,7 +136,9 @@ def factor(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
     if np.isfinite(f) and not np.isclose(f, list(PLAIN), rtol=1e-9, atol=1e-12).any():
         words = f"{f:.6g}" if abs(f - 1.0) > 1e-6 else f"1 {'+' if f > 1 else '-'} {abs(f - 1.0):.2g}"
         fault = f"it is {words} times what it should be"
-        yield Suspect(fault if len(ratio) >= FEW else f"single values are wrong ({words} times)", f * own, f, True)
+        yield Suspect(
+            fault if len(ratio) >= FEW else f"single values are wrong ({words} times)", f * own, f, general=True
+        )
 
 
 def middle(values: Floats) -> float:
