@@ -116,16 +116,14 @@ def run(
 
 
 @app.command()
-def replay(run_dir: RunFolder) -> None:
-    """Recompute a run by the independent reference and show how well it agrees."""
-    from pywet import stages
+def replay(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="One: a table; several: a line each.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON (of several runs a list).")] = False,
+) -> None:
+    """Recompute runs by the independent reference and show how well they agree; 0 agree, 1 beyond a limit, 2 unreadable."""
+    from reference_impl import command
 
-    _need_run(run_dir)
-    found = stages.replay(run_dir)
-    if found is None:
-        out.print(f"{run_dir} is dry: there are no bridges to recompute", soft_wrap=True)
-        return
-    _show_agreement(found)
+    raise typer.Exit(command.run(run_dirs, as_json))
 
 
 @app.command()

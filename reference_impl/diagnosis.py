@@ -84,7 +84,7 @@ class Finding:
     def sentence(self) -> str:
         """What, where, since when, how sure, and the next-best."""
         what = f"{self.what}: {self.fault or f'none of the {self.tried} faults tried explains it'}"
-        what += f" ({self.number:+.3g} {self.per})" if self.per else ""
+        what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
         share = f"explains {self.explained} of {self.broken} records that disagree" if self.fault else ""
         place = f"{self.where}, {self.since}" + (f"; {share}" if share else f"; {self.broken} records disagree")
         if self.next_best is None:
@@ -187,15 +187,17 @@ def joined(findings: list[Finding]) -> list[Finding]:
     """Findings with the same fault in several links as one, led by the first."""
     found: dict[tuple[str, float | None], Finding] = {}
     for n, f in enumerate(findings):
-        key = (f.fault or f"?{n}", None if f.per else f.number)
+        key = (f.fault or f"?{n}", None if f.per or f.number is None else f.number)
         if key not in found:
             found[key] = f
             continue
         a = found[key]
-        found[key] = Finding(
-            (*a.quantities, *f.quantities), f"{a.what} and {f.what}" if f.what not in a.what else a.what, a.fault,
-            a.number, a.where if a.where == f.where else "everywhere", a.since, a.first, a.explained + f.explained,
-            a.broken + f.broken, a.records + f.records, max(a.tried, f.tried), a.next_best or f.next_best, a.per or f.per,
+        found[key] = replace(
+            a, quantities=(*a.quantities, *f.quantities), what=a.what if f.what in a.what else f"{a.what} and {f.what}",
+            number=f.number if a.number is None else a.number, per=a.per or f.per,
+            where=a.where if a.where == f.where else "everywhere", explained=a.explained + f.explained,
+            broken=a.broken + f.broken, records=a.records + f.records, tried=max(a.tried, f.tried),
+            next_best=a.next_best or f.next_best,
         )  # fmt: skip
     return list(found.values())
 

@@ -14,7 +14,7 @@ from reference_impl import laws
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
 from reference_impl.io import Run
-from reference_impl.liquid import FORMATION, RUPTURE
+from reference_impl.liquid import FORMATION, RUPTURE, at_step
 from reference_impl.suspects import factor
 
 MISSING_FORMATION = "a formation is missing from the log"
@@ -28,11 +28,14 @@ def sides(table: pd.DataFrame, moves: Pair) -> pd.DataFrame:
     """Two rows an event, first all of i, then all of j: holder (a triangle t counts as -1 - t), films, liquid moved."""
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - table["triangle"].to_numpy(), table["j"].to_numpy())
-    two = {f"{when}": np.concatenate([table[f"film_{s}_{when}"] for s in "ij"]) for when in ("before", "after")}
-    return pd.DataFrame(
-        {"holder": np.concatenate([table["i"].to_numpy(), j]), "step": np.tile(table["step"].to_numpy(), 2), **two,
-         "move": np.concatenate(moves), "row": np.tile(np.arange(len(table)), 2)}
-    )  # fmt: skip
+    columns = {
+        "holder": np.concatenate([table["i"].to_numpy(), j]).astype(np.int64),
+        "step": np.tile(table["step"].to_numpy(), 2),
+        "move": np.concatenate(moves),
+        "row": np.tile(np.arange(len(table)), 2),
+    }
+    films = {when: np.concatenate([table[f"film_{s}_{when}"] for s in "ij"]) for when in ("before", "after")}
+    return pd.DataFrame({**columns, **films})
 
 
 def histories(run: Run) -> pd.DataFrame:
@@ -41,7 +44,7 @@ def histories(run: Run) -> pd.DataFrame:
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]
     if not len(events) or int(events["step"].max()) <= last:
-        standing = run.table("bridges").query("step == @last")
+        standing = at_step(run.table("bridges"), last)
         keys = pd.concat([events[columns[2:]], standing[columns[2:]]])
         keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
         here = standing.assign(wall=standing["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
@@ -176,7 +179,7 @@ def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
     for name, turn in (("films", 1), ("wall_films", -1)):
         table = run.table(name)
         rows = table.assign(holder=table["id" if turn > 0 else "triangle"])
-        rows["holder"] = rows["holder"] if turn > 0 else -1 - rows["holder"]
+        rows["holder"] = (rows["holder"] if turn > 0 else -1 - rows["holder"]).astype(np.int64)
         rows = rows.sort_values("step", kind="stable").reset_index(drop=True)
         if not len(rows):
             continue

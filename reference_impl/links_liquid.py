@@ -128,6 +128,29 @@ def touch(run: Run, e: Events) -> Link:
     return Link("formation_due", "formation", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
 
 
+def missed(run: Run) -> Iterator[Link]:
+    """Spheres whose films touch at an output step have a bridge."""
+    table = snapshots.touching_pairs(run)
+    if not len(table):
+        return
+    logged = table["missed"].to_numpy(float)
+    films, gap, _ = snapshots.films_at_events(run)
+    events = run.table("events")
+    formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
+    reach = float((gap / films)[formed].max()) if formed.any() else 0.0
+    near = table["separation"].to_numpy() / table["films"].to_numpy()
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        if reach <= 0.0:
+            yield Suspect("it is made too late (only when the bodies touch)", np.where(near > 0.0, logged, np.nan))
+        words = f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)"
+        yield Suspect(words, np.where(near >= reach, logged, np.nan), reach)
+        yield Suspect("it is left out", logged, general=True)
+
+    one = np.ones(len(logged))
+    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects)
+
+
 def drawn(kind: Floats, film: Floats, ri: Floats, rj: Floats, width: Floats) -> Floats:
     """What sphere i gives (E 8, 9, 12), all events at once."""
     sine = np.where(kind == laws.LARGE_WALL, 0.5, rj / (ri + rj))
@@ -177,13 +200,12 @@ def draws(e: Events) -> Iterator[Link]:
     """What both sides give to each new bridge."""
     asks, full = asked(e), e.formation
     own, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
-    like, like_j = np.where(e.pair.wall, ri, rj), np.where(e.pair.wall, ri, rj)
+    like_j = np.where(e.pair.wall, ri, rj)
     changed = {
         "draws of one step are taken one after another": one_after_another(e, asks),
         "more is granted than is there": asks,
         "the sides are exchanged": (own[1], own[0]),
         "the radii of the two sides are exchanged": granted(e, asked(e, ri=np.where(e.pair.wall, ri, rj), rj=ri)),
-        "a wall is treated as a sphere of the particle's size": granted(e, asked(e, kind=0 * e.kind, rj=like)),
         "a wire is treated as a large wall": granted(e, asked(e, kind=np.minimum(e.kind, laws.LARGE_WALL))),
         "a large wall is treated as a wire": granted(e, asked(e, kind=np.where(e.pair.wall, laws.SMALL_WALL, e.kind))),
         "spheres are treated as equal": (granted(e, asked(e, rj=ri))[0], granted(e, asked(e, ri=like_j))[1]),
@@ -285,4 +307,5 @@ def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> 
             yield from sharing(run, e, tables)
         found = (static(run, e, own[0] + own[1]), due(run, e), touch(run, e))
         yield from (link for link in found if link is not None)
+        yield from missed(run)
     yield from links_chain.links(run, own)

@@ -48,10 +48,19 @@ def formation_due(run: Run) -> Quantity:
 
 
 def formation_missed(run: Run) -> list[Quantity]:
-    """Spheres whose films touch at an output step have a bridge; those with an event in that step are not judged."""
+    """Spheres whose films touch at an output step have a bridge."""
+    table = touching_pairs(run)
+    if not len(table):
+        return []
+    missed, zero = table["missed"].to_numpy(float), np.zeros(len(table))
+    return [compare("formation_missed", "films that touch without a bridge", missed, zero, zero + 1.0, table, 0.0)]
+
+
+def touching_pairs(run: Run) -> pd.DataFrame:
+    """Spheres whose films touch at an output step and whether their bridge is missing; not those with an event in that step."""
     path = run.folder / "trajectory.parquet"
     if not path.exists() or not len(run.table("films")):
-        return []
+        return pd.DataFrame()
     steps = set(run.table("films")["step"])
     where = pd.read_parquet(path, columns=["step", "id", "x", "y", "z"])
     where = where[where["step"].isin(steps) & (where["step"] > 0)]
@@ -64,13 +73,11 @@ def formation_missed(run: Run) -> list[Quantity]:
     moved = pd.MultiIndex.from_frame(pd.concat([events[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]))
     pairs = [found for _, rows in films.groupby("step") if len(found := _touching(rows))]
     if not pairs:
-        return []
+        return pd.DataFrame()
     table = pd.concat(pairs, ignore_index=True)
     busy = [pd.MultiIndex.from_frame(table[["step", s]]).isin(moved) for s in "ij"]
     table = table[~(busy[0] | busy[1])].reset_index(drop=True)
-    missed = (~pd.MultiIndex.from_frame(table[["step", "i", "j"]]).isin(standing)).astype(float)
-    zero = np.zeros(len(table))
-    return [compare("formation_missed", "films that touch without a bridge", missed, zero, zero + 1.0, table, 0.0)]
+    return table.assign(missed=~pd.MultiIndex.from_frame(table[["step", "i", "j"]]).isin(standing))
 
 
 def _touching(rows: pd.DataFrame) -> pd.DataFrame:
@@ -88,7 +95,9 @@ def _touching(rows: pd.DataFrame) -> pd.DataFrame:
     r = laws.harmonic_radius(radius[first], radius[second], np.zeros(len(first), dtype=bool))
     keep = touch & (drawn > SMALLEST * r**3)
     step = int(rows["step"].iloc[0])
-    return pd.DataFrame({"step": step, "i": ids[first][keep], "j": ids[second][keep], "distance": distance[keep]})
+    gap, films = distance - radius[first] - radius[second], (reach - radius)[first] + (reach - radius)[second]
+    named = {"i": ids[first], "j": ids[second], "separation": gap, "films": films}
+    return pd.DataFrame({"step": step, **{name: values[keep] for name, values in named.items()}})
 
 
 def given(film: Floats, ri: Floats, rj: Floats) -> Floats:
@@ -121,7 +130,7 @@ def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
     wall = events["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - events["triangle"].to_numpy(), events["j"].to_numpy())
     last = pd.DataFrame(
-        {"step": np.tile(events["step"].to_numpy(), 2), "holder": np.concatenate([events["i"].to_numpy(), j]),
+        {"step": np.tile(events["step"].to_numpy(), 2), "holder": np.concatenate([events["i"].to_numpy(), j]).astype(np.int64),
          "own": np.concatenate([own["film_i_after"], own["film_j_after"]])}
     )  # fmt: skip
     last = last.drop_duplicates(["step", "holder"], keep="last").sort_values("step", kind="stable")
@@ -129,7 +138,7 @@ def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
     for name in ("films", "wall_films"):
         table = run.table(name)
         holder = table["id"] if name == "films" else -1 - table["triangle"]
-        rows = table.assign(holder=holder).sort_values("step", kind="stable").reset_index(drop=True)
+        rows = table.assign(holder=holder.astype(np.int64)).sort_values("step", kind="stable").reset_index(drop=True)
         merged = pd.merge_asof(rows, last, on="step", by="holder")
         mine = merged["own"].fillna(rows["holder"].map(first)).fillna(0.0).to_numpy(float)
         mean = np.full(len(rows), float(spheres["film"].mean()))

@@ -33,7 +33,10 @@ inline bool planted(const char *name) {
   return is && !strcmp(is, name);
 }
 """
-PULL = """t.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, laws.surface_tension);"""
+PULL = (
+    "t.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, "
+    "laws.surface_tension);"
+)
 PULL_PLANTED = """{
     const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
     const double rj = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
@@ -82,8 +85,10 @@ PATCHES: list[tuple[str, str, str]] = [
         "cross(g.n, g.radius_i * g.wi + rj * g.wj + t.spin_push)",
         'cross(g.n, (planted("spin left out") ? 0.0 : planted("spin sign") ? -1.0 : 1.0) * (g.radius_i * g.wi + rj * g.wj))',
     ),
-    ("forces.cpp", "(pushed - dot(pushed, g.n) * g.n)", '(pushed - (planted("speed along n") ? 0.0 : 1.0) * dot(pushed, g.n) * g.n)'),
-    ("forces.cpp", "if (!laws.dynamic_rupture) return", 'if (!laws.dynamic_rupture || planted("dynamic rupture ignored")) return'),
+    ("forces.cpp", "(pushed - dot(pushed, g.n) * g.n)",
+     '(pushed - (planted("speed along n") ? 0.0 : 1.0) * dot(pushed, g.n) * g.n)'),
+    ("forces.cpp", "if (!laws.dynamic_rupture) return",
+     'if (!laws.dynamic_rupture || planted("dynamic rupture ignored")) return'),
     (
         "forces.cpp",
         "if (decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g)) {",
@@ -108,7 +113,8 @@ PATCHES: list[tuple[str, str, str]] = [
     ("formation.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
     ("formation.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
     ("booking.cpp", "for (Event &e : events_)\n    if (e.kind == FORMATION) {\n      e.share_i *= grant[e.i];", SEQUENTIAL),
-    ("booking.cpp", "e.volume = e.share_i + e.share_j;", 'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
+    ("booking.cpp", "e.volume = e.share_i + e.share_j;",
+     'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
     ("booking.cpp", "const double sign = e.kind == FORMATION ? -1.0 : 1.0;",
      'const double sign = e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
     ("booking.cpp", "set_film(e.j, film[e.j] + sign * e.share_j);",
@@ -118,6 +124,45 @@ PATCHES: list[tuple[str, str, str]] = [
      "                                       b.angle_i, b.angle_j);"),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
+
+
+NAMED: dict[str, tuple[str, str]] = {
+    "radius halved": ("capillary", "the radius is halved"),
+    "angles multiplied": ("capillary", "the cosines of the contact angles are multiplied"),
+    "angle of i on both sides": ("capillary", "the contact angle of i is used on both sides"),
+    "wall as sphere": ("capillary", "a wall is treated as a sphere of the particle's size"),
+    "gap left out": ("capillary", "the gap is left out"),
+    "volume twice in the force": ("capillary", "the volume counts twice"),
+    "S_min left out": ("viscous_law", "S_min is left out"),
+    "r_eff for r_red": ("viscous_law", "r_eff stands in place of r_red"),
+    "viscous sign": ("viscous_law", "the sign is turned"),
+    "viscosity ten times": ("viscous_law", "it is 10 times what it should be"),
+    "spin left out": ("viscous_tangential", "the spin is left out"),
+    "spin sign": ("viscous_tangential", "the sign of the spin is turned"),
+    "speed along n": ("viscous_tangential", "the speed along n counts too"),
+    "torque arm": ("torque_i", "the arm reaches to the middle of the gap"),
+    "dynamic rupture ignored": ("rupture_limit", "dynamic rupture is ignored"),
+    "early rupture": ("rupture_due", "it is made too early (at 0.80"),
+    "late rupture": ("standing_beyond_limit", "it is made too late (a bridge still stands at 1.25 of its limit)"),
+    "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
+    "films twice as thick": ("formation_due", "it is made too early"),
+    "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
+    "drawn as from equal spheres": ("share_i", "spheres are treated as equal"),
+    "wire as wall": ("share_i", "a wire is treated as a large wall"),
+    "draws one after another": ("share_i", "draws of one step are taken one after another"),
+    "volume twice": ("volume", "the volume is drawn twice"),
+    "drawn twice": ("film_after", "the volume is drawn twice"),
+    "lost at rupture": ("film_after", "liquid given back to j is lost"),
+    "transfer swapped": ("share_i", "the transfer ratio is swapped"),
+    "half and half": ("share_i", "the liquid is shared half and half"),
+    "evaporation": ("contact_volume", "it changes while the bridge stands"),
+}
+"""Fault, and the link that must break with the words it must be named by."""
+UNSEEN = {
+    "half of it acts": "half of each force acts, all of it is logged (Newton's law over a trajectory shows it)",
+    "closest point": "the closest point of a wall is 10 µm off, in the log as in the forces",
+}
+"""Faults that the replay of the logs does not see."""
 
 
 def patched_sources(folder: Path) -> Path:
