@@ -44,11 +44,13 @@ def check(run: Run, tables: transfer.Tables) -> list[Quantity]:
     number = max(1, (EXACT_SAMPLE if solved else SAMPLE) // len(pairs))
     rows: list[tuple[int, int, int, float]] = []
     own: list[float] = []
-    for (k, a, b), pair in exact.shown(pairs.items(), len(pairs), "transfer ratios at ruptures"):
+    for (k, a, b), (ri, rj, ti, tj) in exact.shown(pairs.items(), len(pairs), "transfer ratios at ruptures"):
         mine = np.unique(v_star[(kind == k) & (type_i == a) & (other == b) & (v_star > transfer.SMALLEST)])
         at = mine[np.linspace(0, len(mine) - 1, min(len(mine), number)).astype(int)] if len(mine) else mine
         which = np.arange(len(at))
-        own += list(transfer.exact_ratios(k, *pair, at, which) if solved else transfer.own_ratio(k, *pair, at))
+        own += list(
+            transfer.exact_ratios(k, ri, rj, ti, tj, at, which) if solved else transfer.own_ratio(k, ri, rj, ti, tj, at)
+        )
         rows += [(k, a, b, float(v)) for v in at]
     table = pd.DataFrame(rows, columns=["partner_kind", "type_i", "other", "v_star"])
     there = np.isfinite(np.array(own))  # thin wires hold no large bridge

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -152,7 +153,8 @@ def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State]:
     out: dict[str, list[float]] = defaultdict(list)
     at_last: State | None = None
     waiting: list[Any] = []
-    for n, event in enumerate(events.itertuples(index=False)):
+    in_order: Iterator[Any] = events.itertuples(index=False)
+    for n, event in enumerate(in_order):
         if n % 20000 == 0:
             note(f"events: {n} of {len(events)}")
         if waiting and event.step != waiting[0].step:
