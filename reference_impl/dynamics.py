@@ -81,7 +81,10 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "unchecked": [],
         "notes": notes(more),
         **more,
+        "diagnosis": None,
         "wall_s": time.monotonic() - started,
+        "events_per_s": 0.0,
+        "contacts_per_s": 0.0,
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
     io.write_json(out or folder / "replay.json", result)
