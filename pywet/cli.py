@@ -136,17 +136,20 @@ def run(
 
 
 @app.command()
-def replay(run_dir: RunFolder) -> None:
-    """Recompute a run by the independent reference and show how well it agrees."""
-    from pywet import stages
+def replay(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="One: a table; several: a line each.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON (of several runs a list).")] = False,
+) -> None:
+    """Recompute runs by the independent reference and show how well they agree; 0 agree, 1 beyond a limit, 2 unreadable."""
+    from pywet import audit
+    from reference_impl import command
 
-    _need_run(run_dir)
-    found = stages.replay(run_dir)
-    if found is None:
-        out.print(f"{run_dir} is dry and recorded no motion: there is nothing to recompute", soft_wrap=True)
-        return
-    _show_audit(run_dir)
-    _show_agreement(found)
+    status = command.run(run_dirs, as_json)
+    for folder in run_dirs:
+        audit.write(folder)
+        if not as_json:
+            _show_audit(folder)
+    raise typer.Exit(status)
 
 
 @app.command()

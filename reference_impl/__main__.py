@@ -1,4 +1,4 @@
-"""Command line: python -m reference_impl RUN_DIR [--out FILE]."""
+"""Command line: python -m reference_impl RUN_DIR … [--json] [--out FILE]."""
 
 from __future__ import annotations
 
@@ -6,25 +6,23 @@ import argparse
 import sys
 from pathlib import Path
 
-from reference_impl.io import ReplayError
-from reference_impl.replay import replay, table
+from reference_impl import command
 
 
 def main() -> int:
-    """Replay one run directory."""
-    parser = argparse.ArgumentParser(prog="reference_impl", description="independent replay of a moist run")
-    parser.add_argument("run_dir", type=Path)
-    parser.add_argument(
-        "--out", type=Path, default=None, help="where to write the result (default RUN_DIR/replay.json)"
+    """Replay run directories."""
+    parser = argparse.ArgumentParser(
+        prog="reference_impl",
+        description="independent replay of moist runs",
+        epilog="exit status: 0 agrees, 1 beyond a tolerance, 2 a history cannot be read",
     )
+    parser.add_argument("run_dirs", type=Path, nargs="+", metavar="RUN_DIR")
+    parser.add_argument("--json", action="store_true", help="print JSON (of several runs a list) in place of the table")
+    parser.add_argument("--out", type=Path, help="where to write the result of one run (default RUN_DIR/replay.json)")
     given = parser.parse_args()
-    try:
-        result = replay(given.run_dir, given.out)
-    except ReplayError as error:
-        print(error, file=sys.stderr)
-        return 2
-    print(table(result))
-    return 0 if result["ok"] else 1
+    if given.out and len(given.run_dirs) > 1:
+        parser.error("--out is for one RUN_DIR")
+    return command.run(given.run_dirs, given.json, given.out)
 
 
 if __name__ == "__main__":

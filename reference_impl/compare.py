@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ class Quantity:
     worst: dict[str, Any] = field(default_factory=dict)
     sample_of: int | None = None
     """Number of records of which `count` were taken; None where all were."""
+    deviations: Floats = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
+    """Of every record, to three digits and more: for the median of several parts."""
 
     @property
     def ok(self) -> bool:
@@ -72,4 +75,15 @@ def compare(
     worst = plain(rows.iloc[at])
     worst["reference"] = number(own[at].tolist())
     worst["logged"] = number(logged[at].tolist())
-    return Quantity(name, scale, len(logged), float(deviation[at]), float(np.median(deviation)), tolerance, worst)
+    middle, largest = float(np.median(deviation)), float(deviation[at])
+    kept = np.minimum(deviation, 1e30).astype(np.float32)
+    return Quantity(name, scale, len(logged), largest, middle, tolerance, worst, deviations=kept)
+
+
+def merged(parts: Sequence[Quantity]) -> Quantity:
+    """One quantity over records that were compared part by part."""
+    if len(parts) == 1:
+        return parts[0]
+    worst = max(parts, key=lambda q: q.largest)
+    every = np.concatenate([q.deviations for q in parts])
+    return replace(worst, count=len(every), median=float(np.median(every)) if len(every) else 0.0, deviations=every)

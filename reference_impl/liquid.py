@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +12,7 @@ import pandas as pd
 
 from reference_impl import coverage, exact, laws
 from reference_impl.compare import Quantity, compare
-from reference_impl.io import Run
+from reference_impl.io import Run, note
 from reference_impl.transfer import Tables
 
 FORMATION, RUPTURE = 0, 1
@@ -145,20 +146,26 @@ def ratio(event: Any, volume: float, fixed: Bodies, tables: Tables) -> float:
 
 
 def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State]:
-    """Recompute every event's volumes in order; returns columns beside the event log, and the state at the end."""
-    fixed = bodies(run)
-    spheres = run.table("spheres")
+    """Recompute every event's volumes in order; returns columns beside the event log, and the state at the last output."""
+    fixed, last = bodies(run), int(run.table("ledger")["step"].max())
+    spheres, events = run.table("spheres"), run.table("events")
     state = State(dict(zip(spheres["id"], spheres["film"], strict=True)), {})
     out: dict[str, list[float]] = defaultdict(list)
+    at_last: State | None = None
     waiting: list[Any] = []
-    for event in run.table("events").itertuples(index=False):
+    in_order: Iterator[Any] = events.itertuples(index=False)
+    for n, event in enumerate(in_order):
+        if n % 20000 == 0:
+            note(f"events: {n} of {len(events)}")
         if waiting and event.step != waiting[0].step:
             step(waiting, state, fixed, tables, out)
             waiting = []
+        if event.step > last and at_last is None:
+            at_last = State(dict(state.film), dict(state.wall), dict(state.bridges))
         waiting.append(event)
     if waiting:
         step(waiting, state, fixed, tables, out)
-    return out, state
+    return out, at_last or state
 
 
 def check_rupture(run: Run) -> list[Quantity]:
@@ -185,9 +192,8 @@ def check_rupture(run: Run) -> list[Quantity]:
     return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
 
 
-def check(run: Run, tables: Tables) -> list[Quantity]:
-    """All quantities of the liquid."""
-    own, state = replay(run, tables)
+def check(run: Run, own: dict[str, Any], state: State) -> list[Quantity]:
+    """All quantities of the events and of the end; `own` and `state` are what `replay` gives."""
     events = run.table("events")
     total = float(run.table("spheres")["film"].sum())
     found = []
@@ -202,16 +208,19 @@ def check(run: Run, tables: Tables) -> list[Quantity]:
     return [*found, *check_rupture(run), *final_state(run, state, total), ledger(run, total)]
 
 
+def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:
+    """Rows of one step."""
+    return table[table["step"] == step]
+
+
 def final_state(run: Run, state: State, total: float) -> list[Quantity]:
-    """Films and bridges at the end: where the last snapshot lies at or after the last event they are the state itself."""
-    events, last = run.table("events"), int(run.table("ledger")["step"].max())
-    if len(events) and int(events["step"].max()) > last:
-        state = replay_until(run, last)
-    films = run.table("films").query("step == @last")
+    """Films and bridges at the last output."""
+    last = int(run.table("ledger")["step"].max())
+    films = at_step(run.table("films"), last)
     mine = films["id"].map(state.film).to_numpy(float)
     mean = np.full(len(films), total / max(len(films), 1))
     found = [compare("final_film_spheres", "mean film of a sphere", films["film"].to_numpy(), mine, mean, films)]
-    walls = run.table("wall_films").query("step == @last")
+    walls = at_step(run.table("wall_films"), last)
     own = walls["triangle"].map(state.wall).fillna(0.0).to_numpy(float)
     found.append(
         compare(
@@ -223,7 +232,7 @@ def final_state(run: Run, state: State, total: float) -> list[Quantity]:
             walls,
         )
     )
-    standing = run.table("bridges").query("step == @last")
+    standing = at_step(run.table("bridges"), last)
     keys = [key_of(int(k), int(i), int(j)) for k, i, j in standing[["partner_kind", "i", "j"]].to_numpy()]
     volumes = np.array([state.bridges.get(k, np.nan) for k in keys])
     found.append(compare("final_bridges", "itself", standing["volume"].to_numpy(), volumes, volumes, standing))
@@ -231,13 +240,6 @@ def final_state(run: Run, state: State, total: float) -> list[Quantity]:
     count = np.array([float(len(set(keys) ^ set(state.bridges)))])
     found.append(compare("final_bridges_missing", "count", count, np.zeros(1), np.ones(1), missing, 0.0))
     return found
-
-
-def replay_until(run: Run, last: int) -> State:
-    """The state after all events up to a step."""
-    events = run.table("events")
-    part = Run(run.folder, run.meta, {**run.tables, "events": events[events["step"] <= last]})
-    return replay(part, Tables(run.table("transfer")))[1]
 
 
 def ledger(run: Run, total: float) -> Quantity:

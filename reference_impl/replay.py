@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, dynamics, forces, io, liquid, transfer, window
+from reference_impl import coverage, diagnosis, dynamics, faults, forces, io, liquid, snapshots, transfer, window
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
@@ -19,23 +19,31 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     started = time.monotonic()
     run = io.read(Path(run_dir))
     tables = transfer.Tables(run.table("transfer"))
-    quantities = [
-        *liquid.check(run, tables),
-        *forces.check(run),
-        *transfer.check(run),
-    ]
+    own = liquid.replay(run, tables)
+    quantities = [*liquid.check(run, *own), *snapshots.check(run, tables, own[0])]
+    events_done = time.monotonic()
+    io.note("contacts")
+    quantities += forces.check(run)
+    contacts_done = time.monotonic()
+    io.note("transfer ratios")
     moved, more = dynamics.check(Path(run_dir), run)
-    quantities += moved
+    quantities += [*transfer.check(run), *moved]
+    failed = [q.name for q in quantities if not q.ok]
+    contacts = len(run.table("contacts"))
     result = {
-        "ok": all(q.ok for q in quantities),
+        "ok": not failed,
         "events": len(run.table("events")),
-        "contacts": len(run.table("contacts")),
+        "contacts": contacts,
         "unchecked": coverage.unchecked(run),
         "notes": [*coverage.notes(run), *dynamics.notes(more)],
         **more,
+        "diagnosis": faults.find(run, tables, failed) if failed else None,
         "wall_s": time.monotonic() - started,
+        "events_per_s": len(run.table("events")) / max(events_done - started, 1e-9),
+        "contacts_per_s": contacts / max(contacts_done - events_done, 1e-9),
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
+    io.clear()
     io.write_json(out or Path(run_dir) / "replay.json", result)
     return result
 
@@ -47,4 +55,8 @@ def table(result: dict[str, Any]) -> str:
         marks = f"  sample of {q['sample_of']}" if q["sample_of"] is not None else ""
         marks += "" if q["ok"] else "  <-- beyond its limit"
         lines.append(f"{name:24s} {q['count']:9d} {q['largest']:9.1e} {q['median']:9.1e} {q['tolerance']:8.0e}{marks}")
-    return "\n".join([*lines, *result["notes"]])
+    speed = (
+        f"{result['wall_s']:.1f} s: {result['events']} events at {result['events_per_s']:.3g} per second, "
+        f"{result['contacts']} contacts at {result['contacts_per_s']:.3g} per second"
+    )
+    return "\n".join([*lines, speed, *result["notes"], *diagnosis.text(result["diagnosis"])])

@@ -13,14 +13,17 @@ FORMATION = 0
 
 
 def formed(run: Run) -> pd.DataFrame:
-    """Volume and static rupture distance from the event log for every row of the contact log; NaN where no bridge stands.
+    """Volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
 
-    A bridge acts from the step after its formation to the step before its rupture.
+    NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture.
     """
     contacts, events = run.table("contacts"), run.table("events")
     key = ["step", "wall", "i", "j"]
     left = contacts.assign(wall=contacts["partner_kind"] != laws.SPHERE, row=np.arange(len(contacts)))[[*key, "row"]]
-    right = events.assign(wall=events["partner_kind"] != laws.SPHERE)[[*key, "kind", "volume", "rupture_distance"]]
+    right = events.assign(
+        wall=events["partner_kind"] != laws.SPHERE, formed=events["step"], event=np.arange(len(events))
+    )
+    right = right[[*key, "kind", "volume", "rupture_distance", "formed", "event"]]
     found = pd.merge_asof(
         left.sort_values("step", kind="stable"),
         right.sort_values("step", kind="stable"),
@@ -28,7 +31,8 @@ def formed(run: Run) -> pd.DataFrame:
         by=["wall", "i", "j"],
         allow_exact_matches=False,
     ).sort_values("row", kind="stable")
-    return found[["volume", "rupture_distance"]].where(found["kind"] == FORMATION).reset_index(drop=True)
+    columns = ["volume", "rupture_distance", "formed", "event"]
+    return found[columns].where(found["kind"] == FORMATION).reset_index(drop=True)
 
 
 def check(run: Run, static: Floats, limit: Floats, gap: Floats, own: pd.DataFrame) -> list[Quantity]:

@@ -8,6 +8,7 @@ Gauss quadrature.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,14 @@ class Tables:
         """Linear interpolation."""
         nodes, values = self._rows[kind, type_i, other]
         return float(np.interp(v_star, nodes, values))
+
+    def ratios(self, kind: Floats, type_i: Floats, other: Floats, v_star: Floats) -> Floats:
+        """The same for many bridges; NaN where there is no row."""
+        result = np.full(len(v_star), np.nan)
+        for (k, a, b), (nodes, values) in self._rows.items():
+            rows = (kind == k) & (type_i == a) & (other == b)
+            result[rows] = np.interp(v_star[rows], nodes, values)
+        return result
 
     def rows(self) -> dict[tuple[int, int, int], tuple[Floats, Floats]]:
         """All rows."""
@@ -131,8 +140,13 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
 
 def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats) -> Floats:
     """T_i at increasing V*; NaN where the model has no solution."""
+    return np.array(_own_ratio(kind, ri, rj, ti, tj, tuple(v_star)))
+
+
+@cache
+def _own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: tuple[float, ...]) -> list[float]:
     if kind == laws.SPHERE and (ri, ti) == (rj, tj):
-        return np.full(len(v_star), 0.5)
+        return [0.5] * len(v_star)
     size = 2.0 * rj / (ri + rj) if kind == laws.SPHERE else 1.0  # r_eff in units of r_i
     shape = Shape(
         {laws.SPHERE: rj / ri, laws.LARGE_WALL: 1.0, laws.SMALL_WALL: rj / ri}[kind], ti, tj, kind == laws.SPHERE
@@ -151,7 +165,7 @@ def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Flo
         else:
             vi, vj, _, _ = parts(start, shape, gap)
             out.append(vi / (vi + vj))
-    return np.array(out)
+    return out
 
 
 def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: Floats, at: Floats) -> Floats:
@@ -182,15 +196,10 @@ def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: F
     return np.array([np.nan if v is None else v for v in values])
 
 
-def check(run: Run) -> list[Quantity]:
-    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
-    if not coverage.known(run, "transfer"):
-        return []
-    solved = coverage.solved(run, "transfer")
-    table, types = run.table("transfer"), {t["type"]: t for t in run.meta["types"]}
-    held = Tables(table).rows()
-    rows, logged, own = [], [], []
-    for (kind, i, other), (nodes, values) in exact.shown(held.items(), len(held), "transfer rows"):
+def bodies_of_rows(run: Run) -> dict[tuple[int, int, int], tuple[float, float, float, float]]:
+    """Radii (of a wall: half width) and contact angles r_i, r_j, theta_i, theta_j of every row of the table."""
+    types, found = {t["type"]: t for t in run.meta["types"]}, {}
+    for kind, i, other in Tables(run.table("transfer")).rows():
         ri, ti = types[i]["radius"], types[i]["contact_angle"]
         if kind == laws.SPHERE:
             rj, tj = types[other]["radius"], types[other]["contact_angle"]
@@ -198,6 +207,18 @@ def check(run: Run) -> list[Quantity]:
             parts_table = run.table("parts")
             part = parts_table[parts_table["part_class"] == other].iloc[0]
             rj, tj = float(part["half_width"]), float(part["contact_angle"])
+        found[kind, i, other] = (ri, rj, ti, tj)
+    return found
+
+
+def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
+    """Some nodes of every row of the engine's table where there is an own solution: which, logged, own, tolerance."""
+    solved = coverage.solved(run, "transfer")
+    table, bodies = run.table("transfer"), bodies_of_rows(run)
+    held = Tables(table).rows()
+    rows, logged, own = [], [], []
+    for (kind, i, other), (nodes, values) in exact.shown(held.items(), len(held), "transfer rows"):
+        ri, rj, ti, tj = bodies[kind, i, other]
         first = int(np.searchsorted(nodes, SMALLEST))
         if solved:
             at = np.unique(np.linspace(0, len(nodes) - 1, max(2, EXACT_NODES // len(held))).astype(int))
@@ -213,7 +234,13 @@ def check(run: Run) -> list[Quantity]:
                 rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
                 logged.append(values[n])
                 own.append(v)
-    found, where = np.array(own), pd.DataFrame(rows)
-    tolerance = EXACT_TOLERANCE if solved else TABLE_TOLERANCE
-    result = compare("transfer_table", "one", np.array(logged), found, np.ones(len(found)), where, tolerance)
-    return [replace(result, sample_of=len(table))]
+    return pd.DataFrame(rows), np.array(logged), np.array(own), EXACT_TOLERANCE if solved else TABLE_TOLERANCE
+
+
+def check(run: Run) -> list[Quantity]:
+    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
+    if not coverage.known(run, "transfer"):
+        return []
+    where, logged, own, tolerance = solved_nodes(run)
+    result = compare("transfer_table", "one", logged, own, np.ones(len(own)), where, tolerance)
+    return [replace(result, sample_of=len(run.table("transfer")))]

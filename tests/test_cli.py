@@ -35,7 +35,6 @@ def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
         (["plan", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
         (["run", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
         (["plan", "2", "--config", "nowhere"], "could not be read"),
-        (["replay", "nowhere"], "no scene.json in nowhere"),
         (["view", "nowhere"], "no scene.json in nowhere"),
     ],
 )
@@ -63,6 +62,21 @@ def test_replay_of_a_dry_run_has_nothing_to_do(runner: CliRunner, tmp_path: Path
     run = synthetic.make(tmp_path / "case01", moist=False)
     result = runner.invoke(app, ["replay", str(run)])
     assert (result.exit_code, "is dry" in result.output) == (0, True)
+
+
+def test_replay_says_by_its_status_what_it_found(runner: CliRunner, tmp_path: Path) -> None:
+    """2 and one sentence for a history that cannot be read; of several runs a line each and the worst status; JSON on request."""
+    dry = synthetic.make(tmp_path / "case01", moist=False)
+    (tmp_path / "case02" / "history").mkdir(parents=True)
+    (tmp_path / "case02" / "history" / "meta.json").write_text("{")
+    result = runner.invoke(app, ["replay", str(tmp_path / "case02")])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert len(result.stderr.strip().splitlines()) == 1 and "spheres.parquet is missing" in result.stderr
+    result = runner.invoke(app, ["replay", str(dry), str(tmp_path / "case02"), str(tmp_path / "none")])
+    assert result.exit_code == 2
+    assert [line.split()[1] for line in result.stdout.strip().splitlines()] == ["dry", "unreadable", "unreadable"]
+    result = runner.invoke(app, ["replay", "--json", str(dry)])
+    assert result.exit_code == 0 and json.loads(result.stdout)["status"] == "dry"
 
 
 def test_view_writes_series_and_picture(runner: CliRunner, tmp_path: Path) -> None:

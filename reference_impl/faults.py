@@ -1,0 +1,46 @@
+"""All links of a run put to the diagnosis; called only where a replay disagrees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from reference_impl import diagnosis, links_contacts, links_liquid, transfer
+from reference_impl.compare import Floats
+from reference_impl.diagnosis import Link, Suspect
+from reference_impl.io import Run
+from reference_impl.suspects import factor
+
+
+def find(run: Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
+    """Named faults of a run whose quantities `failed` are beyond their limits, for replay.json."""
+    with np.errstate(all="ignore"):
+        return diagnosis.diagnose(_links(run, tables, failed), failed)
+
+
+def _links(run: Run, tables: transfer.Tables, failed: list[str]) -> Iterator[Link]:
+    wrong = "transfer_table" in failed
+    if wrong:
+        yield _table(run)
+    e = links_liquid.events(run)
+    own = links_liquid.own_shares(run, e, tables)
+    yield from links_liquid.links(run, e, tables, own, not wrong)
+    yield from links_contacts.links(run, own[0] + own[1])
+
+
+def _table(run: Run) -> Link:
+    """The table of transfer ratios against the own solution."""
+    where, logged, own, tolerance = transfer.solved_nodes(run)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("the transfer ratio is swapped (i gets what j should)", 1.0 - own)
+        yield Suspect("the liquid is shared half and half", np.full(len(own), 0.5))
+        yield from factor(logged, own, rows)
+
+    kinds = {"between spheres": 0, "at large walls": 1, "at wires": 2}
+    marks = {name: (where["partner_kind"] == k).to_numpy() for name, k in kinds.items()}
+    table = where.assign(step=0)
+    return Link("transfer_table", "table of transfer ratios", table, logged, own, np.ones(len(own)), suspects, tolerance,
+                marks=marks)  # fmt: skip

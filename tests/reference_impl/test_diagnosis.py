@@ -1,0 +1,139 @@
+"""The diagnosis names what was changed in the log of a real run, where and since when, and costs nothing where all agrees."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from reference_impl import command, diagnosis, faults, laws
+from reference_impl.diagnosis import Link, Suspect
+from reference_impl.replay import replay, table
+from reference_impl.suspects import CHANGES, PIECES, exchanged
+from tests.reference_impl import planted_log
+
+LENGTH = 200
+
+
+@pytest.mark.engine
+def test_a_sound_run_is_not_diagnosed(heap_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where all agrees, the diagnosis is not even called."""
+    monkeypatch.setattr(faults, "find", lambda *_: pytest.fail("diagnosed without need"))
+    result = replay(heap_dir)
+    assert result["ok"] and result["diagnosis"] is None
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("name", planted_log.FAULTS)
+def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) -> None:
+    """Named first, in its own equation; what only follows from it is not called a fault of its own."""
+    fault = planted_log.FAULTS[name]
+    result = replay(planted_log.plant(heap_dir, tmp_path, fault))
+    assert not result["ok"]
+    found = result["diagnosis"]["findings"]
+    assert fault.words in found[0]["sentence"] and fault.quantity in found[0]["quantities"], found
+    assert found[0]["share"] == 1.0
+    assert len(found) <= 2
+    assert found[0]["sentence"] in table(result)
+    assert json.loads((tmp_path / "replay.json").read_text())["diagnosis"] == result["diagnosis"]
+
+
+@pytest.mark.engine
+def test_first_record_and_share_are_named(heap_dir: Path, tmp_path: Path) -> None:
+    """A fault from some step on at the floor only: where, since when and how many."""
+
+    def change(tables: planted_log.Tables) -> None:
+        rows = (tables["contacts"]["step"] >= 1500) & (tables["contacts"]["partner_kind"] == laws.LARGE_WALL)
+        tables["contacts"].loc[rows, "capillary"] *= 0.7
+
+    planted = planted_log.Planted(change, "capillary", "it is 0.7 times")
+    found = replay(planted_log.plant(heap_dir, tmp_path, planted))["diagnosis"]["findings"]
+    log = pd.read_parquet(heap_dir / "history" / "contacts.parquet")
+    changed = log[(log["step"] >= 1500) & (log["partner_kind"] == laws.LARGE_WALL)]
+    assert len(found) == 1
+    assert (found[0]["where"], found[0]["since"]) == ("at walls", f"in every record since step {changed['step'].min()}")
+    assert found[0]["explained"] == found[0]["disagree"] == len(changed)
+    assert found[0]["number"] == pytest.approx(0.7, rel=1e-9)  # written with nine digits
+
+
+@pytest.mark.engine
+def test_what_nothing_explains_is_said_so(heap_dir: Path, tmp_path: Path) -> None:
+    """Noise is no fault with a name."""
+
+    def change(tables: planted_log.Tables) -> None:
+        noise = np.random.default_rng(1).normal(1.0, 0.1, len(tables["contacts"]))
+        tables["contacts"]["capillary"] *= noise
+
+    planted = planted_log.Planted(change, "capillary", "")
+    found = replay(planted_log.plant(heap_dir, tmp_path, planted))["diagnosis"]["findings"]
+    assert [f["fault"] for f in found] == [None]
+    assert "faults tried explains it" in found[0]["sentence"] and found[0]["explained"] == 0
+
+
+@pytest.mark.engine
+def test_exit_status_of_the_command(heap_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """0, 1 with the table and one sentence, 2; JSON holds what replay.json holds."""
+    wrong = planted_log.plant(heap_dir, tmp_path / "wrong", planted_log.FAULTS["torque on j left out"])
+    assert command.run([heap_dir]) == 0
+    said = capsys.readouterr()
+    assert "contacts at" in said.out and said.err == ""
+    assert command.run([wrong]) == 1
+    said = capsys.readouterr()
+    assert "fault: torque on j: it is left out" in said.out
+    assert said.err.strip() == "the replay disagrees on torque_j; its worst records are in replay.json"
+    assert command.run([heap_dir, wrong], as_json=True) == 1
+    both = json.loads(capsys.readouterr().out)
+    assert [found["status"] for found in both] == ["agrees", "disagrees"]
+    assert both[1]["quantities"] == json.loads((wrong / "replay.json").read_text())["quantities"]
+    (wrong / "history" / "events.parquet").write_bytes(b"PAR1 and no more")
+    assert command.run([wrong]) == 2
+    assert "is not a readable Parquet table" in capsys.readouterr().err
+    pd.read_parquet(heap_dir / "history" / "events.parquet").drop(columns="speed").to_parquet(
+        wrong / "history" / "events.parquet"
+    )
+    assert command.run([heap_dir, wrong]) == 2
+    assert "lacks speed; expected the columns" in capsys.readouterr().out
+
+
+def link(logged: np.ndarray, own: np.ndarray, suspects: list[Suspect], **more: object) -> Link:
+    """A link of its own, for the rules of judgement."""
+    steps = pd.DataFrame({"step": np.arange(len(logged)), "i": 1, "j": 2})
+    return Link("x", "thing", steps, logged, own, np.abs(own), lambda _: iter(suspects), **more)  # type: ignore[arg-type]
+
+
+def test_two_faults_in_one_equation() -> None:
+    """Each named with the records that are its own."""
+    own = np.linspace(1.0, 2.0, LENGTH)
+    logged = np.where(np.arange(LENGTH) < 120, 2.0 * own, own**2 + 5.0)
+    first, second = diagnosis.judge(link(logged, own, [Suspect("square", own**2 + 5.0), Suspect("double", 2.0 * own)]))
+    assert (first.fault, first.explained, first.broken) == ("double", 120, 200)
+    assert (second.fault, second.explained, second.broken) == ("square", 80, 80)
+    assert first.next_best == ("square", 80 / 200)
+
+
+def test_equal_suspects_are_said_to_be_equal() -> None:
+    """Two that explain all cannot be told apart; a general one never wins over a cause."""
+    own = np.ones(LENGTH)
+    alike = [Suspect("seen", 2.0 * own, general=True), Suspect("cause", 2.0 * own), Suspect("other cause", 2.0 * own)]
+    (found,) = diagnosis.judge(link(2.0 * own, own, alike))
+    assert found.fault == "cause"
+    assert "cannot be told apart from: other cause, 100 %" in found.sentence
+
+
+def test_what_follows_is_excused() -> None:
+    """A record that is right by the other link's value is not broken."""
+    own, logged = np.ones(LENGTH), np.full(LENGTH, 3.0)
+    assert diagnosis.judge(link(logged, own, [], excuses=(logged,))) == []
+
+
+def test_exchanged_pieces_are_put_back() -> None:
+    """After each trial the reference's laws are what they were."""
+    before = [(module, name, getattr(module, name)) for pieces in PIECES.values() for module, name, _ in pieces]
+    for pieces in PIECES.values():
+        with exchanged(pieces):
+            assert all(getattr(module, name) is other for module, name, other in pieces)
+    assert all(getattr(module, name) is was for module, name, was in before)
+    assert len(CHANGES) + len(PIECES) >= 25
