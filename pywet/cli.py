@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 from typer.core import TyperGroup
 
+from pywet import showing
 from pywet.errors import PywetError
+from pywet.showing import err, out
 from pywet.study.app import app as study
-
-out = Console(highlight=False)
-err = Console(stderr=True, highlight=False)
 
 
 class Group(TyperGroup):
@@ -68,7 +66,7 @@ def laws(
 ) -> None:
     """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
-        out.print(str(_atlas(folder, stock)), soft_wrap=True)
+        out.print(str(showing.atlas(folder, stock)), soft_wrap=True)
         return
     from pywet.laws import registry
 
@@ -127,12 +125,12 @@ def run(
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
     if engine == "liggghts":
-        _say_time(loaded, case, name)
-    _stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
-    _stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-    _stage(folder, "replay", lambda: stages.replay(folder))
-    _stage(folder, "results", lambda: stages.results(folder))
-    _show_summary(folder)
+        showing.say_time(loaded, case, name)
+    showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
+    showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
+    showing.stage(folder, "replay", lambda: stages.replay(folder))
+    showing.stage(folder, "results", lambda: stages.results(folder))
+    showing.show_summary(folder)
 
 
 @app.command()
@@ -147,8 +145,8 @@ def replay(
     status = command.run(run_dirs, as_json)
     for folder in run_dirs:
         audit.write(folder)
-        if not as_json:
-            _show_audit(folder)
+        if not as_json and len(run_dirs) == 1:
+            showing.show_audit(folder)
     raise typer.Exit(status)
 
 
@@ -159,7 +157,7 @@ def view(
     """Write the VTK time series of a run and a picture of it."""
     from pywet.view import render, vtk
 
-    _need_run(run_dir)
+    showing.need_run(run_dir)
     for path in vtk.write(run_dir):
         out.print(str(path), soft_wrap=True)
     picture = run_dir / "picture.png"
@@ -173,7 +171,7 @@ def timestep(run_dir: RunFolder) -> None:
     from pywet import advisor
     from pywet.scene import Scene
 
-    _need_run(run_dir)
+    showing.need_run(run_dir)
     for line in advisor.advise(Scene.read(run_dir / "scene.json")).lines:
         out.print(line, soft_wrap=True, markup=False)
 
@@ -297,93 +295,6 @@ def spheres(file: JsonFile) -> None:
     with err.status("colliding (compiled at first use)"):
         answer = module.collide_file(file)
     typer.echo(json.dumps(answer, indent=2, allow_nan=False))
-
-
-def _atlas(folder: Path, stock: bool) -> Path:
-    """The atlas with a progress bar."""
-    from rich.progress import Progress
-
-    from pywet.atlas import page
-
-    with Progress(console=err, transient=True) as bar:
-        task = bar.add_task("atlas", total=1.0)
-        return page.write(
-            folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
-        )
-
-
-def _say_time(config: Any, case: int, scale: str) -> None:
-    """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
-    from pywet.study.accuracy import command
-
-    said = command.predicted(config, case, scale)
-    if said:
-        err.print(f"{config.case(case).name} at scale {scale}: {said}", soft_wrap=True)
-
-
-def _need_run(run_dir: Path) -> None:
-    if not (run_dir / "scene.json").exists():
-        raise PywetError(
-            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it"
-        )
-
-
-def _stage(folder: Path, stage: str, work: Any) -> None:
-    """Run a stage, leave its status, stop with its reason when it failed."""
-    from pywet import stages
-
-    status = stages.attempt(folder, stage, work)
-    if not status.ok:
-        raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
-
-
-def _show_summary(folder: Path) -> None:
-    """A few lines on a run; exit code 1 when its checks, ledger or replay object."""
-    import json
-
-    from pywet.screening import verdict
-
-    summary = json.loads((folder / "summary.json").read_text())
-    out.print(
-        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s"
-    )
-    end, coarse = summary["fraction_retained_end"], summary["coarse_share"]
-    out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
-    if summary["ledger_error"] is not None:
-        out.print(f"liquid ledger off by {summary['ledger_error']:.1e} of the liquid put in")
-    _show_audit(folder)
-    replayed = folder / "replay.json"
-    if replayed.exists():
-        _show_agreement(json.loads(replayed.read_text()))
-    objections = verdict.objections(folder)
-    if objections:
-        raise PywetError("; ".join(objections))
-
-
-def _show_audit(run_dir: Path) -> None:
-    """What each effect contributed against the effect plan, where the run has both."""
-    from pywet import audit
-
-    found = audit.read(run_dir)
-    if found:
-        out.print("effects, plan against replay:")
-        for line in audit.lines(found):
-            out.print(line, soft_wrap=True, highlight=False)
-
-
-def _show_agreement(replay_json: dict[str, Any]) -> None:
-    """Agreement table; exit code 1 when a quantity is beyond its tolerance."""
-    from pywet.screening.verdict import agreement
-
-    table = Table("quantity", "values", "largest", "median", "", box=None, header_style="bold")
-    rows = agreement(replay_json)
-    for row in rows:
-        verdict = "[green]agrees" if row.ok else "[red]disagrees"
-        table.add_row(row.quantity, str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
-    out.print(table)
-    bad = [row.quantity for row in rows if not row.ok]
-    if bad:
-        raise PywetError(f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json")
 
 
 if __name__ == "__main__":

@@ -97,7 +97,8 @@ class Finding:
         """For replay.json."""
         other = None if self.next_best is None else {"fault": self.next_best[0], "share": self.next_best[1]}
         return {
-            "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities), "fault": self.fault, "number": self.number,
+            "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities), "fault": self.fault,
+            "number": self.number,
             "where": self.where, "since": self.since, "first": self.first, "explained": self.explained,
             "disagree": self.broken, "records": self.records, "share": self.explained / max(self.broken, 1),
             "tried": self.tried, "next_best": other,

@@ -67,7 +67,7 @@ def notes(more: dict[str, Any]) -> list[str]:
 
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     """The replay of a run without bridges: Newton's law and contributions."""
-    started, folder = time.monotonic(), Path(run_dir)
+    started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
     if not window.recorded(folder):
         raise io.ReplayError(
             f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
@@ -83,6 +83,7 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         **more,
         "diagnosis": None,
         "wall_s": time.monotonic() - started,
+        "cpu_s": time.process_time() - cpu,
         "events_per_s": 0.0,
         "contacts_per_s": 0.0,
         "quantities": {q.name: q.as_dict() for q in quantities},

@@ -15,9 +15,9 @@ from reference_impl import coverage, laws, links_chain, snapshots
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
 from reference_impl.forces import Contacts, angles
-from reference_impl.interpolation import of_bridges
 from reference_impl.io import Run
 from reference_impl.links_chain import Pair
+from reference_impl.links_rows import of_bridges
 from reference_impl.liquid import FORMATION, bodies
 from reference_impl.suspects import Formula, factor, formulas
 from reference_impl.transfer import Tables

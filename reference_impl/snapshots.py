@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 
 from reference_impl import laws
 from reference_impl.compare import Floats, Quantity, compare
-from reference_impl.interpolation import of_bridges
 from reference_impl.io import Run
+from reference_impl.links_rows import of_bridges
 from reference_impl.liquid import FORMATION, bodies
 from reference_impl.transfer import Tables
 

@@ -22,8 +22,8 @@ drawn off a floor, off a thin plate and off each other. **In the log**: the hist
 floor) is changed afterwards; *claims* are the laws and constants that `meta.json` names.
 
 *Shows in*: the quantity of the replay's table that is furthest beyond its limit, its largest deviation, and how many quantities
-are beyond theirs. *Named as*: what the replay says first. *Next-best*: the explanation after it, with the share of the records that
-it explains (100 %: these records cannot tell the two apart).
+are beyond theirs. *Named as*: what the replay says first. *Next-best*: the explanation after it, with the share of the records
+that it explains (100 %: these records cannot tell the two apart).
 
 | fault | planted in | shows in | deviation | quantities | named as | explains | next-best |
 |---|---|---|---|---|---|---|---|
@@ -60,6 +60,7 @@ def row(name: str, where: str, result: dict[str, Any]) -> str:
     bad = {n: q for n, q in result["quantities"].items() if not q["ok"]}
     worst = max(bad, key=lambda n: bad[n]["largest"] / max(bad[n]["tolerance"], 1e-12))
     first = result["diagnosis"]["findings"][0]
+    deviation = f"{bad[worst]['largest']:.1e}" if bad[worst]["largest"] < 1e300 else "not a number"
     other = first["next_best"]
     said = f"{other['fault']} ({100 * other['share']:.3g} %)" if other else "–"
     share = f"{first['explained']} of {first['disagree']}"
@@ -67,9 +68,9 @@ def row(name: str, where: str, result: dict[str, Any]) -> str:
         name,
         where,
         worst,
-        f"{bad[worst]['largest']:.1e}",
+        deviation,
         str(len(bad)),
-        f"{first['sentence'].split(' (')[0]}",
+        f"{first['what']}: {first['fault']}",
         share,
         said,
     )
