@@ -46,7 +46,10 @@ void Bridges::book_formations() {
       if (e.partner_kind == SPHERE) asked[e.j] += e.share_j;
       else asked_wall[e.triangle] += e.share_j;
     }
-  auto part_of = [](double held, double ask) { return ask > held ? held / ask : 1.0; };
+  auto part_of = [](double held, double ask) {  // a film drawn dry may be below zero by its last digit: it gives nothing
+    held = std::max(held, 0.0);
+    return ask > held ? held / ask : 1.0;
+  };
   std::unordered_map<int, double> grant, grant_wall;  // from the films at the start of the step
   for (auto &a : asked) grant[a.first] = part_of(film[a.first], a.second);
   for (auto &a : asked_wall) grant_wall[a.first] = part_of(walls.film[a.first], a.second);
