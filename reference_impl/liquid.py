@@ -77,12 +77,12 @@ def wanted(event: Any, state: State, fixed: Bodies) -> tuple[float, float]:
     ri = fixed.radius[event.i]
     if event.partner_kind == laws.SPHERE:
         rj = fixed.radius[event.j]
-        ask_i = laws.drawn_from_sphere(laws.SPHERE, state.film[event.i], ri, rj, 0.0)
-        return ask_i, laws.drawn_from_sphere(laws.SPHERE, state.film[event.j], rj, ri, 0.0)
+        ask_i = laws.drawn_from_sphere(laws.SPHERE, max(state.film[event.i], 0.0), ri, rj, 0.0)
+        return ask_i, laws.drawn_from_sphere(laws.SPHERE, max(state.film[event.j], 0.0), rj, ri, 0.0)
     width = fixed.half_width[event.j]
-    thickness = state.wall.get(event.triangle, 0.0) / fixed.area[event.triangle]
+    thickness = max(state.wall.get(event.triangle, 0.0), 0.0) / fixed.area[event.triangle]
     kind = laws.SMALL_WALL if width < ri else laws.LARGE_WALL
-    ask_i = laws.drawn_from_sphere(kind, state.film[event.i], ri, 0.0, width)
+    ask_i = laws.drawn_from_sphere(kind, max(state.film[event.i], 0.0), ri, 0.0, width)
     return ask_i, laws.drawn_from_wall(kind, thickness, ri, width)
 
 
@@ -104,7 +104,8 @@ def step(events: list[Any], state: State, fixed: Bodies, tables: Tables, out: di
     def held(holder: tuple[str, int]) -> float:
         return state.film[holder[1]] if holder[0] == "sphere" else state.wall.get(holder[1], 0.0)
 
-    grant = {h: (held(h) / a if a > held(h) else 1.0) for h, a in asked.items()}
+    there = {h: max(held(h), 0.0) for h in asked}  # drawn dry, a film may be below zero by its last digit
+    grant = {h: (there[h] / a if a > there[h] else 1.0) for h, a in asked.items()}
     before = [(held(("sphere", e.i)), held(holder_j(e))) for e in events]
     moves: list[tuple[tuple[str, int], float]] = []
     for n, e in enumerate(events):

@@ -13,6 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from pywet.study.stability.maps import Map
@@ -69,6 +70,8 @@ def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
         yscale="log" if chart.y_log else "linear",
     )
     axes.set_title(chart.title, fontsize=10.5, loc="left", fontweight="bold")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
     axes.tick_params(labelsize=8.5)
     return set(kinds)
 

@@ -167,7 +167,7 @@ def thick() -> Batch:
     )
     return Batch(
         name="hard-thick", classes=classes, pairs=springs([2e4, 2e3], 0.8), liquid=liquid(10.0), effects=small.PAPER,
-        time_step=4e-6, steps=2500, cells=cells, how="semi_implicit", wall_angle=math.radians(89.0), windows=(3, 60),
+        time_step=4e-6, steps=1200, cells=cells, how="semi_implicit", wall_angle=math.radians(89.0), windows=(3, 60),
     )  # fmt: skip
 
 

@@ -75,13 +75,19 @@ def map_sections(folder: Path) -> list[page.Section]:
     for name, table in made.items():
         _write(table, folder / f"map_{name}.csv")
     groups = (
-        ("Time step and viscosity", "step", ("step_explicit", "step_semi_implicit")),
-        ("Stiffness and speed, film and size ratio, angle and volume", "others", ("stiffness", "ratio", "angle")),
+        ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
+        (
+            "Stiffness and speed, film and size ratio, angle and volume",
+            "Stiffness, film, angle",
+            ("stiffness", "ratio", "angle"),
+        ),
     )
     found = []
     for heading, short, names in groups:
         charts = [(MAPS[n], made[n]) for n in names]
-        picture = page.picture(figures.maps_figure(charts, len(charts)), heading)
+        picture = page.picture(
+            figures.maps_figure(charts, len(charts)), "Each field is one point, judged in the engine"
+        )
         words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(made[n]))) for n in names]
         found.append(page.Section(heading, picture + "".join(words), short))
     return found

@@ -46,8 +46,8 @@ void Bridges::book_formations() {
       if (e.partner_kind == SPHERE) asked[e.j] += e.share_j;
       else asked_wall[e.triangle] += e.share_j;
     }
-  auto part_of = [](double film, double ask) {
-    const double held = std::max(film, 0.0);  // a holder emptied before may be left with a rounding below zero
+  auto part_of = [](double held, double ask) {  // a film drawn dry may be below zero by its last digit: it gives nothing
+    held = std::max(held, 0.0);
     return ask > held ? held / ask : 1.0;
   };
   std::unordered_map<int, double> grant, grant_wall;  // from the films at the start of the step
