@@ -29,6 +29,7 @@ include: "workflow/rules/engines.smk"
 include: "workflow/rules/study_effects.smk"
 include: "workflow/rules/study_accuracy.smk"
 include: "workflow/rules/study_stability.smk"
+include: "workflow/rules/studies.smk"
 
 
 rule all:

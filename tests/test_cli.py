@@ -50,7 +50,11 @@ def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
     lines = runner.invoke(app, ["plan", "1", "--config", str(CONFIG)]).output.strip().splitlines()
     assert lines[0].split()[:2] == ["bridges", "off"]
     switched = {line.split()[0]: line.split()[1] for line in lines}
-    assert {effect for effect, state in switched.items() if state == "on"} == {"rolling", "tangential_history", "gravity"}
+    assert {effect for effect, state in switched.items() if state == "on"} == {
+        "rolling",
+        "tangential_history",
+        "gravity",
+    }
     assert set(switched.values()) == {"on", "off"} and len(switched) == 12
 
 

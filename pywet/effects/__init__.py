@@ -187,7 +187,7 @@ def _with_share_and_cost(row: EffectRow, shares: dict[str, float]) -> EffectRow:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:3.0f} %" if share >= 0.01 or share == 0 else f"{100 * share:.0e} %"
+    return f"{100 * share:3.0f} %" if share >= 0.01 or share == 0 else f"{100 * share:3.1g} %"
 
 
 def _laws(laws: LawSettings) -> dict[str, str]:
