@@ -19,6 +19,7 @@ import numpy as np
 
 from pywet import small
 from pywet.engines.liggghts import build, driver
+from pywet.engines.liggghts.process import Usage
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Scene
@@ -108,8 +109,8 @@ PATCHES: list[tuple[str, str, str]] = [
     ("formation.cpp", "const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];",
      "const double touch = pair.radii + (planted(\"films twice as thick\") ? 2 : 1) * (thickness_[pair.i] + thickness_[pair.j])\n"
      '        - (planted("formation on touch") ? thickness_[pair.i] + thickness_[pair.j] : 0.0);'),
-    ("formation.cpp", "laws.from_sphere(film[pair.i], g.radius_i, g.radius_j),",
-     'laws.from_sphere(film[pair.i], g.radius_i, planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
+    ("formation.cpp", "laws.from_sphere(held(film[pair.i]), g.radius_i, g.radius_j),",
+     'laws.from_sphere(held(film[pair.i]), g.radius_i, planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
     ("formation.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
     ("formation.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
     ("booking.cpp", "for (Event &e : events_)\n    if (e.kind == FORMATION) {\n      e.share_i *= grant[e.i];", SEQUENTIAL),
@@ -231,18 +232,15 @@ class Foundry:
     def run(self, run_dir: Path, bodies: list[small.Sphere], fault: str) -> None:
         """Run a prepared scene with one fault switched on."""
 
-        def execute(command: list[str], folder: Path, scene: Scene, *_: object) -> None:
+        def execute(command: list[str], folder: Path, scene: Scene, *_: object) -> Usage:
             assert self._worker.stdin is not None
             print(fault, run_dir.resolve(), folder, sep="\t", file=self._worker.stdin, flush=True)
             status = self._answer()
             assert status == "0", (folder / "output.log").read_text() + (folder / "screen.log").read_text()[-500:]
+            return Usage(0.0, None)
 
-        before = driver.execute
-        driver.execute = execute  # type: ignore[assignment]
-        try:
-            small.run(run_dir, bodies)
-        finally:
-            driver.execute = before
+        extra, free = small.drive(bodies)
+        driver.run(run_dir, 1, progress=False, extra=extra, integrate=free, launch=execute)
 
     def close(self) -> None:
         """End the process."""
