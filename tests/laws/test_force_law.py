@@ -65,7 +65,7 @@ def test_numbers_in_docstrings(name: str) -> None:
 
 
 def test_numbers_in_the_transfer_docstring() -> None:
-    assert doctest.testmod(transfer) == doctest.TestResults(failed=0, attempted=1)
+    assert doctest.testmod(transfer) == doctest.TestResults(failed=0, attempted=2)
 
 
 def not_a_number(speed: float, viscosity: float, surface_tension: float) -> float:
