@@ -6,12 +6,15 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import between_nodes, contributions, io, newton, window
+from reference_impl import between_nodes, contributions, diagnosis, io, links_motion, newton, window
 from reference_impl.compare import Quantity
 
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
 )
+
+MOTION = {"newton_force", "newton_torque", "wall_closest_point"}
+"""Quantities whose faults are looked for in the motion."""
 
 
 def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, Any]]:
@@ -38,6 +41,14 @@ def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, 
         **newton.counts(forces),
     }
     return found, more
+
+
+def named(run_dir: Path, run: io.Run | None, failed: list[str]) -> dict[str, Any] | None:
+    """What of the motion is wrong, named, where nothing else is; None where the motion is right."""
+    if not set(failed) & MOTION or not window.recorded(Path(run_dir)):
+        return None
+    setup = window.read(Path(run_dir))
+    return diagnosis.diagnose(links_motion.links(setup, newton.forces(setup, run), failed), failed)
 
 
 def notes(more: dict[str, Any]) -> list[str]:
@@ -74,14 +85,15 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
             "run the case again"
         )
     quantities, more = check(folder, None)
+    failed = [q.name for q in quantities if not q.ok]
     result = {
-        "ok": all(q.ok for q in quantities),
+        "ok": not failed,
         "events": 0,
         "contacts": 0,
         "unchecked": [],
         "notes": notes(more),
         **more,
-        "diagnosis": None,
+        "diagnosis": named(folder, None, failed) if failed else None,
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
         "events_per_s": 0.0,

@@ -164,9 +164,9 @@ def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
     """Newton's law for force and torque, the engine's own kicks, springs; in moist runs the walls and the log's states."""
     rows: dict[str, list[tuple[Any, ...]]] = {}
     for f in found:
-        parts = {**_law(setup, f), **f.checks}
+        parts = {**law(setup, f), **f.checks}
         if f.bridges is not None:
-            parts.update(_log(setup, f))
+            parts.update(against_log(setup, f))
         for name, part in parts.items():
             rows.setdefault(name, []).append(part)
     return [_quantity(setup, name, parts) for name, parts in rows.items()]
@@ -175,7 +175,7 @@ def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
 SCALES = {
     "newton_force": ("sum of the forces' sizes, at least the weight at 9.81 m/s2", TOLERANCE),
     "newton_torque": ("r times the same", TOLERANCE),
-    "newton_kick": ("speed", 1e-12),
+    "newton_kick": ("speed, or half a kick where that is more", 1e-12),
     "newton_drift": ("radius", 1e-12),
     "contact_spring": ("spring of the step before and slip in the step, at least 1e-9 r", 1e-6),
     "wall_closest_point": ("radius", TOLERANCE),
@@ -207,22 +207,29 @@ def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity
     return compare(name, SCALES[name][0], logged, own, scale, rows, most)
 
 
-def _law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
+def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
+    """Step (its place in the window) and sphere for which the law is checked."""
+    w = f.window
+    k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
+    at, who = (g.ravel() for g in np.meshgrid(k, np.flatnonzero(setup.free), indexing="ij"))
+    return at, who
+
+
+def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     """Between consecutive steps, for free spheres, unless the engine set itself up anew between them."""
     w, dt = f.window, setup.step
-    k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
-    free = np.flatnonzero(setup.free)
-    at, who = (g.ravel() for g in np.meshgrid(k, free, indexing="ij"))
+    at, who = records(setup, f)
     m, r = setup.mass[who], setup.radius[who]
     inertia = 0.4 * m * r**2
     rows = pd.DataFrame({"step": w.steps[at], "i": setup.ids[who]})
     scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)
     dv, dw = w.v[at + 1, who] - w.v[at, who], w.w[at + 1, who] - w.w[at, who]
     own, turn = (0.5 * (s[at, who] + s[at + 1, who]) for s in (f.force, f.torque))
-    kick = 0.5 * dt / m[:, None] * (w.force[at, who] + w.force[at + 1, who])
+    halves = [0.5 * dt / m[:, None] * w.force[k, who] for k in (at, at + 1)]
+    kick = halves[0] + halves[1]
     drift = w.x[at + 1, who] - w.x[at, who]
     middle = dt * w.v[at, who] + 0.5 * dt**2 / m[:, None] * w.force[at, who]
-    speed = np.maximum(dry.size(w.v[at, who]), dry.size(w.v[at + 1, who]))
+    speed = np.max([dry.size(v) for v in (w.v[at, who], w.v[at + 1, who], *halves)], axis=0)
     return {
         "newton_force": (m[:, None] * dv / dt, own, scale, rows),
         "newton_torque": (inertia[:, None] * dw / dt, turn, r * scale, rows),
@@ -231,7 +238,7 @@ def _law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     }
 
 
-def _log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
+def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     """The contact log against the trajectory and the walls."""
     b, w = f.bridges, f.window
     assert b is not None

@@ -37,7 +37,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "unchecked": coverage.unchecked(run),
         "notes": [*coverage.notes(run), *dynamics.notes(more)],
         **more,
-        "diagnosis": faults.find(run, tables, failed) if failed else None,
+        "diagnosis": _named(Path(run_dir), run, tables, failed) if failed else None,
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
         "events_per_s": len(run.table("events")) / max(events_done - cpu, 1e-9),
@@ -47,6 +47,12 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     io.clear()
     io.write_json(out or Path(run_dir) / "replay.json", result)
     return result
+
+
+def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
+    """The faults in the log; where it holds, those in the motion."""
+    found = faults.find(run, tables, failed)
+    return found if found["findings"] else dynamics.named(run_dir, run, failed) or found
 
 
 def table(result: dict[str, Any]) -> str:

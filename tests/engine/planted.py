@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -159,9 +160,18 @@ NAMED: dict[str, tuple[str, str]] = {
     "evaporation": ("contact_volume", "it changes while the bridge stands"),
 }
 """Fault, and the link that must break with the words it must be named by."""
+MOTION: dict[str, tuple[str, str]] = {
+    "half of it acts": ("newton_force", "every force of bridges: half of it counts"),
+    "closest point": ("wall_closest_point", "it is off by (1e-05, 0, 0) m"),
+}
+"""Faults that only the recorded motion shows (`output.window_trajectories`), and how they are named."""
 UNSEEN: dict[str, tuple[str, bool, str]] = {
-    "forces that act": ("half of it acts", True, "half of each force acts, all of it is logged"),
-    "closest point of a wall": ("closest point", True, "it is 10 µm off in the log as in the forces"),
+    "forces that act": ("half of it acts", True, "half of each force acts, all of it is logged, no motion is recorded"),
+    "closest point of a wall": (
+        "closest point",
+        True,
+        "it is 10 µm off in the log as in the forces, no motion is recorded",
+    ),
     "forces outside the contact log": (
         "viscous sign",
         False,
@@ -184,8 +194,11 @@ def patched_sources(folder: Path) -> Path:
     return folder
 
 
-def scene(run_dir: Path, contact_log: bool = True) -> list[small.Sphere]:
-    """Four driven spheres, without overlaps: off the floor, off a thin plate, off each other, and one that comes near."""
+def scene(run_dir: Path, contact_log: bool = True, motion: bool = False) -> list[small.Sphere]:
+    """Four spheres, without overlaps: off the floor, off a thin plate, off each other, and one that comes near.
+
+    They are driven; where their motion is recorded they are free.
+    """
     top = 2 * LARGE + 2 * LITTLE + 4.9e-4
     bodies = [
         small.Sphere(1, (0.0, 0.0, LARGE + 2e-5), (0.01, 0.0, 0.06), (0.0, 5.0, 2.0), driven=True),
@@ -195,11 +208,14 @@ def scene(run_dir: Path, contact_log: bool = True) -> list[small.Sphere]:
     ]
     bar = 0.5 * np.array([[-1e-3, -0.02], [1e-3, -0.02], [1e-3, 0.02], [-1e-3, 0.02]]) + [0.03, 0.0]
     walls = [small.floor(half_side=0.015), make_surface("bar", "wall", plate(bar, -0.008, 0.0))]
+    if motion:
+        bodies = [replace(b, driven=False) for b in bodies]
     angles = zip(spheres_of(LARGE, LITTLE), (0.5, 0.2), strict=True)
     classes = [c.model_copy(update={"contact_angle_rad": a}) for c, a in angles]
     small.prepare(
         run_dir, classes, bodies, contacts(2, stiffness=1e4), liquid=WATER, effects=small.PAPER, walls=walls,
         wall_angle_rad=math.pi / 4, time_step_s=5e-5, steps=500, output_interval_s=5e-3, log_every_step=contact_log,
+        window_trajectories=motion,
     )  # fmt: skip
     return bodies
 

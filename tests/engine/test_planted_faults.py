@@ -50,6 +50,17 @@ def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, faul
     assert first["sentence"] in table(result)
 
 
+@pytest.mark.parametrize("fault", planted.MOTION)
+def test_fault_that_the_motion_shows(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+    """The log holds; the speeds, or the reference's own walls, do not."""
+    quantity, words = planted.MOTION[fault]
+    foundry.run(tmp_path, planted.scene(tmp_path, motion=True), fault)
+    result = replay(tmp_path)
+    assert quantity in [n for n, q in result["quantities"].items() if not q["ok"]]
+    found = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    assert found and words in found[0], result["diagnosis"]
+
+
 @pytest.mark.parametrize("what", planted.UNSEEN)
 def test_what_the_replay_cannot_see(foundry: planted.Foundry, tmp_path: Path, what: str) -> None:
     """These agree although they are wrong; a change of this needs a change of docs/planted_faults.md."""

@@ -193,6 +193,31 @@ def test_faults_are_found(tmp_path: Path, request: pytest.FixtureRequest, name: 
     assert quantities[SEEN_IN[name]].largest > 1e3 * FORCE
 
 
+NAMED = {
+    "tangential stiffness 1 % off": (
+        _pairs("tangential_stiffness_N_per_m", lambda k: 1.01 * k),
+        "the friction of the dry contacts is 0.990099",
+    ),
+    "rolling twice": (_pairs("rolling_friction_m", lambda m: 2.0 * m), "the rolling resistance: half of it counts"),
+    "gravity tilted": (_tilt, "an acceleration of (-0.0981, "),
+    "mass 0.1 % off": (_heavier, "as if the mass were 0.999"),
+}
+"""Fault in what the reference is told, and the words by which the replay names it."""
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_faults_are_named(tmp_path: Path, moist: Path, name: str) -> None:
+    """The log holds, the motion does not: the first finding is the planted fault."""
+    folder, (fault, words) = tmp_path / "run", NAMED[name]
+    shutil.copytree(moist, folder)
+    scene = json.loads((folder / "scene.json").read_text())
+    fault(scene)
+    (folder / "scene.json").write_text(json.dumps(scene))
+    result = replay(folder)
+    assert not result["ok"]
+    assert words in result["diagnosis"]["findings"][0]["sentence"], result["diagnosis"]
+
+
 def test_still_walls_are_found(dry: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A reference that forgets the walls' velocity does not close; one that forgets their place does not either."""
     monkeypatch.setattr(wall_motion.Motion, "velocity", lambda self, wall, step, points: np.zeros_like(points))
