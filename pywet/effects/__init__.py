@@ -144,7 +144,8 @@ def plan(
     rows.append(_row("gravity", s.gravity_m_per_s2 > 0, numbers["gravity"], settings, None, "the scene"))
     rows.append(_liquid_weight_row(numbers["liquid_weight"], settings))
     rows = _together(rows, settings)
-    shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), s)
+    counts = [c.count for c in classes if c.count > 0]
+    shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
     return EffectPlan(tuple(_with_share_and_cost(row, shares) for row in rows), _effects(rows, named, s))
 
 

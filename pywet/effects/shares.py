@@ -1,6 +1,6 @@
 """Predicted shares of impulse: sum of |F| dt of one force over that of weight, capillary and viscous forces together.
 
-Per sphere of mean size, a bridge counted once. These are what a log of all contacts would show, to a stated factor; they do
+Each class as if among its own kind, a bridge counted once. These are what a log of all contacts would show, to a stated factor; they do
 not decide anything (a small force can matter, a large one be balanced).
 """
 
@@ -23,12 +23,12 @@ WITHIN = {"gravity": 3.0, "capillary": 3.0, "viscous_normal": 15.0, "viscous_tan
 """Factor within which a predicted share claims to hold."""
 
 
-def predicted_shares(of: Sequence[Groups], s: Surroundings) -> dict[str, float]:
-    """Effect -> share; empty where there is neither weight nor liquid."""
+def predicted_shares(of: Sequence[Groups], counts: Sequence[int], s: Surroundings) -> dict[str, float]:
+    """Effect -> share over classes of so many spheres; empty where there is neither weight nor liquid."""
     total = dict.fromkeys(WITHIN, 0.0)
-    for g in of:
+    for g, count in zip(of, counts, strict=True):
         for effect, impulse in _impulses(g, s).items():
-            total[effect] += impulse
+            total[effect] += count * impulse
     everything = sum(total.values())
     return {effect: value / everything for effect, value in total.items()} if everything > 0 else {}
 
