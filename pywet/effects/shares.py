@@ -1,7 +1,7 @@
 """Predicted shares of impulse: sum of |F| dt of one force over that of weight, capillary and viscous forces together.
 
-Each class as if among its own kind, a bridge counted once. These are what a log of all contacts would show, to a stated factor; they do
-not decide anything (a small force can matter, a large one be balanced).
+Each class as if among its own kind, a bridge counted once. These are what a log of all contacts would show, to a stated
+factor; they do not decide anything (a small force can matter, a large one be balanced).
 """
 
 from __future__ import annotations

@@ -70,6 +70,7 @@ def write(
                 **context(config, scale, results, picture),
                 "presets": presets.shown(pairs),
                 "table_of_agreement": _beside(out),
+                "studies": _studies(out),
             }
         )
     except jinja2.TemplateNotFound as error:
@@ -78,6 +79,16 @@ def write(
         ) from error
     with atomic_write(out) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+STUDIES = {"accuracy": "what accuracy costs", "stability": "what stays stable", "effects": "which effects count"}
+"""Page under results/studies and what it is about."""
+
+
+def _studies(report: Path) -> list[tuple[str, str]]:
+    """Links to the pages of the studies that were made, with their titles."""
+    folder = report.parent.parent / "studies"
+    return [(f"../studies/{n}.html", title) for n, title in STUDIES.items() if (folder / f"{n}.html").exists()]
 
 
 def _beside(out: Path) -> str | None:

@@ -87,6 +87,16 @@ def test_report_needs_no_other_file(config: settings.Config, folder: Path) -> No
     assert sum(source.startswith("data:image/png") for source in sources) == 1
 
 
+def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:
+    assert "studies/" not in _write(config, folder)
+    page = folder.parent / "studies" / "effects.html"
+    page.parent.mkdir(exist_ok=True)
+    page.touch()
+    text = _write(config, folder)
+    page.unlink()
+    assert '<a href="../studies/effects.html">which effects count</a>' in text and "accuracy.html" not in text
+
+
 def test_an_empty_picture_is_left_out(config: settings.Config, folder: Path) -> None:
     (folder / "picture.png").touch()
     assert "data:image/png" not in _write(config, folder, folder / "picture.png")
