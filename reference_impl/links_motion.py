@@ -21,9 +21,9 @@ from reference_impl.suspects import PLAIN, middle
 from reference_impl.window import Setup
 
 Part = tuple[Floats, Floats]
-"""Force on a, and the torques on a and b stacked, of every contact or bridge."""
+"""Force and torque on the sphere of each record."""
 EVERY = ("every force of bridges", "every force but weight")
-"""Sums of the parts before them; the last is the mass the other way round."""
+"""Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
 
 
 def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
@@ -57,11 +57,11 @@ def _rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
 def _parts(setup: Setup, f: Forces) -> dict[str, Part]:
     """Force and torque of each part on the spheres of `newton.law`'s records, mean of the step's two ends."""
     t, c, w = f.touches, f.contacts, f.bridges
-    zero, bare = np.zeros((len(t.k), 3)), np.zeros(len(t.k))
+    zero = np.zeros((len(t.k), 3))
     side_a, side_b = (-arm[:, None] * np.cross(t.n, c.tangential) for arm in (c.arm_a, c.arm_b))
     dry = {
-        "the springs of the dry contacts": ((bare + c.elastic)[:, None] * t.n, zero, zero),
-        "the damping of the dry contacts": ((bare + c.damping)[:, None] * t.n, zero, zero),
+        "the springs of the dry contacts": (c.elastic[:, None] * t.n, zero, zero),
+        "the damping of the dry contacts": (c.damping[:, None] * t.n, zero, zero),
         "the friction of the dry contacts": (c.tangential, side_a, side_b),
         "the rolling resistance": (zero, c.rolling, -c.rolling),
     }
@@ -102,7 +102,7 @@ def _mean(
 
 def _marks(terms: dict[str, Floats]) -> dict[str, Floats]:
     """Records in which a part acts, to say where."""
-    return {f"where {name} acts".replace("where the ", "where "): length(term) > 0 for name, term in terms.items()}
+    return {f"with {name}": length(term) > 0 for name, term in terms.items()}
 
 
 def _suspects(

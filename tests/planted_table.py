@@ -35,8 +35,9 @@ UNSEEN = (
      "a sample of the records is solved anew: force within 1e-3 of that at touch, rupture distance within 2e-4"),
     ("a law that is not built in", "", "its term is taken as logged (`unchecked` in replay.json)"),
     ("contact forces of the dry model, without recorded motion", "",
-     "with `output.window_trajectories` Newton's law shows them: eight faults are tests (`tests/reference_impl/test_newton.py`), "
-     "four of them named; a wrong stiffness, friction or damping is found without a name, for sliding obeys no single factor"),
+     "with `output.window_trajectories` Newton's law shows them "
+     "(`tests/reference_impl/test_newton.py`): a wrong tangential stiffness, rolling resistance, gravity or "
+     "mass is named; a wrong stiffness, friction, damping or wall motion is found without a name"),
     ("a wrong reading of a paper that both sides share", "",
      "both are written from the same mended equations; the atlas and the exact bridge judge the laws"),
 )  # fmt: skip
