@@ -7,12 +7,15 @@ one part; its ends lie inside the side wall, so that there is no way around it.
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from pywet.geometry.solids import wire
-from pywet.geometry.surface import SMALLEST_ANGLE_DEG, Floats, Surface, make_surface
+from pywet.geometry.surface import SAME_POINT_M, SMALLEST_ANGLE_DEG, Floats, Surface, make_surface
 
 ANGLE_RESERVE = 1.02
 """Wires are cut for 2 % more than the smallest permitted angle, so that rounding cannot undercut it."""
+MOST_STEPS_MORE = 12
+"""Tries to cut the wires along y so that no node lies on a wire along x."""
 
 
 def wire_positions(pitch: float, radius: float, half_width: float) -> Floats:
@@ -41,17 +44,31 @@ def chord(outline: Floats, offset: float, axis: int) -> tuple[float, float] | No
 
 
 def build_wires(aperture: float, diameter: float, sides: int, inner_apothem: float, mid_wall: Floats) -> Surface:
-    """All wires as one vibrating surface; `mid_wall` (n, 2) is the outline halfway through the side wall."""
-    parts: list[tuple[Floats, float | None]] = []
+    """All wires as one vibrating surface; `mid_wall` (n, 2) is the outline halfway through the side wall.
+
+    Crossing wires must not share a node, which the engine would take for one body. Where they would, the wires along y are cut
+    into a step more.
+    """
     radius = 0.5 * diameter
-    for axis in (0, 1):
-        for offset in wire_positions(aperture + diameter, radius, inner_apothem):
-            ends = chord(mid_wall, float(offset), axis)
-            if ends is None:
-                continue
-            start, end = np.zeros(3), np.zeros(3)
-            start[axis], end[axis] = ends
-            start[1 - axis] = end[1 - axis] = offset
-            corners = wire(start, end, radius, sides, ANGLE_RESERVE * SMALLEST_ANGLE_DEG)
-            parts.append((corners, radius))
-    return make_surface("wires", "wires", parts, "vibrates")
+    for more in range(MOST_STEPS_MORE):
+        wires = []
+        for axis in (0, 1):
+            for offset in wire_positions(aperture + diameter, radius, inner_apothem):
+                ends = chord(mid_wall, float(offset), axis)
+                if ends is None:
+                    continue
+                start, end = np.zeros(3), np.zeros(3)
+                start[axis], end[axis] = ends
+                start[1 - axis] = end[1 - axis] = offset
+                wires.append(wire(start, end, radius, sides, ANGLE_RESERVE * SMALLEST_ANGLE_DEG, more * axis))
+        if not _meet(wires):
+            break
+    return make_surface("wires", "wires", [(corners, radius) for corners in wires], "vibrates")
+
+
+def _meet(wires: list[Floats]) -> bool:
+    """Whether nodes of two wires lie so close that they would be one."""
+    nodes = [np.unique(corners.reshape(-1, 3), axis=0) for corners in wires]
+    owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
+    close = cKDTree(np.concatenate(nodes)).query_pairs(2.0 * SAME_POINT_M, output_type="ndarray")
+    return bool((owner[close[:, 0]] != owner[close[:, 1]]).any())

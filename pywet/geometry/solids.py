@@ -102,12 +102,15 @@ def plate(outline: Floats, z_low: Floats | float, z_high: Floats | float) -> lis
     return [top, bottom, (edges, flat_half_width(float((high - low)[:, 2].min())))]
 
 
-def wire(start: Floats, end: Floats, radius: float, sides: int, smallest_angle_deg: float) -> Floats:
+def wire(
+    start: Floats, end: Floats, radius: float, sides: int, smallest_angle_deg: float, steps_more: int = 0
+) -> Floats:
     """Triangles of a straight horizontal wire from `start` to `end` (3,) [m]: a prism inscribed in the cylinder.
 
     Two opposite edges look horizontally sideways, so that the free distance between parallel wires is the true one.
     The length is cut into equal steps; nodes sit on every other step of an edge, alternating from edge to edge, which
-    halves the triangles that a plain grid would need for the same smallest angle. `sides` must be even.
+    halves the triangles that a plain grid would need for the same smallest angle. `sides` must be even. `steps_more` is added
+    to the fewest steps that keep the smallest angle.
     """
     axis = (end - start) / np.linalg.norm(end - start)
     across = np.cross([0.0, 0.0, 1.0], axis)
@@ -115,7 +118,7 @@ def wire(start: Floats, end: Floats, radius: float, sides: int, smallest_angle_d
     rim = radius * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * np.array([0.0, 0.0, 1.0]))
     length = float(np.linalg.norm(end - start))
     longest = 2.0 * radius * math.sin(math.pi / sides) / math.tan(math.radians(smallest_angle_deg))
-    steps = max(1, math.ceil(length / longest))
+    steps = max(1, math.ceil(length / longest)) + steps_more
     nodes = [sorted({0, *range(odd, steps, 2), steps}) for odd in (2, 1)]
 
     def point(edge: int, step: int) -> Floats:

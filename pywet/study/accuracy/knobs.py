@@ -52,8 +52,8 @@ class Knob:
     """Whether all levels ought to give the same result, so that it is their price alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
-        """Levels of a study of this size; `whole` has those of `standard`."""
-        return tuple(getattr(self, "standard" if size == "whole" else size))
+        """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""
+        return tuple(getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)))
 
 
 KNOBS: dict[str, Knob] = {
@@ -75,7 +75,7 @@ KNOBS: dict[str, Knob] = {
             (0.003, 0.01, 0.03, 0.1),
             (0.01, 0.03, 0.1, 1.0),
         ),
-        Knob("wire_sides", "wire facets", "scales.yaml: wire_sides", (4, 6, 16), (4, 6, 8, 16), (6, 8, 12)),
+        Knob("wire_sides", "wire facets", "scales.yaml: wire_sides", (4, 6, 16), (4, 6, 8, 16), (4, 6, 12)),
         Knob(
             "capillary",
             "capillary law",
@@ -104,7 +104,7 @@ KNOBS: dict[str, Knob] = {
 
 def default(size: str) -> Setting:
     """The setting that others are compared with: `config/` at the scale of the study."""
-    return Setting(stiffness=0.1) if size == "reduced" else Setting()
+    return Setting(stiffness=0.1) if size.startswith("reduced") else Setting()
 
 
 def reference(knob: str, size: str) -> Level:

@@ -10,7 +10,6 @@ import json
 import os
 import platform
 import re
-import resource
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
@@ -61,6 +60,10 @@ class Run:
         """Name of its file, without folder."""
         return f"{self.scene}-{self.seed}-{self.knob}" + ("" if self.level is None else f"-{self.level}")
 
+    def file(self, folder: Path, size: str) -> Path:
+        """Where the study in this folder keeps it."""
+        return folder / "runs" / size / f"{self.name}.json"
+
 
 def rounds(size: str) -> list[tuple[str, int]]:
     """Scene and seed of every round, in the order they are done: rounds of one scene are not neighbours."""
@@ -89,7 +92,7 @@ def do_round(folder: Path, scene: str, seed: int, size: str, config_dir: Path, r
     made = []
     wanted = design(scene, seed, size)
     for k, run in enumerate(wanted):
-        path = folder / "runs" / f"{run.name}.json"
+        path = run.file(folder, size)
         report(run.name, k, len(wanted))
         if not _there(path, run, size):
             write_json(path, do(run, size, config_dir))
@@ -99,7 +102,7 @@ def do_round(folder: Path, scene: str, seed: int, size: str, config_dir: Path, r
 
 def missing(folder: Path, scene: str, seed: int, size: str) -> list[Run]:
     """Runs of a round that are not kept yet."""
-    return [r for r in design(scene, seed, size) if not _there(folder / "runs" / f"{r.name}.json", r, size)]
+    return [r for r in design(scene, seed, size) if not _there(r.file(folder, size), r, size)]
 
 
 def _there(path: Path, run: Run, size: str) -> bool:
@@ -171,10 +174,7 @@ def _quantities(scene: str, folder: Path) -> dict[str, Any]:
 
 def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
     """Run and measure: wall and processor time in all and in the engine's time loop [s], and what the loop did."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     info = begin()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     log = (folder / "engine" / "log.liggghts").read_text(errors="replace")
     loop = sum(float(t) for t in re.findall(r"^Loop time of (\S+)", log, flags=re.MULTILINE))
     builds = sum(int(n) for n in re.findall(r"^Neighbor list builds = (\d+)", log, flags=re.MULTILINE))
@@ -184,9 +184,9 @@ def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
         count = float(pd.read_parquet(folder / "history" / "ledger.parquet")["bridge_count"].mean())
     return {
         "wall_s": info.wall_s,
-        "cpu_s": cpu,
+        "cpu_s": info.cpu_s,
         "loop_wall_s": loop,
-        "loop_cpu_s": cpu * min(1.0, loop / max(info.wall_s, 1e-9)),
+        "loop_cpu_s": info.cpu_s if info.loop_cpu_s is None else info.loop_cpu_s,
         "steps": info.steps,
         "spheres": info.spheres,
         "triangles": sum(len(w.triangle_part) for w in scene.walls),
@@ -200,7 +200,7 @@ def load(folder: Path, size: str) -> Iterator[dict[str, Any]]:
     """All kept runs of a size that belong to its design."""
     for scene, seed in rounds(size):
         for run in design(scene, seed, size):
-            path = folder / "runs" / f"{run.name}.json"
+            path = run.file(folder, size)
             if _there(path, run, size):
                 yield json.loads(path.read_text())
 

@@ -39,9 +39,11 @@ SIZES = {
     "quick": Size("smoke", 40.0, 0.35, 0.08, 2),
     "standard": Size("smoke", 40.0, 0.8, 0.12, 4),
     "whole": Size("smoke", None, None, None, 4),
-    "reduced": Size("reduced", None, None, None, 3),
+    "reduced": Size("reduced", None, 1.2, 0.2, 2),
+    "reduced_whole": Size("reduced", None, None, None, 3),
 }
-"""`quick` and `standard`: the smoke scale's springs and stroke on 4 x 4 apertures; `whole`: the smoke scale as it is."""
+"""`quick` and `standard`: the smoke scale's springs on 4 x 4 apertures; `whole`: the smoke scale as it is. `reduced`: the reduced
+scale's sieve and springs for the first second of screening; `reduced_whole`: as it is."""
 
 
 def size_named(name: str) -> Size:
