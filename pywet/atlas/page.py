@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,24 @@ import pandas as pd
 
 from pywet.atlas import cost, errors, figures, points, stock
 from pywet.files import atomic_write
+from pywet.view import page as frame
 
 TEMPLATE = Path(__file__).with_name("atlas.html.j2")
+LEAD = (
+    "Every capillary law, rupture law and sharing law against the exact profile of the bridge, what misprints do, and "
+    "what other programs compute."
+)
+FOOTER = "pywet laws --atlas; the numbers are beside this page as CSV, the pictures as SVG"
+SHORT = {
+    "Which one": "which one",
+    "Error of the force against the exact bridge": "force",
+    "Rupture distance against the limit of stability": "rupture",
+    "Who keeps the liquid: parabola against the exact profile": "sharing",
+    "What the misprints do": "misprints",
+    "Validation configurations of the paper": "validation",
+    "Stock programs, as they are": "stock programs",
+}
+"""Heading in the template -> its name in the navigation."""
 Report = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
@@ -48,11 +65,11 @@ def write(folder: Path, report: Report = lambda what, share: None, *, with_stock
     for name, text in pictures.items():
         with atomic_write(folder / f"{name}.svg") as temporary:
             temporary.write_text(text)
-    page = folder / "atlas.html"
-    with atomic_write(page) as temporary:
-        temporary.write_text(_render(context(tables, pictures, missing)), encoding="utf-8")
+    path = frame.write(
+        folder / "atlas.html", "Which capillary law to take", LEAD, sections(tables, pictures, missing), footer=FOOTER
+    )
     report("done", 1.0)
-    return page
+    return path
 
 
 def context(tables: dict[str, pd.DataFrame], pictures: dict[str, str], missing: list[str]) -> dict[str, Any]:
@@ -90,6 +107,12 @@ def _transfer(table: pd.DataFrame) -> list[dict[str, Any]]:
 def _percent(value: float) -> str:
     size = abs(100 * value)
     return f"{100 * value:.0f}" if size >= 10 else f"{100 * value:.1f}" if size >= 1 else f"{100 * value:.2g}"
+
+
+def sections(tables: dict[str, pd.DataFrame], pictures: dict[str, str], missing: list[str]) -> list[frame.Section]:
+    """The page's sections: the template's headings and what stands below each."""
+    _, *parts = re.split(r"<h2>(.*?)</h2>\n", _render(context(tables, pictures, missing)))
+    return [frame.Section(heading, body, SHORT[heading]) for heading, body in zip(parts[::2], parts[1::2], strict=True)]
 
 
 def _render(shown: dict[str, Any]) -> str:

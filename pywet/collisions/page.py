@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pandas as pd
 from pywet.collisions import curves, effects, figures, study, twin
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.view import page
 
 
 def _cost() -> pd.DataFrame:
@@ -26,29 +26,37 @@ TABLES: dict[str, Callable[[], pd.DataFrame]] = {
 }
 """Name of an item -> what computes its table."""
 TITLES = {
-    "fig06": "Fig. 6: convergence with the tolerance, 1.74 mm glass at 1 m/s on 400 µm of water",
-    "fig07": "Fig. 7: glass on glass: (a) 1.74 mm, (b) 0.91 mm, (c) viscosity, (d) surface tension",
-    "fig08": "Fig. 8: γ-Al2O3 on glass: (a) layers of water, (b) viscosity on 200 µm",
+    "fig06": "Fig. 6: how tight a tolerance must be",
+    "fig07": "Fig. 7: glass on glass",
+    "fig08": "Fig. 8: γ-Al2O3 on glass",
     "fig09": "Fig. 9: where the kinetic energy goes",
-    "fig10": "Fig. 10: oblique, γ-Al2O3, dry and on 100 µm Tween 20",
-    "fig11": "Fig. 11: four initial spins, γ-Al2O3 on 100 µm Tween 20",
-    "fig12": "Fig. 12: sliding and rolling at −961 rad/s",
-    "fig13": "Fig. 13: influence of the liquid at −500 rad/s",
+    "fig10": "Fig. 10: oblique, dry and wet",
+    "fig11": "Fig. 11: four initial spins",
+    "fig12": "Fig. 12: sliding and rolling",
+    "fig13": "Fig. 13: influence of the liquid",
     "accuracy": "What accuracy costs",
-    "engine": "The same collision inside the engine, 1.74 mm glass on 100 µm of water",
-    "readings": "Effect of each reading on the coefficients",
+    "engine": "The same collision inside the engine",
+    "readings": "What each reading of the paper changes",
+}
+CAPTIONS = {
+    "fig06": "1.74 mm glass at 1 m/s on 400 µm of water. With the toroid in the bridge phase only, 1e-8 is enough.",
+    "fig07": "Rebound over impact velocity: (a) 1.74 mm, (b) 0.91 mm, (c) viscosity, (d) surface tension. Below a sticking "
+    "velocity the sphere stays; from 2 m/s on the curves are flat.",
+    "fig08": "Rebound over impact velocity: (a) layers of water, (b) viscosity on 200 µm. Thick and viscous layers take more.",
+    "fig09": "Shares of the kinetic energy over impact velocity: the viscous part grows, gravity and capillarity hardly.",
+    "fig10": "γ-Al2O3, dry and on 100 µm Tween 20, over the impact angle: sliding at small angles, a minimum, rolling beyond.",
+    "fig11": "γ-Al2O3 on 100 µm Tween 20 with four spins before the impact.",
+    "fig12": "The same at −961 rad/s: five regimes; dashed lines are their edges.",
+    "fig13": "At −500 rad/s: the liquid hardly changes tangential motion.",
+    "accuracy": "Largest error of four collisions over the time they take, each integrator at several tolerances.",
+    "engine": "1.74 mm glass on 100 µm of water: this model, the equations that the engine has, the engine itself.",
+    "readings": "Coefficients with one reading changed at a time; the first row is the default.",
 }
 DRAWN = (*curves.FIGURES, "accuracy", "engine")
-PAGE = """<!DOCTYPE html>
-<html lang="en"><meta charset="utf-8"><title>Wet collisions with a wall</title>
-<style>body{{font:15px/1.5 sans-serif;color:#27323d;max-width:72em;margin:2em auto;padding:0 1em}}
-img{{max-width:100%}}table{{border-collapse:collapse}}td,th{{padding:.15em .8em;text-align:right}}
-td:first-child,th:first-child{{text-align:left}}</style>
-<h1>Wet collisions with a wall</h1>
-<p>Lines of the force balance of Buck et al. (2018); the measurements of the paper are not shown.</p>
-{body}
-</html>
-"""
+LEAD = (
+    "A sphere falls into the liquid layer of a wall, touches it, leaves, draws a bridge, and rebounds or stays. Lines of the "
+    "force balance of Buck et al. (2018); the measurements of the paper are not shown."
+)
 
 
 def make(name: str, folder: Path) -> None:
@@ -64,14 +72,20 @@ def make(name: str, folder: Path) -> None:
 
 def write(folder: Path, names: Sequence[str] = tuple(TABLES)) -> None:
     """Put the items together to `folder`/index.html."""
-    parts = []
+    sections = []
     for name in names:
-        parts.append(f"<h2>{html.escape(TITLES[name])}</h2>")
         if name in DRAWN:
-            parts.append(f'<img src="{name}.svg" alt="{html.escape(TITLES[name])}">')
+            body = page.picture_file(folder / f"{name}.svg", CAPTIONS[name])
         else:
-            table = pd.read_csv(folder / f"{name}.csv")
-            parts.append(table.to_html(index=False, float_format=lambda x: f"{x:.4g}", na_rep="not defined", border=0))
-        parts.append(f'<p><a href="{name}.csv">values</a></p>')
-    with atomic_write(folder / "index.html") as temporary:
-        temporary.write_text(PAGE.format(body="\n".join(parts)))
+            body = page.paragraph(CAPTIONS[name]) + _as_table(pd.read_csv(folder / f"{name}.csv"))
+        body += f'<p class="soft"><a href="{name}.csv">values</a></p>'
+        sections.append(page.Section(TITLES[name], body, name))
+    page.write(folder / "index.html", "Wet collisions with a wall", LEAD, sections, footer="snakemake wall_collision")
+
+
+def _as_table(values: pd.DataFrame) -> str:
+    rows = [
+        ["not defined" if pd.isna(v) else f"{v:.4g}" if isinstance(v, float) else str(v) for v in row]
+        for row in values.itertuples(index=False)
+    ]
+    return page.table([str(c) for c in values.columns], rows)

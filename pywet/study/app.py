@@ -26,10 +26,13 @@ def effects(
 
 @app.command()
 def accuracy(
-    size: Annotated[str, typer.Option("--size", help="quick (minutes), standard (half an hour) or whole (hours).")] = (
-        "standard"
-    ),
-    scale: Annotated[str, typer.Option("--scale", help="smoke or reduced (a day).")] = "smoke",
+    size: Annotated[
+        str,
+        typer.Option(
+            "--size",
+            help="quick (minutes), standard (half an hour), whole (an hour); reduced scale: reduced (two hours), reduced_whole.",
+        ),
+    ] = "standard",
     folder: Annotated[Path, typer.Option("--out", help="Folder of runs and table; the page is beside it.")] = Path(
         "results/studies/accuracy"
     ),
@@ -43,10 +46,9 @@ def accuracy(
     """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
     from pywet.study.accuracy import command, runs
 
-    chosen = command.size_of(size, scale)
     if anew:
-        runs.forget(folder)
-    page = command.show(folder, chosen, store) if show else command.study(folder, chosen, config, store)
+        runs.forget(folder, size)
+    page = command.show(folder, size, store) if show else command.study(folder, size, config, store)
     typer.echo(str(page))
 
 

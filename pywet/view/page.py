@@ -85,10 +85,18 @@ def picture(figure: Figure, caption: str, vector: bool = True, dpi: int = 130) -
     """A matplotlib figure with its caption, inside the page; `vector` False where it has many thousand points."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=dpi)
-    kind = "svg+xml" if vector else "png"
-    data = base64.b64encode(buffer.getvalue()).decode()
-    said = html.escape(caption)
-    return f'<figure><img src="data:image/{kind};base64,{data}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+    return _figure(buffer.getvalue(), "svg" if vector else "png", caption)
+
+
+def picture_file(path: Path, caption: str) -> str:
+    """A picture that is there as an SVG or PNG file, with its caption, inside the page."""
+    return _figure(path.read_bytes(), path.suffix.removeprefix("."), caption)
+
+
+def _figure(data: bytes, kind: str, caption: str) -> str:
+    coded, said = base64.b64encode(data).decode(), html.escape(caption)
+    media = "svg+xml" if kind == "svg" else kind
+    return f'<figure><img src="data:image/{media};base64,{coded}" alt="{said}"><figcaption>{said}</figcaption></figure>'
 
 
 def write(

@@ -33,6 +33,8 @@ def test_table_of_the_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> N
     assert max(abs(float(r["difference_percent"])) for r in rows) < 0.7  # 0.60 is printed with two digits
     page.write(tmp_path)
     assert "0.16782" in (tmp_path / "numbers.md").read_text()
+    text = (tmp_path / "index.html").read_text()
+    assert "25 of 27" in text and "0.16782" in text
 
 
 def test_snapshots_are_drawn(tmp_path: Path) -> None:

@@ -78,11 +78,12 @@ def test_item_of_the_page(name: str, tmp_path: Path) -> None:
     assert len(table) >= 20 and table["x"].notna().all()
     assert (tmp_path / f"{name}.svg").read_text().lstrip().startswith("<?xml")
     page.write(tmp_path, [name])
-    assert f'src="{name}.svg"' in (tmp_path / "index.html").read_text()
+    text = (tmp_path / "index.html").read_text()
+    assert page.TITLES[name] in text and "data:image/svg+xml" in text and f'href="{name}.csv"' in text
 
 
 def test_items_are_those_the_workflow_lists() -> None:
     assert tuple(page.TABLES) == ITEMS
-    assert set(page.TITLES) == set(ITEMS) and set(page.DRAWN) | {"readings"} == set(ITEMS)
+    assert set(page.TITLES) == set(page.CAPTIONS) == set(ITEMS) and set(page.DRAWN) | {"readings"} == set(ITEMS)
     with pytest.raises(PywetError, match="no item fig99"):
         page.make("fig99", Path())

@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus
-from pywet.geometry.screen import wire_positions
+from pywet.geometry.screen import build_wires, wire_positions
 
 SMALLEST_DIAMETER = 0.003
 ROUNDING = 2e-8
@@ -151,3 +153,23 @@ def test_dimensions_that_do_not_go_together_are_refused(change: dict[str, object
     with pytest.raises(PywetError, match=words) as caught:
         build_apparatus(replace(SMOKE, **change))  # type: ignore[arg-type]
     assert "\n" not in str(caught.value)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    sides=st.sampled_from([4, 6, 8, 10, 12, 16]),
+    pitches=st.integers(3, 12),
+    aperture_mm=st.floats(3.0, 10.0),
+    share=st.sampled_from([0.2, 0.25, 0.3, 0.5]),
+)
+@example(sides=12, pitches=4, aperture_mm=8.0, share=0.25)
+@example(sides=4, pitches=10, aperture_mm=8.0, share=0.25)
+@example(sides=8, pitches=14, aperture_mm=5.6, share=0.2857142857142857)
+def test_no_two_wires_share_a_node(sides: int, pitches: int, aperture_mm: float, share: float) -> None:
+    """The engine would take two wires that share a node for one body; square sieves of whole apertures have none."""
+    aperture, diameter = 1e-3 * aperture_mm, 1e-3 * aperture_mm * share
+    half = 0.5 * pitches * (aperture + diameter)
+    reach = half + 0.002
+    wall = reach * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+    wires = build_wires(aperture, diameter, sides, half, wall)
+    assert wires.components()[0] == len(wires.part_half_width) == 2 * (pitches + 1)

@@ -166,10 +166,11 @@ def test_an_accuracy_is_read_as_per_cent_or_share(text: str, value: float) -> No
     assert choice.parse(text) == pytest.approx(value, rel=1e-15)
 
 
+@pytest.mark.parametrize("scale", ["smoke", "reduced"])
 @pytest.mark.parametrize("moist", [True, False])
-def test_a_looser_accuracy_never_costs_more(moist: bool) -> None:
-    """With the table as it is stored."""
-    table = choice.for_scale("smoke")[0]
+def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
+    """With the tables as they are stored."""
+    table = choice.for_scale(scale)[0]
     price = np.inf
     reached = 0
     for accuracy in np.geomspace(1e-4, 0.9, 40):
@@ -184,9 +185,10 @@ def test_a_looser_accuracy_never_costs_more(moist: bool) -> None:
     assert reached > 10
 
 
-def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_stored_front() -> None:
+@pytest.mark.parametrize("scale", ["smoke", "reduced"])
+def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_stored_front(scale: str) -> None:
     """Nothing is both cheaper and better beyond doubt, in any quantity. The law is not in the list: it follows the paper."""
-    table = choice.for_scale("smoke")[0]
+    table = choice.for_scale(scale)[0]
     for kind, scenes in (("moist", WET_SCENES), ("dry", ("dry", "pair_dry"))):
         for knob in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
@@ -306,7 +308,7 @@ def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypa
     with pytest.raises(KeyboardInterrupt):
         runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     first, done = done, []
-    (tmp_path / "runs" / f"{first[0]}.json").write_text('{"setting"')
+    (tmp_path / "runs" / "quick" / f"{first[0]}.json").write_text('{"setting"')
     monkeypatch.setattr(
         runs, "do", lambda run, size, _: done.append(run.name) or {"setting": run.setting.as_dict(), "size": size}
     )
@@ -337,9 +339,22 @@ def test_a_setting_that_is_refused_leaves_its_reason() -> None:
     assert "even number" in kept["failed"]
 
 
-def test_stored_table_says_where_it_comes_from() -> None:
-    made = choice.for_scale("smoke")[0]["provenance"]
+@pytest.mark.parametrize("scale", ["smoke", "reduced"])
+def test_stored_table_says_where_it_comes_from(scale: str) -> None:
+    made = choice.for_scale(scale)[0]["provenance"]
+    assert made["scale"] == scale
     assert made["runs"] > 50 and made["made_by"].startswith("pywet study accuracy") and made["versions"]["python"]
+
+
+def test_a_scale_without_a_table_takes_the_nearest_and_leaves_springs_and_wires() -> None:
+    table, turned = choice.for_scale("full")
+    assert table["provenance"]["scale"] == "reduced"
+    assert not {"stiffness", "wire_sides"} & set(turned)
+
+
+def test_an_unknown_size_is_refused(tmp_path: Path) -> None:
+    shown = CliRunner().invoke(app, ["study", "accuracy", "--size", "huge", "--out", str(tmp_path)])
+    assert shown.exit_code == 1 and "expected one of quick, standard, whole, reduced" in " ".join(shown.output.split())
 
 
 def test_page_shows_every_section(tmp_path: Path) -> None:
@@ -349,9 +364,17 @@ def test_page_shows_every_section(tmp_path: Path) -> None:
     kept = [
         {**run, "curve": {"time_s": [0.0, 0.1], "retained": [1.0, 0.9]}} for run in synthetic(offset=0.05, noise=1e-3)
     ]
-    path = page.write(tmp_path / "accuracy.html", choice.for_scale("smoke")[0], kept, "quick")
+    smoke, reduced = (choice.for_scale(scale)[0] for scale in ("smoke", "reduced"))
+    path = page.write(tmp_path / "accuracy.html", smoke, kept, "quick", [reduced])
     text = path.read_text()
-    for part in ("If you can live with", "Where the defaults stand", "What chance alone does", "How long a run takes"):
+    for part in (
+        "If you can live with",
+        "At the other scale",
+        "reduced: fraction retained",
+        "Where the defaults stand",
+        "What chance alone does",
+        "How long a run takes",
+    ):
         assert part in text
     assert text.count("<img") >= 5 and "nan" not in text.replace("nance", "")
 

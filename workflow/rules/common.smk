@@ -11,7 +11,7 @@ from pywet.errors import PywetError
 # Numbers in a list on the command line, `--config cases=[2,11]`, arrive as text.
 config["cases"] = [int(case) if str(case).isdigit() else case for case in config["cases"]]
 STUDY_SIZE = config.pop("study_size", "quick")
-"""Size of the accuracy study, `--config study_size=standard`; not part of config.yaml."""
+"""Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 validate(config, "../schemas/config.schema.json")
 
 CONFIG = Path("config")

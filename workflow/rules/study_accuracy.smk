@@ -2,6 +2,7 @@
 #
 #   snakemake --cores 2 study_accuracy                              (quick: minutes)
 #   snakemake --cores 2 study_accuracy --config study_size=standard (half an hour)
+#   snakemake --cores 2 study_accuracy --config study_size=reduced  (the reduced scale: hours)
 #
 # A job is a round: a scene with one seed, all its settings in turn, so that what is compared is timed side by side. Every run in
 # it leaves its own file under runs/ when it is whole; a call that was cut off goes on with the run it was at.

@@ -6,7 +6,7 @@
 STABILITY = "results/studies/stability"
 STABILITY_MAPS = {"step_explicit": 6, "step_semi_implicit": 6, "stiffness": 7, "ratio": 7, "angle": 7}
 """Rows of each map (a test compares them with the package)."""
-STABILITY_HARD = ["plain", "ten_g", "ten_times", "thick", "mismatch", "bare", "guards"]
+STABILITY_HARD = ["plain", "ten_g", "ten_times", "thick", "unwetted", "mismatch", "bare", "guards"]
 STABILITY_SEED, STABILITY_BATCHES = 1, 40
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
 
 from pywet.collisions.nspheres import paper
 from pywet.files import atomic_write, write_json
+from pywet.view import page
 
 FIGURES = {
     "figure_05.png": "Fig. 5: snapshots for St 2, 5, 10",
@@ -27,6 +27,17 @@ FIGURES = {
     "accuracy_cost.png": "What accuracy costs",
     "engine.png": "The same collision in the discrete element engine",
 }
+
+
+LEAD = (
+    "A few wet spheres in a plane through films, solid contacts and partings, after Davis (2023): the numbers printed in the "
+    "paper beside those of a converged solution of its equations, and its figures drawn anew."
+)
+NUMBERS_SAID = (
+    "What the paper prints and what its equations give; the last column but one is what halving the tolerance moves. "
+    "See `docs/sphere_collisions.md` for those that differ."
+)
+NEAR_PERCENT = 0.4
 
 
 def table(rtol: float = 1e-9) -> list[dict[str, str | float]]:
@@ -60,21 +71,34 @@ def write(folder: Path) -> None:
     write_json(folder / "numbers.json", rows)
     with atomic_write(folder / "numbers.md") as temporary:
         temporary.write_text(markdown(rows))
-    cells = "".join(
-        f"<tr><td>{html.escape(str(r['where']))}<td>{html.escape(str(r['what']))}<td>{r['printed']:g}<td>{r['ours']:.7g}"
-        f"<td>{r['difference_percent']:+.2f} %<td>{r['halved_moves']:.0e}"
-        for r in rows
-    )
-    pictures = "".join(
-        f"<figure><img src='{name}' alt='{html.escape(title)}'><figcaption>{html.escape(title)}</figcaption></figure>"
-        for name, title in FIGURES.items()
-        if (folder / name).exists()
-    )
-    with atomic_write(folder / "index.html") as temporary:
-        temporary.write_text(
-            "<!doctype html><meta charset='utf-8'><title>Collisions of wet spheres</title><style>body{font:15px sans-serif;"
-            "max-width:70em;margin:2em auto}td,th{padding:.15em .7em;text-align:left}figure{display:inline-block;margin:1em}"
-            "img{max-width:100%}</style><h1>Collisions of wet spheres (Davis 2023)</h1><p>Numbers printed in the paper's text "
-            "and those of a converged solution of the same equations; see docs/sphere_collisions.md.</p><table><tr>"
-            f"<th>where<th>what<th>paper<th>ours<th>difference<th>moved by half the tolerance{cells}</table>{pictures}\n"
+    sections = [page.Section("The paper's numbers", page.paragraph(NUMBERS_SAID) + _numbers(rows), "numbers")]
+    for name, title in FIGURES.items():
+        if (folder / name).exists():
+            sections.append(page.Section(title, page.picture_file(folder / name, ""), title.split(":")[0]))
+    near = sum(abs(float(r["difference_percent"])) <= NEAR_PERCENT for r in rows[: len(paper.NUMBERS)])
+    cards = [page.Card(f"{near} of {len(paper.NUMBERS)}", f"numbers of the paper met within {NEAR_PERCENT} %", "good")]
+    if paper.NOT_REPRODUCED:
+        cards.append(
+            page.Card(str(len(paper.NOT_REPRODUCED)), "of its statements that its equations do not bear out", "bad")
         )
+    page.write(folder / "index.html", "Collisions of wet spheres", LEAD, sections, cards, "snakemake sphere_collisions")
+
+
+def _numbers(rows: list[dict[str, str | float]]) -> str:
+    header = ["where", "what", "paper", "ours", "difference", "moved by half the tolerance", "note"]
+    return page.table(
+        header,
+        [
+            [
+                page.Cell(str(r["where"])), page.Cell(str(r["what"]), left=True), f"{r['printed']:g}", f"{r['ours']:.7g}",
+                page.Cell(f"{r['difference_percent']:+.2f} %", _grade(float(r["difference_percent"]))),
+                f"{r['halved_moves']:.0e}", page.Cell(str(r["note"]), left=True),
+            ]
+            for r in rows
+        ],
+    )  # fmt: skip
+
+
+def _grade(percent: float) -> page.Grade:
+    size = abs(percent)
+    return "good" if size <= NEAR_PERCENT else "fair" if size <= 1.0 else "bad"

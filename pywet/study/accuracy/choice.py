@@ -24,6 +24,8 @@ from pywet.study.accuracy.errors import GROUPS, WET_SCENES
 STORED = Path(__file__).with_name("table.json")
 WANTED = ("fraction retained", "liquid shares", "force", "restitution")
 """Groups that count unless others are named."""
+NEAREST = ("reduced", "smoke")
+"""Whose table is taken for a scale without one."""
 CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration")
 """Knobs that a choice turns; contact log and ranks change nothing but the price, and are the user's."""
 
@@ -77,11 +79,12 @@ def stored(path: Path = STORED) -> dict[str, Any]:
 
 
 def for_scale(scale: str, path: Path = STORED) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """The table of a scale and the knobs it may turn; without one of its own that of smoke, with springs and wires left alone."""
+    """The table of a scale and the knobs it may turn; without one of its own the nearest, with springs and wires left alone."""
     tables = stored(path)["scales"]
     if scale in tables:
         return tables[scale], CONFIGURABLE
-    return tables["smoke"], tuple(k for k in CONFIGURABLE if k not in ("stiffness", "wire_sides"))
+    nearest = next(tables[name] for name in NEAREST if name in tables)
+    return nearest, tuple(k for k in CONFIGURABLE if k not in ("stiffness", "wire_sides"))
 
 
 def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE) -> dict[str, list[Option]]:

@@ -20,20 +20,9 @@ OUT = Path("results/studies/accuracy")
 out, err = Console(highlight=False), Console(stderr=True, highlight=False)
 
 
-def size_of(size: str, scale: str) -> str:
-    """Name of the size for a choice on the command line."""
-    if scale == "reduced":
-        return "reduced"
-    if scale != "smoke":
-        raise PywetError(f"scale {scale} given, expected smoke or reduced: the full scale would take weeks")
-    if size not in sieve.SIZES or size == "reduced":
-        raise PywetError(f"size {size} given, expected quick, standard or whole")
-    return size
-
-
 def study(folder: Path, size: str, config_dir: Path, renew: bool) -> Path:
     """All rounds that are missing, with progress, then the page; returns it."""
-    rounds = runs.rounds(size)
+    rounds = runs.rounds(size)  # refuses a size that is not there
     missing = [r for scene, seed in rounds for r in runs.missing(folder, scene, seed, size)]
     if missing:
         seconds = expected(missing, size, config_dir)
@@ -60,7 +49,9 @@ def show(folder: Path, size: str, renew: bool = False) -> Path:
     write_json(folder / "table.json", store.rounded(table))
     if renew:
         store.write(table)
-    return page.write(folder.parent / "accuracy.html", table, kept, size)
+    scale = sieve.SIZES[size].scale
+    others = [held for name, held in choice.stored()["scales"].items() if name != scale]
+    return page.write(folder.parent / "accuracy.html", table, kept, size, others)
 
 
 def habit(table: dict[str, Any]) -> cost.Habit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,10 @@ WISHES = {
 GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
-def write(path: Path, table: dict[str, Any], kept: Sequence[dict[str, Any]], size: str) -> Path:
-    """Write the page and return its path."""
+def write(
+    path: Path, table: dict[str, Any], kept: Sequence[dict[str, Any]], size: str, others: Sequence[dict[str, Any]] = ()
+) -> Path:
+    """Write the page and return its path; `others` are the tables of other scales, to be shown beside."""
     standings = all_standings(table)
     beaten = [s for s in standings if s.verdict == "beaten"]
     made = table["provenance"]
@@ -50,6 +53,7 @@ def write(path: Path, table: dict[str, Any], kept: Sequence[dict[str, Any]], siz
         Section("The fronts: error against price", _fronts(table), "fronts"),
         Section("Where the defaults stand", _standing_table(table, standings, beaten), "defaults"),
         *(_knobs(table, group) for group in GROUPS),
+        *([Section("At the other scale", _scales(table, others), "scales")] if others else []),
         Section("What chance alone does", _seeds(table, kept), "seeds"),
         Section("How long a run takes", _times(kept, table), "times"),
         Section("Every number", _numbers(table), "numbers"),
@@ -186,6 +190,43 @@ def bargains(table: dict[str, Any]) -> list[str]:
     return found
 
 
+def _scales(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
+    """What changes with the scale: prices and errors beside each other, then what to choose there."""
+    tables, groups = (table, *others), ("fraction retained", "liquid shares")
+    names = [t["provenance"]["scale"] for t in tables]
+    header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
+    rows: list[list[Cell | str]] = []
+    for knob in KNOBS:
+        by_level = [{row["level"]: row for row in t["knobs"][knob]} for t in tables]
+        for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
+            cells = [Cell(f"{KNOBS[knob].title}: {level}")]
+            for rows_of, own in zip(by_level, tables, strict=True):
+                cells += _at_scale(rows_of.get(level), level == own["default"][knob], groups)
+            rows.append(list(cells))
+    text = "".join(
+        paragraph(
+            f"{t['provenance']['scale'].capitalize()} scale: stored result of {t['provenance']['date']}, size "
+            f"{t['provenance']['size']}, {t['provenance']['seeds']} seeds, {t['provenance']['runs']} runs, "
+            f"{t['provenance']['processor_time_s'] / 60:.0f} min of processor time; `{t['provenance']['made_by']}` makes it anew."
+        )
+        for t in others
+    )
+    text += paragraph(
+        "Price in moist and in dry runs, error in fraction retained and in liquid shares. Green: the scale's default. Errors are "
+        "against the finest level of the same scale; pale where chance may have made them."
+    )
+    return text + html_table(header, rows) + "".join(_fronts(t) + _live_with(t) for t in others)
+
+
+def _at_scale(row: dict[str, Any] | None, default: bool, groups: tuple[str, ...]) -> list[Cell]:
+    if row is None:
+        return [Cell("–", "none")] * (2 + len(groups))
+    prices = [_price(row["price"].get(kind)) for kind in ("moist", "dry")]
+    if default:
+        prices = [replace(cell, grade="good") if cell.text != "–" else cell for cell in prices]
+    return [*prices, *(_error_cell(row["errors"], group) for group in groups)]
+
+
 def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
     rows: list[list[Cell | str]] = []
     for scene, quantities in table["spread_over_seeds"].items():
@@ -289,5 +330,5 @@ def _footer(made: dict[str, Any], size: str) -> str:
     return (
         f"Made on {made['date']} on {made['machine']['processor']} ({made['machine']['cores']} cores), size {size}; wall time "
         f"was {made['wall_over_processor_time']} times the processor time (1 on a quiet machine); renew the stored "
-        f"table with `pywet study accuracy --size standard --store`."
+        f"table with `pywet study accuracy --size {size} --store`."
     )

@@ -205,9 +205,10 @@ def load(folder: Path, size: str) -> Iterator[dict[str, Any]]:
                 yield json.loads(path.read_text())
 
 
-def forget(folder: Path) -> None:
-    """Remove all kept runs."""
-    shutil.rmtree(folder / "runs", ignore_errors=True)
+def forget(folder: Path, size: str) -> None:
+    """Remove the kept runs of a size."""
+    sieve.size_named(size)
+    shutil.rmtree(folder / "runs" / size, ignore_errors=True)
 
 
 def machine() -> dict[str, Any]:

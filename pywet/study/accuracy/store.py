@@ -83,7 +83,7 @@ def provenance(kept: list[errors.Kept], size: str) -> dict[str, Any]:
     shape = sieve.SIZES[size]
     timed = [r for r in kept if r.get("cpu_s")]
     return {
-        "made_by": f"pywet study accuracy --size {size} --store" if size != "reduced" else "… --scale reduced --store",
+        "made_by": f"pywet study accuracy --size {size} --store",
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "size": size,
         "scale": shape.scale,

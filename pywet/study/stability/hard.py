@@ -171,6 +171,28 @@ def thick() -> Batch:
     )  # fmt: skip
 
 
+def unwetted() -> Batch:
+    """Contact angles of 89 degrees with the exact bridge: its force changes sign with the gap, it pushes as well as pulls."""
+    classes = (sphere_class(1, R, math.radians(89.0)), sphere_class(2, TINY, math.radians(89.0)))
+    near = (Body(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
+    cells = (
+        Cell("exact, 89 degrees, dense lattice", dense(of(0.05), 0.02)),
+        Cell("exact, 89 degrees, collision", two(1e-3, 0.3, (of(0.5), of(0.5)))),
+        Cell("exact, 89 degrees, pulled apart", two(0.0, -0.1, (of(0.05), of(0.05)))),
+        Cell("exact, 89 degrees, size ratio 10", two(0.0, -0.1, (of(0.1), of(0.1, TINY)), (1, 2))),
+        Cell("exact, 89 degrees, at a plate", near, tuple(slab(0.01))),
+    )
+    return replace(
+        thick(),
+        name="hard-unwetted",
+        classes=classes,
+        cells=cells,
+        effects=small.EXACT,
+        liquid=liquid(1e-3),
+        how="explicit",
+    )
+
+
 def mismatch() -> Batch:
     """Contact angles of 0 and 89 degrees on one bridge: the parabola has no meridian for them, which is said before the run."""
     classes = (sphere_class(1, R, 0.0), sphere_class(2, TINY, math.radians(89.0)))
@@ -209,6 +231,7 @@ SCENES: dict[str, Callable[[], Batch]] = {
     "ten_g": lambda: shaken(TEN_G, "hard-ten-g"),
     "ten_times": lambda: shaken(10.0, "hard-ten-times"),
     "thick": thick,
+    "unwetted": unwetted,
     "mismatch": mismatch,
     "bare": bare,
     "guards": out_of_the_box,
