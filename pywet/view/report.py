@@ -70,7 +70,7 @@ def write(
                 **context(config, scale, results, picture),
                 "presets": presets.shown(pairs),
                 "table_of_agreement": _beside(out),
-                "studies": _studies(out),
+                "pages": _pages(out),
             }
         )
     except jinja2.TemplateNotFound as error:
@@ -81,14 +81,21 @@ def write(
         temporary.write_text(text, encoding="utf-8")
 
 
-STUDIES = {"accuracy": "what accuracy costs", "stability": "what stays stable", "effects": "which effects count"}
-"""Page under results/studies and what it is about."""
+PAGES = {
+    "studies/accuracy.html": "what accuracy costs",
+    "studies/stability.html": "what stays stable",
+    "studies/effects.html": "which effects count",
+    "atlas/atlas.html": "which capillary law to take",
+    "wall_collision/index.html": "wet collisions with a wall",
+    "sphere_collisions/index.html": "collisions of wet spheres",
+}
+"""Page under results/ and what it is about."""
 
 
-def _studies(report: Path) -> list[tuple[str, str]]:
-    """Links to the pages of the studies that were made, with their titles."""
-    folder = report.parent.parent / "studies"
-    return [(f"../studies/{n}.html", title) for n, title in STUDIES.items() if (folder / f"{n}.html").exists()]
+def _pages(report: Path) -> list[tuple[str, str]]:
+    """Links to the pages that were made, with their titles."""
+    folder = report.parent.parent
+    return [(f"../{name}", title) for name, title in PAGES.items() if (folder / name).exists()]
 
 
 def _beside(out: Path) -> str | None:

@@ -369,8 +369,8 @@ def test_page_shows_every_section(tmp_path: Path) -> None:
     text = path.read_text()
     for part in (
         "If you can live with",
-        "At the other scale",
-        "reduced: fraction retained",
+        "Larger studies, stored",
+        "reduced scale: fraction retained",
         "Where the defaults stand",
         "What chance alone does",
         "How long a run takes",

@@ -2,5 +2,5 @@
 
 `knobs.py` says what is varied, `bodies.py` and `sieve.py` are the scenes, `runs.py` the list of runs and how one is done and
 kept, `errors.py` turns them into errors with their spread, `front.py` and `choice.py` choose, `cost.py` predicts times,
-`figures.py` and `page.py` show. `table.json` is the stored result that `pywet plan CASE --accuracy` reads.
+`figures.py`, `blocks.py` and `page.py` show. `table.json` is the stored result that `pywet plan CASE --accuracy` reads.
 """

@@ -49,8 +49,7 @@ def show(folder: Path, size: str, renew: bool = False) -> Path:
     write_json(folder / "table.json", store.rounded(table))
     if renew:
         store.write(table)
-    scale = sieve.SIZES[size].scale
-    others = [held for name, held in choice.stored()["scales"].items() if name != scale]
+    others = [held for held in choice.stored()["scales"].values() if held["provenance"]["size"] != size]
     return page.write(folder.parent / "accuracy.html", table, kept, size, others)
 
 
