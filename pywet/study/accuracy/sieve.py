@@ -39,7 +39,7 @@ SIZES = {
     "quick": Size("smoke", 40.0, 0.35, 0.08, 2),
     "standard": Size("smoke", 40.0, 0.8, 0.12, 4),
     "whole": Size("smoke", None, None, None, 4),
-    "reduced": Size("reduced", None, 1.2, 0.2, 2),
+    "reduced": Size("reduced", None, 1.2, 0.2, 3),
     "reduced_whole": Size("reduced", None, None, None, 3),
 }
 """`quick` and `standard`: the smoke scale's springs on 4 x 4 apertures; `whole`: the smoke scale as it is. `reduced`: the reduced
