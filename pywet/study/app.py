@@ -13,7 +13,7 @@ app = typer.Typer(no_args_is_help=True, help="Studies: what accuracy costs, what
 @app.command()
 def effects(
     out_dir: Annotated[Path, typer.Option("--out", help="Folder of the page and its runs.")] = Path("results/studies"),
-    seeds: Annotated[int, typer.Option(min=2, help="First arrangements per scene.")] = 2,
+    seeds: Annotated[int, typer.Option(min=2, help="First arrangements per scene.")] = 4,
     size: Annotated[float, typer.Option(min=0.1, max=1.0, help="1: the study; smaller: fewer spheres.")] = 1.0,
     scene: Annotated[str | None, typer.Option(help="Only this scene.")] = None,
 ) -> None:

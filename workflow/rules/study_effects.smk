@@ -8,7 +8,7 @@
 from pywet.study.effects.scenes import SCENES as EFFECT_SCENES
 
 EFFECT_STUDY = "results/studies"
-EFFECT_SEEDS = range(2)
+EFFECT_SEEDS = range(4)
 
 
 rule study_effects_runs:

@@ -2,7 +2,8 @@
 
 Runs are compared seed by seed with everything on. A chaotic bed scatters as much between two choices of effects as between
 two seeds; a collision of two scatters hardly at all. `spread` is twice the standard error of the mean difference, from the
-median variance over all choices of the scene: smaller changes than that are not resolved.
+median variance over all choices of the scene (over what the median of such variances is of the true one): smaller changes than
+that are not resolved.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from pywet.study.effects.measures import ABSOLUTE
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
@@ -93,12 +95,13 @@ def _differences(runs: dict[int, Record], full: dict[int, Record], name: str, sc
 def _spreads(by: dict[str, dict[int, Record]]) -> dict[str, float]:
     full, found = by[EVERYTHING], {}
     for name, scale in scales(full).items():
-        variances = []
+        variances, free = [], len(full) - 1
         for variant, runs in by.items():
             d = _differences(runs, full, name, scale)
             if variant not in (EVERYTHING, IDLE) and len(d) > 1 and any(d):
                 variances.append(float(np.var(d, ddof=1)))
-        found[name] = 2.0 * math.sqrt(float(np.median(variances)) / len(full)) if variances else 0.0
+        low = float(stats.chi2.ppf(0.5, free)) / free if free else 1.0
+        found[name] = 2.0 * math.sqrt(float(np.median(variances)) / low / len(full)) if variances else 0.0
     return found
 
 
