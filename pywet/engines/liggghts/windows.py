@@ -5,11 +5,15 @@ The engine's own dumps, made only in the windows; without `output.window_traject
 
 from __future__ import annotations
 
+import io
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+from pyarrow import csv
 
 from pywet.errors import PywetError
 from pywet.files import write_table
@@ -72,22 +76,31 @@ def deck_lines(scene: Scene) -> dict[str, Any] | None:
 
 def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
     """All frames of one of the engine's text dumps, with a column `step`."""
-    frames = []
-    with open(path) as dump:
+    steps, counts, text = [], [], bytearray()
+    cut_off = PywetError(f"{path} ends in the middle of a step; the run was cut off: run the case again")
+    with open(path, "rb") as dump:
         while dump.readline():
-            step = int(dump.readline())
-            dump.readline()
-            count = int(dump.readline())
-            for _ in range(5):
-                dump.readline()
-            text = "".join(dump.readline() for _ in range(count))
-            values = np.fromstring(text, sep=" ").reshape(-1, len(columns)) if count else np.zeros((0, len(columns)))
-            if len(values) != count:
-                raise PywetError(f"{path} ends in the middle of a step; the run was cut off: run the case again")
-            frame = pd.DataFrame(values, columns=columns)
-            frame.insert(0, "step", step)
-            frames.append(frame)
-    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=["step", *columns])
+            head = list(islice(dump, 8))
+            if len(head) < 8:
+                raise cut_off
+            steps.append(int(head[0]))
+            counts.append(int(head[2]))
+            lines = list(islice(dump, counts[-1]))
+            if len(lines) != counts[-1] or not (not lines or lines[-1].endswith(b"\n")):
+                raise cut_off
+            text += b"".join(lines)
+    if not text:
+        return pd.DataFrame({"step": np.zeros(0, dtype=np.int64), **{c: np.zeros(0) for c in columns}})
+    end = ["end of line"] if text.endswith(b" \n") else []
+    read = csv.read_csv(
+        io.BytesIO(text),
+        csv.ReadOptions(column_names=[*columns, *end]),
+        csv.ParseOptions(delimiter=" "),
+        csv.ConvertOptions(include_columns=columns, column_types=dict.fromkeys(columns, pa.float64())),
+    )
+    table = read.to_pandas()
+    table.insert(0, "step", np.repeat(np.array(steps, dtype=np.int64), counts))
+    return table
 
 
 def collect(scene: Scene, folder: Path, history: Path) -> None:
