@@ -117,6 +117,32 @@ def test_prices_are_ratios_within_a_round() -> None:
     assert found[0.01].ratio == 1.0 and found[0.01].low < 1.0 < found[0.01].high
 
 
+def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -> None:
+    """300 studies of nothing but noise: beyond `family` at most 1 % of them plus three standard errors (8 studies), beyond
+    `limit`, which is each error's own 99 %, many more.
+    """
+    random = np.random.default_rng(5)
+    beyond = {"family": 0, "limit": 0}
+    for _ in range(300):
+        kept = []
+        for seed in runs.SEEDS[:3]:
+            for knob, levels in (("fraction", (0.1, 0.025)), ("stiffness", (0.003, 0.03)), ("wire_sides", (4, 16))):
+                for level in levels:
+                    noise = random.normal(0.0, 0.02, 2)
+                    values = {"retained_mean": 0.9 + noise[0], "retained_end": 0.8 + noise[1]}
+                    kept.append(run_of("dry", seed, knob, level, values, 4.0))
+            noise = random.normal(0.0, 0.02, 2)
+            kept.append(
+                run_of(
+                    "dry", seed, "default", None, {"retained_mean": 0.9 + noise[0], "retained_end": 0.8 + noise[1]}, 4.0
+                )
+            )
+        found = errors.errors(kept, "quick")
+        for name in beyond:
+            beyond[name] += any(abs(e.value) > getattr(e, name) for e in found)
+    assert beyond["family"] <= 8 < 15 < beyond["limit"]
+
+
 def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float = 0.0) -> dict[str, Any]:
     """A stored table of one knob."""
     rows = [
@@ -125,7 +151,8 @@ def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float 
             "price": {"dry": {"ratio": prices[level], "low": prices[level], "high": prices[level]}},
             "errors": [
                 {"scene": "dry", "quantity": "retained_mean", "group": "fraction retained", "value": value,
-                 "limit": limit if value else 0.0, "seeds": 4}
+                 "limit": limit if value else 0.0,
+                 "family": limit if value else 0.0, "seeds": 4}
             ],
             "failed": [],
         }

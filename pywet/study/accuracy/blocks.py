@@ -16,7 +16,6 @@ from pywet.study.accuracy.knobs import KNOBS
 from pywet.view.page import Cell, paragraph, picture
 from pywet.view.page import table as html_table
 
-ACCURACIES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
 WISHES = {
     "everything": choice.WANTED,
     "fraction retained and liquid": ("fraction retained", "liquid shares"),
@@ -44,7 +43,7 @@ def live_with(table: dict[str, Any]) -> str:
         for wish, wanted in WISHES.items():
             groups = tuple(g for g in wanted if kind == "moist" or g in ("fraction retained", "restitution"))
             last: tuple[Any, ...] | None = None
-            for accuracy in ACCURACIES:
+            for accuracy in front.ACCURACIES:
                 row = _choice_row(table, accuracy, kind, groups)
                 if row is None or row[1:3] == last:
                     continue
@@ -141,7 +140,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
             rows.append(list(cells))
     text = "".join(
         paragraph(
-            f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {t['provenance']['seeds']} seeds, "
+            f"{_name(t).capitalize()}: stored result of {t['provenance']['date']}, {seeds_said(t['provenance'])}, "
             f"{t['provenance']['runs']} runs, {t['provenance']['processor_time_s'] / 60:.0f} min of processor time; "
             f"`{t['provenance']['made_by']}` makes it anew."
         )
@@ -153,6 +152,12 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     )
     chosen = "".join(f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{_stands(t)}" for t in others)
     return text + html_table(header, rows) + chosen
+
+
+def seeds_said(made: dict[str, Any]) -> str:
+    """How many seeds a study has, in words."""
+    dry = made.get("dry_seeds", made["seeds"])
+    return f"{made['seeds']} seeds" + ("" if dry == made["seeds"] else f" ({dry} of dry screening)")
 
 
 def _name(table: dict[str, Any]) -> str:

@@ -3,7 +3,9 @@
 Screening and bed are chaotic: two runs that differ in a rounding drift apart as far as two seeds. The error of a level is the
 mean over seeds of its difference to the finest level with the same seed; its limit is the half width of the 99 % confidence
 interval (Student) of that mean. The standard deviation is pooled over all levels and knobs of the scene, which are equally
-good samples of chance. An error within its limit is not resolved. Colliding pairs take the instants of touch for seeds, each
+good samples of chance. An error within its limit is not resolved. Of a hundred such errors one is beyond its limit by chance;
+what is said of the defaults rests on all of them at once and takes `family`, at which the odds are one in a hundred for all
+together (Bonferroni). Colliding pairs take the instants of touch for seeds, each
 level with its own deviation. Everything is in the unit of `QUANTITIES`.
 """
 
@@ -63,7 +65,10 @@ Kept = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Error:
-    """Error of one level of a knob in one quantity of one scene; `limit` is what chance alone may make."""
+    """Error of one level of a knob in one quantity of one scene.
+
+    `limit` is what chance alone may make of it, `family` what it may make of the largest of all errors of the study.
+    """
 
     scene: str
     knob: str
@@ -72,6 +77,7 @@ class Error:
     group: str
     value: float
     limit: float
+    family: float
     seeds: int
 
     @property
@@ -100,12 +106,31 @@ class Price:
 def errors(kept: Iterable[Kept], size: str) -> list[Error]:
     """Every error that the runs allow to say; levels that failed have none."""
     runs = [r for r in kept if r["failed"] is None and r["knob"] != "again"]
-    found: list[Error] = []
+    found: list[_Sample] = []
     for quantity in QUANTITIES:
         for scene in quantity.scenes:
             values = _values([r for r in runs if r["scene"] == scene], quantity.name)
             found += _of_scene(scene, quantity, values, size)
-    return found
+    together = sum(bool(np.any(s.differences != 0.0)) for s in found) or 1
+    return [_error(s, together) for s in found]
+
+
+@dataclass(frozen=True)
+class _Sample:
+    """Differences of one level to the finest in one quantity, with the pooled deviation of its scene."""
+
+    scene: str
+    knob: str
+    level: knobs.Level
+    quantity: Quantity
+    differences: np.ndarray
+    spread: tuple[float, int] | None
+
+
+def _error(s: _Sample, together: int) -> Error:
+    d, alone = s.differences, 1.0 - CONFIDENCE
+    limit, family = (_limit(d, s.spread, 1.0 - risk) for risk in (alone, alone / together))
+    return Error(s.scene, s.knob, s.level, s.quantity.name, s.quantity.group, float(d.mean()), limit, family, len(d))
 
 
 Values = dict[tuple[str, Any], dict[int, float]]
@@ -123,7 +148,7 @@ def _values(runs: list[Kept], name: str) -> Values:
     return found
 
 
-def _of_scene(scene: str, quantity: Quantity, values: Values, size: str) -> list[Error]:
+def _of_scene(scene: str, quantity: Quantity, values: Values, size: str) -> list[_Sample]:
     base = values.get(("default", None))
     if base is None:
         return []
@@ -139,10 +164,7 @@ def _of_scene(scene: str, quantity: Quantity, values: Values, size: str) -> list
         for level, at in own.items():
             differences[knob, level] = _differences(at, finest, quantity)
     spread = _pooled([d for (_, level), d in differences.items()]) if scene in (*SCREENING, "bed") else None
-    return [
-        Error(scene, knob, level, quantity.name, quantity.group, float(d.mean()), _limit(d, spread), len(d))
-        for (knob, level), d in differences.items()
-    ]
+    return [_Sample(scene, knob, level, quantity, d, spread) for (knob, level), d in differences.items()]
 
 
 def _differences(at: dict[int, float], finest: dict[int, float], quantity: Quantity) -> np.ndarray:
@@ -164,7 +186,7 @@ def _pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
     return math.sqrt(sum(float(((d - d.mean()) ** 2).sum()) for d in moved) / freedom), freedom
 
 
-def _limit(d: np.ndarray, pooled: tuple[float, int] | None) -> float:
+def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -> float:
     if not np.any(d != 0.0) or len(d) == 0:
         return 0.0
     if pooled is not None:
@@ -175,7 +197,7 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None) -> float:
         return 0.0
     if freedom == 0:
         return 1.0  # one seed says nothing of chance
-    return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) * deviation / math.sqrt(len(d))
+    return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom)) * deviation / math.sqrt(len(d))
 
 
 def prices(kept: Iterable[Kept], size: str) -> list[Price]:

@@ -1,4 +1,7 @@
-"""Where the defaults stand: a level is beaten when another of its knob is no dearer and no less accurate, beyond doubt."""
+"""Where the defaults stand: a level is beaten when another of its knob is no dearer and no less accurate, beyond doubt.
+
+Beyond doubt: at the limit for all errors of the study together (`family`), since all of them are looked at.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,10 @@ from typing import Any
 
 from pywet.study.accuracy import knobs
 
-MATTERS = 1e-3
-"""Errors closer than this share are the same."""
+ACCURACIES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
+"""What one may live with, on the page."""
+MATTERS = 0.5 * min(ACCURACIES)
+"""Errors closer than this share are the same: half the finest accuracy that is offered."""
 GAIN, WORTH = 0.05, 1.3
 """A level that is better by this share for no more than this price is a bargain."""
 
@@ -45,7 +50,7 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tupl
                 "limit": max(e["limit"] for e in errors),
                 "resolved": abs(worst["value"]) > worst["limit"],
                 "quantity": worst["quantity"],
-                "errors": {(e["scene"], e["quantity"]): (abs(e["value"]), e["limit"]) for e in errors},
+                "errors": {(e["scene"], e["quantity"]): (abs(e["value"]), e["family"]) for e in errors},
             }
         )
     return found

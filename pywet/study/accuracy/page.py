@@ -47,7 +47,7 @@ def write(
     ]
     lead = (
         "Each setting of a run against a finer one: how wrong it makes what you want to know, and what it costs. "
-        f"{made['scale'].capitalize()} scale, size {made['size']}, {made['seeds']} seeds."
+        f"{made['scale'].capitalize()} scale, size {made['size']}, {blocks.seeds_said(made)}."
     )
     return write_page(path, "What accuracy costs", lead, sections, cards, _footer(made, size))
 

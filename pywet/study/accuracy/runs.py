@@ -67,9 +67,10 @@ class Run:
 
 def rounds(size: str) -> list[tuple[str, int]]:
     """Scene and seed of every round, in the order they are done: rounds of one scene are not neighbours."""
-    seeds = SEEDS[: sieve.size_named(size).seeds]
+    shape = sieve.size_named(size)
+    seeds = {"bed": shape.seeds, "moist": shape.seeds, "dry": shape.dry_seeds or shape.seeds}
     small_scenes = [(scene, SEEDS[0]) for scene in ONCE]
-    return small_scenes + [(scene, seed) for seed in seeds for scene in ("bed", *SCREENING)]
+    return small_scenes + [(s, seed) for k, seed in enumerate(SEEDS) for s in ("bed", *SCREENING) if k < seeds[s]]
 
 
 def design(scene: str, seed: int, size: str) -> list[Run]:

@@ -26,20 +26,24 @@ Entry = TypeVar("Entry", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Size:
-    """How large a study is: sieve [mm], simulated time and opening of the slide [s] (None: as the scale has it), seeds."""
+    """How large a study is: sieve [mm], simulated time and opening of the slide [s] (None: as the scale has it), seeds.
+
+    `dry_seeds`: more for dry screening, whose runs are short (0: as many).
+    """
 
     scale: str
     width_mm: float | None
     duration_s: float | None
     opens_s: float | None
     seeds: int
+    dry_seeds: int = 0
 
 
 SIZES = {
     "quick": Size("smoke", 40.0, 0.35, 0.08, 2),
     "standard": Size("smoke", 40.0, 0.8, 0.12, 4),
     "whole": Size("smoke", None, None, None, 4),
-    "reduced": Size("reduced", None, 1.2, 0.2, 3),
+    "reduced": Size("reduced", None, 1.2, 0.2, 3, 6),
     "reduced_whole": Size("reduced", None, None, None, 3),
 }
 """`quick` and `standard`: the smoke scale's springs on 4 x 4 apertures; `whole`: the smoke scale as it is. `reduced`: the reduced

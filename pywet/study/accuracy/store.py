@@ -34,6 +34,7 @@ def table(kept: Iterable[errors.Kept], size: str) -> dict[str, Any]:
                             "group": e.group,
                             "value": e.value,
                             "limit": e.limit,
+                            "family": e.family,
                             "seeds": e.seeds,
                         }
                         for e in found
@@ -88,6 +89,7 @@ def provenance(kept: list[errors.Kept], size: str) -> dict[str, Any]:
         "size": size,
         "scale": shape.scale,
         "seeds": shape.seeds,
+        "dry_seeds": shape.dry_seeds or shape.seeds,
         "runs": len(kept),
         "processor_time_s": round(sum(r["cpu_s"] for r in timed), 1),
         "wall_over_processor_time": round(
