@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
 from pydantic import BaseModel
 
 from pywet import config as settings
@@ -21,6 +22,7 @@ SCALE = "study"
 CASE = {"dry": 1, "moist": 2}
 """Screening case of each scene: POM of 5, 7, 10 mm on 8 mm apertures, dry and with 5 % of water."""
 PLACES = ("coarse_material", "fines")
+LIQUID = ("coarse_material_m3", "fines_m3", "standing_bridges_m3")
 Entry = TypeVar("Entry", bound=BaseModel)
 
 
@@ -113,21 +115,39 @@ def prepare(folder: Path, kind: str, setting: Setting, size: Size, seed: int, co
     return scene
 
 
+def last_common(scene: Scene, opens_s: float) -> float:
+    """Time since the opening [s] that every setting has an output at or after.
+
+    Steps differ between settings, so that the last output of one run may be an interval before another's; all are looked at here.
+    """
+    return scene.steps * scene.time_step_s - opens_s - scene.output.interval_s
+
+
 def quantities(folder: Path) -> dict[str, float]:
     """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid)."""
     run = RunDir(folder)
     retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
-    after = retained[retained["time_since_opening_s"] >= 0.0]["fraction_retained"]
-    found = {"retained_mean": float(after.mean()), "retained_end": float(after.iloc[-1])}
+    since = retained["time_since_opening_s"].to_numpy()
+    opens = -float(since[0])
+    end = last_common(run.scene, opens)
+    found = of_curve(since, retained["fraction_retained"].to_numpy(), end)
     if run.moist:
-        last, total = liquid.iloc[-1], float(liquid["initial_m3"].iloc[-1])
+        late = {name: float(np.interp(end + opens, liquid["time_s"], liquid[name])) for name in LIQUID}
+        total = float(liquid["initial_m3"].iloc[-1])
         for place in PLACES:
-            found[f"liquid_{place}"] = float(last[f"{place}_m3"]) / total
+            found[f"liquid_{place}"] = late[f"{place}_m3"] / total
         found["liquid_walls"] = 1.0 - sum(found[f"liquid_{place}"] for place in PLACES)
-        found["liquid_bridges"] = float(last["standing_bridges_m3"]) / total
+        found["liquid_bridges"] = late["standing_bridges_m3"] / total
     for check in results.checks(run, retained, liquid):
         found[f"check_{check.name}"] = float(check.ok)
     return found
+
+
+def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, float]:
+    """Fraction retained at a time since the opening, and its mean from the opening to then (trapezium rule)."""
+    times = np.concatenate([[0.0], since[(since > 0.0) & (since < end)], [end]])
+    values = np.interp(times, since, retained)
+    return {"retained_mean": float(np.trapezoid(values, times) / end), "retained_end": float(values[-1])}
 
 
 def curve(folder: Path) -> dict[str, list[float]]:
