@@ -143,6 +143,21 @@ def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -
     assert beyond["family"] <= 8 < 15 < beyond["limit"]
 
 
+@pytest.mark.parametrize("every", [0.05, 0.0500032, 0.0499966])
+def test_quantities_are_those_of_one_time_whatever_the_outputs(every: float) -> None:
+    """A step that makes the interval a trifle longer ends a run one output earlier: a curve that is a straight line, which the
+    trapezium rule takes exactly, must give the same all the same.
+    """
+    since = np.arange(0.0, 1.2 + 1e-9, every) - 0.2
+    assert len(since) == (24 if every > 0.05 else 25)
+    retained = np.where(since > 0.0, 1.0 - 0.3 * since, 1.0)
+    found = sieve.of_curve(since, retained, 0.95)
+    assert found["retained_end"] == pytest.approx(1.0 - 0.3 * 0.95, abs=1e-12)
+    assert found["retained_mean"] == pytest.approx(
+        1.0 - 0.15 * 0.95, abs=1e-4
+    )  # the opening may lie between two outputs
+
+
 def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float = 0.0) -> dict[str, Any]:
     """A stored table of one knob."""
     rows = [
