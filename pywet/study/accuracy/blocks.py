@@ -66,7 +66,7 @@ def _choice_row(table: dict[str, Any], accuracy: float, kind: str, groups: tuple
     return (
         kind,
         ", ".join(words) or "the defaults",
-        f"{chosen.price:.2f} ×",
+        f"{chosen.price:.2f}\u00a0×",
         f"{100 * max(chosen.error.values()):.2g} %",
     )
 
