@@ -156,3 +156,12 @@ def test_page_from_records(tmp_path: Path) -> None:
     assert "0 of 1" in text and 'class="bad">wrong' in text and "+30.00 %" in text
     assert study.table(records, judged)["scenes"]["moist_pom"]["plan_right"] is False
     assert "WRONG" in study.lines(records, judged)[0]
+
+
+@pytest.mark.parametrize("name", ["dry_glass", "moist_pom", "micron_powder"])
+@pytest.mark.parametrize("seed", range(6))
+def test_no_bed_begins_with_spheres_in_the_floor(name: str, seed: int) -> None:
+    """A floor that a sphere begins in throws it up, and through its column the topmost one out of the box."""
+    setup = SCENES[name].setup(seed, 1.0)
+    radius = {c.type: c.radius_m for c in setup.classes}
+    assert min(s.position[2] - radius[s.kind] for s in setup.spheres) > -1e-15

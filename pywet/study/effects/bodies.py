@@ -102,14 +102,20 @@ def time_step(setup: Setup) -> float:
     return math.floor(step / digit) * digit
 
 
+SHAKEN = 0.04
+"""How far a sphere of a lattice is moved at most, over the pitch."""
+
+
 def lattice(kinds: Sequence[int], across: int, pitch: float, low: float, seed: int) -> tuple[Sphere, ...]:
-    """Layers of across x across spheres from height `low` up, shaken by 0.04 of the pitch."""
+    """Layers of across x across spheres from height `low` up, shaken by SHAKEN of the pitch."""
     random = np.random.default_rng(seed)
     order = random.permutation(np.asarray(kinds))
     spheres = []
     for k, kind in enumerate(order):
         z, y, x = k // across**2, k // across % across, k % across
-        at = (np.array([x - 0.5 * (across - 1), y - 0.5 * (across - 1), z]) + random.uniform(-0.04, 0.04, 3)) * pitch
+        at = (
+            np.array([x - 0.5 * (across - 1), y - 0.5 * (across - 1), z]) + random.uniform(-SHAKEN, SHAKEN, 3)
+        ) * pitch
         spheres.append(Sphere(int(kind), (float(at[0]), float(at[1]), float(at[2] + low))))
     return tuple(spheres)
 

@@ -22,7 +22,7 @@ from pywet.scenes import drum_walls
 from pywet.screening import cases
 from pywet.small import Sphere
 from pywet.study.effects import measures
-from pywet.study.effects.bodies import Setup, contacts, jets, lattice, pyramid, spheres_of, wetted
+from pywet.study.effects.bodies import SHAKEN, Setup, contacts, jets, lattice, pyramid, spheres_of, wetted
 
 CONFIG = Path(__file__).parents[3] / "config"
 Measure = Callable[[Path], dict[str, float]]
@@ -62,7 +62,7 @@ def _bed(radii_mm: tuple[float, ...], count: int, seed: int, density: float, ang
         liquid=None,
         speed=math.sqrt(9.81 * layers * 0.4 * r),
         surroundings=Surroundings(wall_share=wall_share, duration_s=0.25),
-        spheres=lattice(kinds, across, pitch, 1.05 * r, seed),
+        spheres=lattice(kinds, across, pitch, r + SHAKEN * pitch, seed),
         seconds=0.25,
         walls=walls,
     )
