@@ -19,7 +19,8 @@ import pandas as pd
 import pytest
 
 from pywet import small
-from pywet.engines.liggghts import checkpoint, driver
+from pywet.engines.liggghts import checkpoint, deck, driver
+from pywet.scene import Scene
 from reference_impl.replay import replay
 from tests.engine import beds
 
@@ -29,8 +30,8 @@ ROUND_OFF = 1e-9
 """Of a radius: round-off of 1e-16 m, amplified by the collisions of 50 ms; a wrong phase or a lost spring shows at 1e-6 m."""
 
 
-def killed(run_dir: Path, moment: float, ranks: int = 1) -> int:
-    """Start a run in a process group of its own, end it with SIGKILL when it has a checkpoint and `moment` seconds later.
+def killed(run_dir: Path, moment: float, ranks: int = 1, after: str = "*[0-9]") -> int:
+    """Start a run in a process group of its own, SIGKILL it `moment` seconds after it has a checkpoint (`after`: that one).
 
     Returns the step of the last whole checkpoint.
     """
@@ -38,7 +39,7 @@ def killed(run_dir: Path, moment: float, ranks: int = 1) -> int:
     child = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
     folder = run_dir / "engine.partial" / checkpoint.FOLDER
     deadline = time.monotonic() + 120.0
-    while not list(folder.glob("state.*[0-9]")) and time.monotonic() < deadline and child.poll() is None:
+    while not list(folder.glob(f"state.{after}")) and time.monotonic() < deadline and child.poll() is None:
         time.sleep(0.01)
     time.sleep(moment)
     os.killpg(child.pid, signal.SIGKILL)
@@ -85,7 +86,17 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
     beds.prepare(tmp_path, beds.bed((9, 9, 7)), STEPS, CHECKPOINTS)
     last = killed(tmp_path, float(np.random.default_rng().uniform(0.0, 1.0)))
     info = driver.run(tmp_path, progress=False)
-    assert info.resumed_at_step == last
+    stops = deck.boundaries(Scene.read(tmp_path / "scene.json"))
+    assert info.resumed_at_step == last or last in stops
+    compare(unbroken, tmp_path)
+
+
+def test_killed_just_after_the_plate_has_stopped(unbroken: Path, tmp_path: Path) -> None:
+    """The checkpoint of the step at which a stage ends is not one to go on from: what moved until then is not in it."""
+    scene = beds.prepare(tmp_path, beds.bed((9, 9, 7)), STEPS, CHECKPOINTS)
+    (stop,) = {s for s in deck.boundaries(scene) - {STEPS} if s % deck.checkpoint_every(scene) == 0}
+    killed(tmp_path, 0.0, after=str(stop))
+    assert driver.run(tmp_path, progress=False).resumed_at_step != stop
     compare(unbroken, tmp_path)
 
 

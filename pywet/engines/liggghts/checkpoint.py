@@ -12,6 +12,7 @@ import hashlib
 import json
 import re
 import zlib
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,8 +56,8 @@ def start(folder: Path, mark: str) -> None:
     write_json(folder / FINGERPRINT, {"fingerprint": mark})
 
 
-def find(folder: Path, mark: str, moist: bool) -> Checkpoint | None:
-    """The latest whole checkpoint of the same scene; None where there is none."""
+def find(folder: Path, mark: str, moist: bool, not_at: Collection[int] = ()) -> Checkpoint | None:
+    """The latest whole checkpoint of the same scene that is not at one of the steps `not_at`; None where there is none."""
     path = folder / FINGERPRINT
     try:
         if json.loads(path.read_text())["fingerprint"] != mark:
@@ -64,7 +65,7 @@ def find(folder: Path, mark: str, moist: bool) -> Checkpoint | None:
     except (OSError, ValueError, KeyError):
         return None
     found = _moist(folder / FOLDER) if moist else _dry(folder)
-    return max(found, key=lambda c: c.step, default=None)
+    return max((c for c in found if c.step not in not_at), key=lambda c: c.step, default=None)
 
 
 def _moist(folder: Path) -> list[Checkpoint]:

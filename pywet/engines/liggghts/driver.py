@@ -142,8 +142,11 @@ def alone(run_dir: Path) -> Iterator[None]:
 
 
 def _begin(scene: Scene, folder: Path, mark: str) -> checkpoint.Checkpoint | None:
-    """A folder cut back to the latest whole checkpoint of the same scene, or an empty one."""
-    point = checkpoint.find(folder, mark, scene.effects.bridges)
+    """A folder cut back to the latest whole checkpoint of the same scene, or an empty one.
+
+    A checkpoint between two stages is passed over: what the next stage stops there, such as the slide, is not part of it.
+    """
+    point = checkpoint.find(folder, mark, scene.effects.bridges, deck.boundaries(scene) - {scene.steps})
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
         checkpoint.start(folder, mark)
