@@ -16,6 +16,7 @@ from pywet.study.accuracy.knobs import KNOBS
 from pywet.view.page import Cell, paragraph, picture
 from pywet.view.page import table as html_table
 
+ACCURACIES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
 WISHES = {
     "everything": choice.WANTED,
     "fraction retained and liquid": ("fraction retained", "liquid shares"),
@@ -43,7 +44,7 @@ def live_with(table: dict[str, Any]) -> str:
         for wish, wanted in WISHES.items():
             groups = tuple(g for g in wanted if kind == "moist" or g in ("fraction retained", "restitution"))
             last: tuple[Any, ...] | None = None
-            for accuracy in front.ACCURACIES:
+            for accuracy in ACCURACIES:
                 row = _choice_row(table, accuracy, kind, groups)
                 if row is None or row[1:3] == last:
                     continue

@@ -10,10 +10,8 @@ from typing import Any
 
 from pywet.study.accuracy import knobs
 
-ACCURACIES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
-"""What one may live with, on the page."""
-MATTERS = 0.5 * min(ACCURACIES)
-"""Errors closer than this share are the same: half the finest accuracy that is offered."""
+MATTERS = 1e-3
+"""Errors closer than this share are the same."""
 GAIN, WORTH = 0.05, 1.3
 """A level that is better by this share for no more than this price is a bargain."""
 
