@@ -1,17 +1,25 @@
-"""Whole files or none: everything is written under a temporary name in the same folder and renamed at the end."""
+"""Whole files or none: everything is written under a temporary name in the same folder and renamed at the end.
+
+And the one way to read a file back: `read_json`, `read_model`, `read_table` end a wrong one in a sentence, never a traceback.
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
+from pyarrow.lib import ArrowException
+from pydantic import BaseModel, ValidationError
 
 from pywet.errors import PywetError
+
+Model = TypeVar("Model", bound=BaseModel)
 
 
 @contextmanager
@@ -46,3 +54,96 @@ def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
     if csv:
         with atomic_write(path.with_suffix(".csv")) as temporary:
             table.to_csv(temporary, index=False)
+
+
+MAX_DEPTH = 100
+"""Deepest nesting of a JSON file that is read; this package writes four levels."""
+
+
+def parse_json(text: str | bytes, name: str, cure: str) -> Any:
+    """JSON as Python values; `name` is what was given, `cure` where to mend it.
+
+    Refused in one sentence: text that is not UTF-8, broken or nested deeper than `MAX_DEPTH`, a key given twice, NaN and
+    infinities, numbers beyond double precision.
+    """
+
+    def no_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        seen: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in seen:
+                raise ValueError(f"the key {key!r} is given twice")
+            seen[key] = value
+        return seen
+
+    def number(digits: str) -> int | float:
+        value = float(digits)
+        if abs(value) == float("inf"):
+            raise ValueError(f"the number {digits[:20]}… is too large")
+        return int(digits) if digits.lstrip("-").isdigit() else value
+
+    def constant(word: str) -> float:
+        raise ValueError(f"{word} is not a number that can be worked with")
+
+    try:
+        content = text.decode("utf-8") if isinstance(text, bytes) else text
+        deepest = max(itertools.accumulate((c in "[{") - (c in "]}") for c in content), default=0)
+        if deepest > MAX_DEPTH:
+            raise ValueError(f"it is nested {deepest} levels deep")
+        return json.loads(
+            content, object_pairs_hook=no_twins, parse_int=number, parse_float=number, parse_constant=constant
+        )
+    except UnicodeDecodeError as error:
+        raise PywetError(f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}") from error
+    except (ValueError, RecursionError) as error:
+        raise PywetError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}") from error
+
+
+def one_line(error: object) -> str:
+    """An exception's text in one line of at most 300 characters."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= 300 else text[:299] + "…"
+
+
+def read_text(path: Path, cure: str) -> bytes:
+    """The bytes of a file; a sentence where it is missing, a folder or not readable."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise PywetError(f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}") from error
+    except ValueError as error:  # a path with a zero byte
+        raise PywetError(f"{shown(path)} is no path ({error}); expected a file: {cure}") from error
+
+
+def shown(path: Path) -> str:
+    """A path as a sentence can hold it: on one line, at most 200 characters."""
+    text = repr(str(path))[1:-1]
+    return text if len(text) <= 200 else f"{text[:80]}…{text[-80:]}"
+
+
+def read_json(path: Path, cure: str) -> Any:
+    """A JSON file as Python values; see `parse_json`."""
+    return parse_json(read_text(path, cure), shown(path), cure)
+
+
+def read_model(path: Path, model: type[Model], cure: str) -> Model:
+    """A JSON file as a pydantic model; the sentence names the first field that is wrong."""
+    value = read_json(path, cure)
+    try:
+        return model.model_validate_json(json.dumps(value))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise PywetError(f"{shown(path)}: {where}: {one_line(first['msg'])}: {cure}") from error
+
+
+def read_table(path: Path, cure: str, columns: Collection[str] = ()) -> pd.DataFrame:
+    """A Parquet table that holds at least `columns`; a sentence where it is missing, damaged or lacks one."""
+    try:
+        table = pd.read_parquet(path)
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, ArrowException) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
+        raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
+    missing = [name for name in columns if name not in table.columns]
+    if missing:
+        raise PywetError(f"{shown(path)} has no column {', '.join(missing)}: {cure}")
+    return table

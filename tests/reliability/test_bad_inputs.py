@@ -1,0 +1,98 @@
+"""Bad inputs, as data: each row of rows/*.yaml names a command, its exit code and the words that its sentence must hold.
+
+A row:  name: what is wrong
+        run: [plan, "2"]                      arguments of `pywet`; {here} is an empty folder, {config} a copy of config/,
+                                              {run} a made run directory (where `made` asks for one)
+        config: {materials.yaml: [old, new]}  optional: one replacement in a file of the copy (must be found)
+        write: {query.json: text}             optional: files in {here}; `hex: …` for bytes, `repeat: [text, n]` for long ones
+        made: moist                           optional: moist or dry, a synthetic finished run in {run}
+        damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, or {write: …} as above
+        exit: 1
+        says: [words]                         all must be in standard error or output
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from pywet.cli import app
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parents[2]
+ROWS = [
+    pytest.param(row, id=f"{file.stem}: {row['name']}")
+    for file in sorted((Path(__file__).parent / "rows").glob("*.yaml"))
+    for row in yaml.safe_load(file.read_text())
+]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("made")
+    return {
+        "moist": synthetic.make(folder / "case02", moist=True),
+        "dry": synthetic.make(folder / "case01", moist=False),
+    }
+
+
+def content(value: Any) -> bytes:
+    if isinstance(value, dict) and "hex" in value:
+        return bytes.fromhex(value["hex"])
+    if isinstance(value, dict) and "repeat" in value:
+        text, times = value["repeat"]
+        return (text * times).encode()
+    return str(value).encode()
+
+
+def damage(path: Path, how: Any) -> None:
+    if how == "cut":
+        data = path.read_bytes()
+        path.write_bytes(data[: len(data) // 2])
+    elif how == "empty":
+        path.write_bytes(b"")
+    elif how in ("gone", "folder"):
+        path.unlink()
+        if how == "folder":
+            path.mkdir()
+    else:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content(how["write"]))
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, made: dict[str, Path]) -> None:
+    """Exit code and words as the row says; one line on standard error, no traceback, no word of a fault in the program."""
+    here, config, run = tmp_path / "here", tmp_path / "config", tmp_path / "run"
+    here.mkdir()
+    shutil.copytree(ROOT / "config", config)
+    for name, (old, new) in row.get("config", {}).items():
+        text = (config / name).read_text()
+        assert old in text, f"{name} no longer holds {old!r}"
+        (config / name).write_text(text.replace(old, new, 1))
+    for name, value in row.get("write", {}).items():
+        (here / name).write_bytes(content(value))
+    if "made" in row:
+        shutil.copytree(made[row["made"]], run)
+    for name, how in row.get("damage", {}).items():
+        damage(run / name, how)
+    arguments = [str(a).format(here=here, config=config, run=run) for a in row["run"]]
+    result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, arguments)
+    said = result.stderr + result.stdout
+    assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)
+    assert result.exit_code == row["exit"], said
+    assert "Traceback" not in said and "fault in the program" not in said
+    for words in row["says"]:
+        assert words in re.sub(r"\s+", " ", said), said
+    if row["exit"] == 1:
+        assert len(result.stderr.strip().splitlines()) <= 1, result.stderr
+
+
+def test_the_table_is_as_long_as_promised() -> None:
+    assert len(ROWS) >= 300
