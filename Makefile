@@ -12,7 +12,7 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup peers lint test run bench report clean
+.PHONY: help setup peers lint test run full bench report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
@@ -37,6 +37,10 @@ run: setup  ## the 18 screening cases, cross-check and report
 
 report: setup  ## the report, with the cases that it still needs
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
+
+full: setup  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
+	$(PYTHON) -m pywet.evidence.campaign --cores $(CORES)
+	$(PYTHON) -m pywet.evidence.page
 
 bench: setup  ## cost of a step, side by side; collisions per second
 	$(PYTHON) benchmarks/step_cost.py
