@@ -164,7 +164,7 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
 def write(run_dir: Path) -> list[Check]:
     """Compute and write results/fraction_retained, results/liquid_by_holder (Parquet and CSV) and results/checks.json."""
     run = RunDir(Path(run_dir))
-    found, planned = run.timeline.steps.tolist(), run.scene.output_steps
+    planned, found = run.scene.output_steps, run.timeline.steps.tolist()
     if found != planned:
         raise PywetError(
             f"{run.path / 'trajectory.parquet'} holds {len(found)} output steps; expected the {len(planned)} planned ones, "

@@ -247,7 +247,8 @@ class Recorder:
 def holds(data: bytes, spheres: int) -> bool:
     """Whether a restart file ends with whole records of this many spheres: the engine does not notice that one was cut off.
 
-    It ends with a block for each rank: the number of doubles (int32), then one record for each sphere, its length first. The blocks are found from the end of the file.
+    It ends with a block for each rank: the number of doubles (int32), then one record for each sphere, its
+    length first. The blocks are found from the end of the file.
     """
     end = len(data)
     while spheres > 0:

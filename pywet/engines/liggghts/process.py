@@ -121,7 +121,7 @@ def execute(
         )
         try:
             while child.poll() is None:
-                time.sleep(0.2)
+                time.sleep(0.1)
                 peak = peak_memory(child.pid) or peak
                 report(last_step(folder / LOG), scene.steps)
                 _refuse_flood(folder, scene)
