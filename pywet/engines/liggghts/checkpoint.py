@@ -138,7 +138,7 @@ def _files(folder: Path) -> list[tuple[str, int, Path]]:
     names = [
         (m, path)
         for path in (folder / FOLDER).iterdir()
-        if (m := re.fullmatch(r"(engine|state|sums)\.(\d+)(\.json)?", path.name))
+        if (m := re.fullmatch(r"(engine|state|sums)\.(\d+)(\.json)?", path.name)) and path.is_file()
     ]
     return [(m[1], int(m[2]), path) for m, path in names]
 

@@ -130,6 +130,8 @@ def execute(
             with suppress(ProcessLookupError):
                 os.killpg(child.pid, signal.SIGKILL)
             child.wait()
+            for path in _too_large(folder):
+                os.truncate(path, LARGEST_LOG)
             raise
     if child.returncode != 0:
         raise PywetError(
@@ -138,18 +140,22 @@ def execute(
     return Usage(_children_cpu() - before, peak)
 
 
+def _too_large(folder: Path) -> list[Path]:
+    """Logs beyond their bound."""
+    paths = (folder / name for name in LOGS)
+    return [path for path in paths if path.exists() and path.stat().st_size > LARGEST_LOG]
+
+
 def _refuse_flood(folder: Path, scene: Scene) -> None:
-    """End a run whose engine only writes messages; what it wrote is cut off at the bound."""
-    for path in (folder / name for name in LOGS):
-        if path.exists() and path.stat().st_size > LARGEST_LOG:
-            os.truncate(path, LARGEST_LOG)
-            with open(path, "rb") as log:
-                said = log.read(4096).decode(errors="replace").strip().splitlines()
-            raise PywetError(
-                f"{scene.name}: LIGGGHTS was ended at step {last_step(folder / LOG)} of {scene.steps}: it wrote more than "
-                f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
-                f"{said[0][:200] if said else ''!r}"
-            )
+    """End a run whose engine writes messages without end."""
+    for path in _too_large(folder):
+        with open(path, "rb") as log:
+            said = log.read(4096).decode(errors="replace").strip().splitlines()
+        raise PywetError(
+            f"{scene.name}: LIGGGHTS was ended at step {last_step(folder / LOG)} of {scene.steps}: it wrote more than "
+            f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
+            f"{said[0][:200] if said else ''!r}"
+        )
 
 
 def _reason(folder: Path, returncode: int) -> str:
