@@ -126,11 +126,12 @@ def struck(work: Callable[[], None], number: int, names: tuple[str, ...], blow: 
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
+@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("names", "blow"), [((*WRITES, *REMOVALS), killed), (WRITES, full)], ids=["kill", "full disk"])
-def test_every_file_operation_of_collection(
-    ended: Path, tmp_path: Path, names: tuple[str, ...], blow: Callable[[], None]
+def test_file_operations_of_collection(
+    ended: Path, tmp_path: Path, names: tuple[str, ...], blow: Callable[[], None], every: int
 ) -> None:
-    """Struck at its n-th file operation, for every n, collection is done again from the raw files, or was done."""
+    """Struck at its n-th file operation, for every n or each seventh, collection is done again, or was done."""
     shutil.copytree(ended, tmp_path / "unbroken")
     collect(tmp_path / "unbroken")
     wanted = tables_of(tmp_path / "unbroken")
@@ -147,7 +148,7 @@ def test_every_file_operation_of_collection(
         assert_same(wanted, tables_of(run_dir), exact=True)
         assert not list((run_dir / "engine").glob("*.bin")) and not (run_dir / "engine.partial").exists()
         shutil.rmtree(run_dir)
-        number += 1
+        number += every
     assert number > 20
 
 
@@ -238,30 +239,22 @@ DAMAGES: dict[str, Callable[[Path, int], object]] = {
 def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path: Path, damage: str) -> None:
     """One file at a time: the older checkpoint where that does not need what is gone, else none; the file is named."""
     older, newer = points(cut_off[1])
-    partial = cut_off[1] / "engine.partial"
-    states = [newer.engine, *([newer.state] if newer.state else []), newer.engine.with_name(f"sums.{newer.step}.json")]
-    appended = [
-        (partial / name, older.logs.get(name, (0, 0))[0], size) for name, (size, _) in newer.logs.items() if size
-    ]
-    cases = [(path, path.stat().st_size // 2, True) for path in states]
-    cases += [(path, size - 1, first < size and damage in ("flipped", "cut")) for path, first, size in appended]
-    cases += [(path, first - 1, False) for path, first, _ in appended if first]
+    partial, sums = cut_off[1] / "engine.partial", newer.engine.with_name(f"sums.{newer.step}.json")
+    cases = [(path, path.stat().st_size // 2, True) for path in (newer.engine, newer.state, sums) if path]
+    for name, (size, _) in newer.logs.items():
+        first = older.logs.get(name, (0, 0))[0]
+        if size > first:  # behind what the older one needs
+            cases.append((partial / name, size - 1, first == 0 or damage in ("flipped", "cut")))
+        if first > 0:
+            cases.append((partial / name, first - 1, False))
     for path, at, fall_back in cases:
         run_dir = tmp_path / "run"
         shutil.copytree(cut_off[1], run_dir)
-        victim = run_dir / path.relative_to(cut_off[1])
-        DAMAGES[damage](victim, at)
+        DAMAGES[damage](run_dir / path.relative_to(cut_off[1]), at)
         found, passed = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
-        if fall_back or (older.logs.get(path.name, (0, 0))[0] == 0 and path not in states and damage != "missing"):
-            assert found is not None and found.step == older.step, (path, at, passed)
-        elif found is not None:  # a log that was begun after the older checkpoint
-            assert found.step == older.step and path.name not in older.logs, (path, at)
-        named = (
-            victim.name
-            if path in states[:-1] or damage != "missing"
-            else ("without" if path in states else victim.name)
-        )
-        assert any(f"step {newer.step}" in p and named in p for p in passed), (path, at, passed)
+        assert (found.step if found else None) == (older.step if fall_back else None), (path, at, passed)
+        said = next(phrase for phrase in passed if phrase.startswith(f"step {newer.step} ("))
+        assert path.name in said or path == sums, said
         shutil.rmtree(run_dir)
 
 
