@@ -189,6 +189,16 @@ class Scene(Strict):
         """Number of time steps of the whole run."""
         return round(self.duration_s / self.time_step_s)
 
+    @property
+    def output_every(self) -> int:
+        """Steps between outputs."""
+        return max(1, round(self.output.interval_s / self.time_step_s))
+
+    @property
+    def output_steps(self) -> list[int]:
+        """Steps at which trajectory, liquid and ledger are written."""
+        return list(range(0, self.steps + 1, self.output_every))
+
     @classmethod
     def read(cls, path: Path) -> Scene:
         """Read `scene.json`."""

@@ -113,7 +113,7 @@ def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts"
     elif engine == "liggghts":
         from pywet.engines.liggghts import driver
 
-        driver.run(run_dir, ranks=ranks, progress=progress)
+        driver.run(run_dir, ranks=ranks, progress=progress, keep=True)
     else:
         raise PywetError(f"there is no engine {engine}; expected liggghts or yade")
 

@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from pywet import scenes, small, stages
 from pywet.engines.liggghts import deck, process
-from pywet.engines.liggghts.driver import read_trajectory
+from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
 from pywet.engines.yade import moist
 from pywet.errors import PywetError

@@ -64,3 +64,6 @@ def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFra
     if surfaces:
         write_table(triangle_table(surfaces), history / "triangles.parquet")
         write_table(part_table(scene, surfaces), history / "parts.parquet")
+    else:  # what an earlier scene may have left
+        for name in ("triangles", "parts"):
+            (history / f"{name}.parquet").unlink(missing_ok=True)

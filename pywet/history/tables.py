@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from pywet.errors import PywetError
+from pywet.errors import NotWhole
 from pywet.files import write_table
 from pywet.history.schema import RAW
 
@@ -22,15 +23,33 @@ SORT = {
 }
 
 
+OUTPUT = (
+    "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
+    "contributions.json", "audit.json", "summary.json", "picture.png", "results", "vtk",
+    *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
+)  # fmt: skip
+"""All that follows from a run, by its path in the run directory."""
+
+
+def forget(run_dir: Path) -> None:
+    """Remove what an earlier run left in the directory, the sign that it is whole first."""
+    (run_dir / "engine" / "tables.json").unlink(missing_ok=True)
+    for path in [run_dir / "engine", *(path for name in OUTPUT for path in run_dir.glob(name))]:
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
 def read_raw(folder: Path, name: str) -> np.ndarray:
     """All records of one table, of all ranks."""
     parts = []
     for path in sorted(folder.glob(f"{name}.*.bin")):
         if path.stat().st_size % RAW[name].itemsize:
-            raise PywetError(f"{path} ends in the middle of a record; the run was cut off: run the case again")
+            raise NotWhole(f"{path} ends in the middle of a record; the run was cut off: run the case again")
         parts.append(np.fromfile(path, dtype=RAW[name]))
     if not parts:
-        raise PywetError(f"no log {name}.*.bin in {folder}; expected the plugin's output: run the case again")
+        raise NotWhole(f"no log {name}.*.bin in {folder}; expected the plugin's output: run the case again")
     return np.concatenate(parts)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.history.schema import SPHERE
 from pywet.scene import Scene
@@ -163,6 +164,12 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
 def write(run_dir: Path) -> list[Check]:
     """Compute and write results/fraction_retained, results/liquid_by_holder (Parquet and CSV) and results/checks.json."""
     run = RunDir(Path(run_dir))
+    planned, found = run.scene.output_steps, run.timeline.steps.tolist()
+    if found != planned:
+        raise PywetError(
+            f"{run.path / 'trajectory.parquet'} holds {len(found)} output steps; expected the {len(planned)} planned ones, "
+            f"0 to {planned[-1]}: run the case again"
+        )
     retained, liquid = fraction_retained(run), liquid_by_holder(run)
     write_table(retained, run.path / "results" / "fraction_retained.parquet", csv=True)
     write_table(liquid, run.path / "results" / "liquid_by_holder.parquet", csv=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pywet import small
-from pywet.engines.liggghts import build, driver
+from pywet.engines.liggghts import build, collecting, driver
 from pywet.errors import PywetError
 from tests.engine.scenes import WATER, contacts, spheres_of
 
@@ -101,7 +101,7 @@ def test_disk_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    monkeypatch.setattr(driver, "read_trajectory", full)
+    monkeypatch.setattr(collecting, "read_trajectory", full)
     with pytest.raises(PywetError, match="No space left on device"):
         small.run(tmp_path, spheres)
     assert not (tmp_path / "engine").exists()

@@ -31,7 +31,7 @@ ROUND_OFF = 1e-9
 
 
 def killed(run_dir: Path, moment: float, ranks: int = 1, after: str = "*[0-9]") -> int:
-    """Start a run in a process group of its own, SIGKILL it `moment` seconds after it has a checkpoint (`after`: that one).
+    """Start a run in a process of its own, SIGKILL it `moment` seconds after it has a checkpoint (`after`: that one).
 
     Returns the step of the last whole checkpoint.
     """
@@ -39,12 +39,12 @@ def killed(run_dir: Path, moment: float, ranks: int = 1, after: str = "*[0-9]") 
     child = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
     folder = run_dir / "engine.partial" / checkpoint.FOLDER
     deadline = time.monotonic() + 120.0
-    while not list(folder.glob(f"state.{after}")) and time.monotonic() < deadline and child.poll() is None:
+    while not list(folder.glob(f"sums.{after}.json")) and time.monotonic() < deadline and child.poll() is None:
         time.sleep(0.01)
     time.sleep(moment)
     os.killpg(child.pid, signal.SIGKILL)
     child.wait()
-    return max(int(path.name.split(".")[1]) for path in folder.glob("state.*[0-9]"))
+    return max(int(path.name.split(".")[1]) for path in folder.glob("sums.*.json"))
 
 
 def compare(unbroken: Path, resumed: Path) -> None:
@@ -114,7 +114,7 @@ def test_dry_run_goes_on_too(tmp_path: Path) -> None:
     code = f"from pywet.engines.liggghts import driver; driver.run({str(tmp_path / 'killed')!r}, progress=False)"
     child = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
     folder = tmp_path / "killed" / "engine.partial"
-    while checkpoint.last_step(folder / checkpoint.LOG) < 500 and child.poll() is None:
+    while not list(folder.glob("checkpoint/sums.*.json")) and child.poll() is None:
         time.sleep(0.01)
     os.killpg(child.pid, signal.SIGKILL)
     child.wait()

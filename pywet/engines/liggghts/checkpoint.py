@@ -1,50 +1,62 @@
-"""Checkpoints of a run: what they hold, which one a run may go on from, and how the logs are cut back to it.
+"""Checkpoints of a run: when one is whole, which one a run may go on from, and how the logs are cut back to it.
 
-`engine.partial/checkpoint/` holds pairs `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh positions) and
-`state.<step>` (the plugin's state: films, bridges, work done, forces). Each is written as `….partial` and renamed when both are
-whole, the state last. `engine.partial/fingerprint.json` says which scene they belong to. A dry run has no state files; its
-engine file counts as whole when the engine has gone on since.
+`engine.partial/checkpoint/` holds `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh positions), in a
+moist run `state.<step>` (the plugin's state: films, bridges, work done, forces), and `sums.<step>.json`: sizes and check sums of
+both and of all that the logs held up to that step, written last, by the process that watches the engine. Only what has sums, and
+is as they say, is gone on from. `engine.partial/fingerprint.json` says which scene it belongs to; `finished.json` that the
+engine came to its end, with the sums of all logs.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 import re
-import zlib
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from pywet.engines.liggghts import windows
-from pywet.files import write_json
-from pywet.history.schema import RAW
+from pywet.engines.liggghts import logs
+from pywet.errors import PywetError
+from pywet.files import read_json, write_json
 from pywet.scene import Scene
 
 FOLDER = "checkpoint"
 FINGERPRINT = "fingerprint.json"
+FINISHED = "finished.json"
 LOG = "log.liggghts"
+KEPT = 2
+"""Checkpoints that are kept."""
+CODE = sorted(
+    path
+    for name in ("laws", "young_laplace", "history", "engines/liggghts")
+    for path in (Path(__file__).parents[2] / name).glob("*.py")
+) + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
+"""What of the program a run follows from, beside the plugin."""
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A whole pair of files at one step; `state` is None in a dry run."""
+    """Whole files of one step; `state` is None in a dry run. `logs`: what the logs held up to that step."""
 
     step: int
     engine: Path
     state: Path | None
+    logs: logs.Sums
 
 
 def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
-    """Hash of everything a run follows from: scene, spheres, walls, films, and `parts` (plugin, deck lines)."""
+    """Hash of everything a run follows from: scene, spheres, walls, films, laws, program, and `parts` (plugin, deck lines)."""
     digest = hashlib.sha256()
     files = [run_dir / "scene.json", run_dir / scene.spheres_file]
     files += [run_dir / "history" / f"{name}.parquet" for name in ("spheres", "triangles")]
-    files += [run_dir / wall.stl for wall in scene.walls]
+    files += [run_dir / wall.stl for wall in scene.walls] + CODE
+    named = (law for law in scene.effects.model_dump().values() if isinstance(law, str))
+    files += [Path(law.rpartition(":")[0]) for law in named if ".py:" in law]
     for path in files:
-        digest.update(path.read_bytes() if path.exists() else b"-")
+        digest.update(path.read_bytes() if path.is_file() else b"-")
     for part in parts:
         digest.update(b"\0" + part.encode())
     return digest.hexdigest()
@@ -56,41 +68,79 @@ def start(folder: Path, mark: str) -> None:
     write_json(folder / FINGERPRINT, {"fingerprint": mark})
 
 
-def find(folder: Path, mark: str, moist: bool, not_at: Collection[int] = ()) -> Checkpoint | None:
-    """The latest whole checkpoint of the same scene that is not at one of the steps `not_at`; None where there is none."""
-    path = folder / FINGERPRINT
+def belongs(folder: Path, mark: str) -> bool:
+    """Whether a folder holds a run of the scene with this fingerprint."""
     try:
-        if json.loads(path.read_text())["fingerprint"] != mark:
-            return None
-    except (OSError, ValueError, KeyError):
-        return None
-    found = _moist(folder / FOLDER) if moist else _dry(folder)
-    return max((c for c in found if c.step not in not_at), key=lambda c: c.step, default=None)
+        return bool(read_json(folder / FINGERPRINT, "") == {"fingerprint": mark})
+    except PywetError:
+        return False
 
 
-def _moist(folder: Path) -> list[Checkpoint]:
-    found = []
-    for state in folder.glob("state.*"):
-        engine = folder / state.name.replace("state", "engine")
-        if state.suffix[1:].isdigit() and engine.exists() and _intact(state):
-            found.append(Checkpoint(int(state.suffix[1:]), engine, state))
-    return found
+def disown(folder: Path) -> None:
+    """Let the next call begin anew: what is in the folder cannot be gone on from."""
+    (folder / FINGERPRINT).unlink(missing_ok=True)
 
 
-def _dry(folder: Path) -> list[Checkpoint]:
-    reached = last_step(folder / LOG)
-    found = []
-    for path in (folder / FOLDER).glob("engine.*.partial"):
-        step = int(path.name.split(".")[1])
-        if step < reached:
-            found.append(Checkpoint(step, path, None))
-    return found
+def finish(folder: Path, sums: logs.Sums, account: dict[str, Any]) -> None:
+    """Note that the engine came to its end: all that is left to do is to collect."""
+    write_json(folder / FINISHED, {"logs": sums, "account": account})
 
 
-def _intact(state: Path) -> bool:
-    """Whether a state file's check sum (CRC-32, its last four bytes) is right."""
-    data = state.read_bytes()
-    return len(data) > 4 and zlib.crc32(data[:-4]) == int.from_bytes(data[-4:], "little")
+def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None]:
+    """Account of a run that came to its end with all its logs, else None; and a phrase where they are no longer whole."""
+    if not belongs(folder, mark) or not (folder / FINISHED).exists():
+        return None, None
+    try:
+        found = read_json(folder / FINISHED, "")
+        account, sums = dict(found["account"]), {name: (int(s), int(c)) for name, (s, c) in found["logs"].items()}
+    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
+        return None, f"its end ({FINISHED} is damaged)"
+    broken = logs.damage(folder, sums)
+    return (None, f"its end ({broken})") if broken else (account, None)
+
+
+def find(folder: Path, mark: str, not_at: Collection[int] = ()) -> tuple[Checkpoint | None, list[str]]:
+    """The latest whole checkpoint of the same scene that is not at one of the steps `not_at`; None where there is none.
+
+    And a phrase for each later one that is passed over because something of it is missing or damaged.
+    """
+    passed: list[str] = []
+    if not belongs(folder, mark):
+        return None, passed
+    steps = {step for name, step, _ in _files(folder) if name in ("engine", "sums")}
+    for step in sorted(steps - set(not_at), reverse=True):
+        found = _read(folder, step)
+        if isinstance(found, Checkpoint):
+            return found, passed
+        passed.append(f"step {step} ({found})")
+    return None, passed
+
+
+def _read(folder: Path, step: int) -> Checkpoint | str:
+    """A checkpoint, or what is wrong with it."""
+    path = folder / FOLDER / f"sums.{step}.json"
+    if not path.exists():
+        return "without check sums"
+    try:
+        read = read_json(path, "")
+        states, sums = ({n: (int(s), int(c)) for n, (s, c) in read[part].items()} for part in ("states", "logs"))
+    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
+        return f"{FOLDER}/{path.name} is damaged"
+    engine, state = f"{FOLDER}/engine.{step}", f"{FOLDER}/state.{step}"
+    if engine not in states:
+        return f"{FOLDER}/{path.name} is damaged"
+    broken = logs.damage(folder, states) or logs.damage(folder, sums, appended=True)
+    return broken or Checkpoint(step, folder / engine, folder / state if state in states else None, sums)
+
+
+def _files(folder: Path) -> list[tuple[str, int, Path]]:
+    """What there is of checkpoints: name, step, path; half-written ones and strangers are not named."""
+    names = [
+        (m, path)
+        for path in (folder / FOLDER).iterdir()
+        if (m := re.fullmatch(r"(engine|state|sums)\.(\d+)(\.json)?", path.name)) and path.is_file()
+    ]
+    return [(m[1], int(m[2]), path) for m, path in names]
 
 
 def last_step(log: Path) -> int:
@@ -104,44 +154,122 @@ def last_step(log: Path) -> int:
     return steps[-1] if steps else 0
 
 
-def cut_back(folder: Path, step: int, output_every: int) -> None:
-    """Take everything after `step` out of the logs; the trajectory's frame at `step` is written again by the engine."""
-    for name, dtype in RAW.items():
-        for path in folder.glob(f"{name}.*.bin"):
-            whole = path.stat().st_size // dtype.itemsize
-            steps = np.fromfile(path, dtype=dtype, count=whole)["step"] if whole else np.zeros(0, dtype=np.int64)
-            with open(path, "r+b") as file:
-                file.truncate(int((steps <= step).sum()) * dtype.itemsize)
-    for path in (folder / FOLDER).iterdir():
-        if int(path.name.split(".")[1]) > step:
+def cut_back(folder: Path, point: Checkpoint) -> None:
+    """Take everything after the checkpoint out of the logs; the trajectory's frame at it is written again by the engine."""
+    for path in logs.files(folder):
+        with open(path, "r+b") as file:
+            file.truncate(point.logs.get(path.name, (0, 0))[0])
+    for _, step, path in _files(folder):
+        if step > point.step:
             path.unlink()
-    _cut_trajectory(folder / "trajectory.txt", step - 1 if step % output_every == 0 else step)
-    for name in (windows.STATES, *windows.SPRINGS):
-        _cut_trajectory(folder / f"{name}.txt", step)
+    (folder / FINISHED).unlink(missing_ok=True)
     log = folder / LOG
     if log.exists():
-        log.replace(folder / f"log.until-{step}.liggghts")
+        log.replace(folder / f"log.until-{point.step}.liggghts")
 
 
-def prune(folder: Path, keep: int = 3) -> None:
-    """Leave the last few engine files of a dry run (a moist one keeps two pairs by itself)."""
-    files = sorted((folder / FOLDER).glob("engine.*.partial"), key=lambda p: int(p.name.split(".")[1]))
-    for path in files[:-keep]:
-        path.unlink()
+def unread(folder: Path) -> bool:
+    """Whether the engine has begun but not got beyond reading its restart file."""
+    log = folder / LOG
+    return log.exists() and "\nneighbor " not in log.read_text(errors="replace")
 
 
-def _cut_trajectory(path: Path, last: int) -> None:
-    """Keep the whole frames up to step `last` of the engine's dump."""
-    if not path.exists():
-        return
-    with open(path, "r+b") as dump:
-        while True:
-            begin = dump.tell()
-            head = [dump.readline() for _ in range(9)]
-            if not head[8].endswith(b"\n") or int(head[1]) > last:
+def drop(folder: Path, point: Checkpoint) -> None:
+    """Never go on from a checkpoint again."""
+    (folder / FOLDER / f"sums.{point.step}.json").unlink()
+    point.engine.unlink()
+
+
+class Recorder:
+    """Takes the check sums of a run while it goes on; `watch` is called a few times a second."""
+
+    def __init__(self, folder: Path, scene: Scene, spheres: int, point: Checkpoint | None) -> None:
+        self.folder, self.moist, self.spheres = folder, scene.effects.bridges, spheres
+        self.planned, self.end = scene.output_steps, scene.steps
+        self.step = point.step if point else 0
+        self.logs: logs.Sums = dict(point.logs) if point else {}
+        self.framed = self._frames_before(self.step) if point else 0
+
+    def _frames_before(self, step: int) -> int:
+        return int(np.searchsorted(self.planned, step))
+
+    def watch(self) -> None:
+        """Write the sums of each checkpoint that has become whole since, and remove older ones than the last two."""
+        if not self.moist:
+            self._name_dry()
+        there = {(name, step) for name, step, _ in _files(self.folder)}
+        for step in sorted({step for name, step in there if name == ("state" if self.moist else "engine")}):
+            if step <= self.step:
+                continue
+            states = [self.folder / FOLDER / f"{name}.{step}" for name in ("engine", "state")[: 1 + self.moist]]
+            if not holds(states[0].read_bytes(), self.spheres):
+                for path in states:
+                    path.unlink()  # cut off, as by a full disk
+                continue
+            until = self._frames_before(step)
+            found = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
+            if isinstance(found, str):
+                return  # not yet there, or never; then no later step is gone on from either
+            sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
+            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": found})
+            self.step, self.framed, self.logs = step, until, found
+            self._prune()
+
+    def finish(self) -> logs.Sums:
+        """Sums of all logs after the engine's end; PywetError where they do not hold what was planned."""
+        found = logs.extended(self.folder, self.logs, self.end, self.planned[self.framed :], self.end)
+        if not isinstance(found, str):
+            sizes = {path.name: path.stat().st_size for path in logs.files(self.folder)}
+            longer = next((name for name, (size, _) in found.items() if sizes[name] != size), None)
+            if longer is None:
+                return found
+            found = f"{longer} ends in the middle of a step"
+        raise PywetError(
+            f"the engine came to its end, but {found}; expected the {len(self.planned)} planned output steps in "
+            f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
+        )
+
+    def _name_dry(self) -> None:
+        """The stock program's restart file is whole when the engine has gone on since."""
+        reached = last_step(self.folder / LOG)
+        for path in (self.folder / FOLDER).glob("engine.*.partial"):
+            if path.name.split(".")[1].isdigit() and int(path.name.split(".")[1]) < reached:
+                path.rename(path.with_suffix(""))
+
+    def _prune(self) -> None:
+        files = _files(self.folder)
+        oldest = sorted(step for name, step, _ in files if name == "sums")[-KEPT:][0]
+        for _, step, path in files:
+            if step < oldest:
+                path.unlink()
+
+
+def holds(data: bytes, spheres: int) -> bool:
+    """Whether a restart file ends with whole records of this many spheres: the engine does not notice that one was cut off.
+
+    It ends with a block for each rank: the number of doubles (int32), then one record for each sphere, its
+    length first. The blocks are found from the end of the file.
+    """
+    end = len(data)
+    while spheres > 0:
+        for at in _block_starts(data, end):
+            numbers = np.frombuffer(data, "<f8", count=(end - at - 4) // 8, offset=at + 4)
+            place = count = 0
+            while place < len(numbers) and 1.0 <= numbers[place] <= len(numbers):
+                place, count = place + int(numbers[place]), count + 1
+            if place == len(numbers):
                 break
-            count = int(head[3])
-            rows = [dump.readline() for _ in range(count)]
-            if count and not rows[-1].endswith(b"\n"):
-                break
-        dump.truncate(begin)
+        else:
+            return False
+        end, spheres = at, spheres - count
+    return spheres == 0
+
+
+def _block_starts(data: bytes, end: int) -> list[int]:
+    """Where an int32 says that just as many doubles follow up to `end`; blocks of no sphere last."""
+    starts = []
+    for shift in range(min(4, end - 3)):
+        sizes = np.frombuffer(data, "<i4", count=(end - shift) // 4, offset=shift).astype(np.int64)
+        at = shift + 4 * np.arange(len(sizes))
+        starts += at[(sizes >= 0) & (8 * sizes == end - 4 - at)].tolist()
+    return sorted(starts)

@@ -105,11 +105,6 @@ def skin(scene: Scene) -> float:
     return 0.4 * min(c.radius_m for c in scene.classes)
 
 
-def output_every(scene: Scene) -> int:
-    """Steps between outputs."""
-    return max(1, round(scene.output.interval_s / scene.time_step_s))
-
-
 def checkpoint_every(scene: Scene) -> int:
     """Steps between checkpoints; 0: none. The engine makes its neighbour lists anew at each, with and without a resumption."""
     wanted = scene.output.checkpoints
@@ -249,7 +244,7 @@ def write_deck(
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
-        "output_every": output_every(scene),
+        "output_every": scene.output_every,
         "windows": windows.deck_lines(scene),
     }
     write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")

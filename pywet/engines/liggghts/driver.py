@@ -15,21 +15,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pywet import advisor
-from pywet.engines.liggghts import checkpoint, deck, windows
+from pywet.engines.liggghts import checkpoint, collecting, deck, windows
 from pywet.engines.liggghts.build import ENGINE_VERSION, package_version, plugin_path
 from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
 from pywet.engines.liggghts.process import LOOP_TIME, Usage, execute, progress_bar
 from pywet.engines.liggghts.tables import prepare_laws
-from pywet.errors import PywetError
+from pywet.errors import NotWhole, PywetError
 from pywet.files import write_json, write_table
 from pywet.history import tables
-from pywet.motion import engine_displacement, slide_displacement
-from pywet.scene import Scene, WallMesh
+from pywet.scene import Scene
 
 PROGRAM = "liggghts"
 
@@ -57,10 +57,18 @@ class RunInfo:
     """Largest resident memory of the engine's process (of one rank: not known with more)."""
 
 
-def output_steps(scene: Scene) -> list[int]:
-    """Steps at which trajectory, liquid and ledger are written."""
-    every = deck.output_every(scene)
-    return list(range(0, scene.steps + 1, every))
+@dataclass(frozen=True)
+class Task:
+    """One call: what is to be run, where and how."""
+
+    scene: Scene
+    run_dir: Path
+    folder: Path
+    mark: str
+    ranks: int
+    progress: bool
+    launch: Callable[..., Usage]
+    deck: dict[str, Any]
 
 
 def run(
@@ -72,12 +80,14 @@ def run(
     integrate: str = "all",
     allow_unstable: bool = False,
     launch: Callable[..., Usage] = execute,
+    keep: bool = False,
 ) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
     Raises `PywetError` for a time step that would be unstable, unless `allow_unstable`.
     `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed); `launch` starts the
-    engine's process and waits for it.
+    engine's process and waits for it. With `keep` a finished run of the same scene there, all its tables as they were made, is
+    not simulated again.
     """
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
@@ -87,38 +97,66 @@ def run(
     plugin = plugin_path() if scene.effects.bridges else None
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
+    task = Task(scene, run_dir, folder, mark, ranks, progress, launch, {"extra": extra, "integrate": integrate})
+    fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
     try:
         with alone(run_dir):
-            point = _begin(scene, folder, mark)
-            if point and progress:
-                print(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}", flush=True)
-            deck.write_deck(scene, run_dir, folder, extra=extra, integrate=integrate, resume=point)
-            if scene.effects.bridges:
-                _write_history_inputs(scene, run_dir, folder, point)
-            started = time.monotonic()
-            with progress_bar(scene, progress) as report:
-                watch = (lambda: None) if scene.effects.bridges else (lambda: checkpoint.prune(folder))
-                usage = launch(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
-            wall = time.monotonic() - started
-            spheres = _collect(scene, run_dir, folder)
-            info = RunInfo(
-                wall_s=wall,
-                steps=scene.steps,
-                spheres=spheres,
-                ranks=ranks,
-                engine_version=version,
-                plugin_hash=plugin.stem.removeprefix("libpywet-") if plugin else None,
-                resumed_at_step=point.step if point else None,
-                ledger_error=ledger_error(run_dir) if scene.effects.bridges else None,
-                cpu_s=usage.cpu_s,
-                loop_cpu_s=_loop_cpu(folder, scene, usage),
-                peak_memory_B=usage.peak_memory_B if ranks == 1 else None,
-            )
-            _finish(run_dir, folder, info)
+            done = collecting.kept(run_dir, mark) if keep else None
+            if done:
+                _write_history_inputs(scene, run_dir)
+                collecting.tidy(run_dir / "engine")
+                print(f"{scene.name}: was simulated already; remove {run_dir / 'engine'} to do it again", flush=True)
+                return RunInfo(**done)
+            account, damaged = checkpoint.finished(folder, mark)
+            if account is None:
+                account = _simulate(task, [damaged] if damaged else [])
+            else:
+                _write_history_inputs(scene, run_dir)
+                print(f"{scene.name}: the engine had come to its end; its output is collected", flush=True)
+            return _collect(task, {**fixed, **account})
     except OSError as error:
         raise PywetError(
             f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
         ) from error
+
+
+def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
+    """From the latest whole checkpoint, or the start, to the engine's end; returns what only this process knows of it."""
+    scene, folder = task.scene, task.folder
+    point = _begin(task, passed)
+    if not collecting.belongs(task.run_dir, task.mark):
+        tables.forget(task.run_dir)
+    spheres = len(pd.read_parquet(task.run_dir / scene.spheres_file, columns=["id"]))
+    recorder = checkpoint.Recorder(folder, scene, spheres, point)
+    started = time.monotonic()
+    with progress_bar(scene, task.progress) as report:
+        try:
+            usage = task.launch(_command(task), folder, scene, report, recorder.watch)
+        except PywetError:
+            if point and checkpoint.unread(folder):
+                checkpoint.drop(folder, point)
+            raise
+    account = {
+        "wall_s": time.monotonic() - started,
+        "ranks": task.ranks,
+        "resumed_at_step": point.step if point else None,
+        "cpu_s": usage.cpu_s,
+        "loop_cpu_s": _loop_cpu(folder, scene, usage),
+        "peak_memory_B": usage.peak_memory_B if task.ranks == 1 else None,
+    }
+    checkpoint.finish(folder, recorder.finish(), account)
+    return account
+
+
+def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
+    """Tables and run.json of a run whose engine came to its end."""
+    try:
+        spheres, error = collecting.make(task.scene, task.folder)
+    except NotWhole:
+        checkpoint.disown(task.folder)
+        raise
+    info = RunInfo(steps=task.scene.steps, spheres=spheres, ledger_error=error, **known)
+    collecting.publish(task.run_dir, task.folder, asdict(info), task.mark)
     return info
 
 
@@ -141,35 +179,34 @@ def alone(run_dir: Path) -> Iterator[None]:
         yield
 
 
-def _begin(scene: Scene, folder: Path, mark: str) -> checkpoint.Checkpoint | None:
-    """A folder cut back to the latest whole checkpoint of the same scene, or an empty one.
+def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
+    """A folder ready for the engine: cut back to the latest whole checkpoint of the same scene, or a new one.
 
     A checkpoint between two stages is passed over: what the next stage stops there, such as the slide, is not part of it.
+    What is refused here (spheres, laws) leaves a run under way in the folder as it was.
     """
-    point = checkpoint.find(folder, mark, scene.effects.bridges, deck.boundaries(scene) - {scene.steps})
+    scene, folder = task.scene, task.folder
+    point, damaged = checkpoint.find(folder, task.mark, deck.boundaries(scene) - {scene.steps})
+    passed = passed + damaged
+    ready = folder if point else folder.with_name("engine.partial.new")
+    if point is None:
+        shutil.rmtree(ready, ignore_errors=True)
+        checkpoint.start(ready, task.mark)
+    deck.write_deck(scene, task.run_dir, ready, resume=point, **task.deck)
+    _write_history_inputs(scene, task.run_dir)
+    if scene.effects.bridges:
+        _write_schedule(scene, ready, point)
+    why = f"; passed over: {', '.join(passed)}" if passed else ""
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
-        checkpoint.start(folder, mark)
+        ready.rename(folder)
+        if passed:
+            print(f"{scene.name}: begins anew{why}", flush=True)
     else:
-        checkpoint.cut_back(folder, point.step, deck.output_every(scene))
+        checkpoint.cut_back(folder, point)
+        if task.progress or passed:
+            print(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}{why}", flush=True)
     return point
-
-
-def _finish(run_dir: Path, folder: Path, info: RunInfo) -> None:
-    """The run is whole: checkpoints go, the folder gets its name."""
-    shutil.rmtree(folder / checkpoint.FOLDER)
-    (folder / checkpoint.FINGERPRINT).unlink()
-    write_json(folder / "run.json", asdict(info))
-    shutil.rmtree(run_dir / "engine", ignore_errors=True)
-    folder.rename(run_dir / "engine")
-
-
-def ledger_error(run_dir: Path) -> float:
-    """Largest relative error of the liquid's ledger over all outputs of a moist run."""
-    ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet")
-    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
-    initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
-    return float(((held - ledger["initial"]).abs() / initial).max())
 
 
 def _check_engine() -> str:
@@ -183,8 +220,13 @@ def _check_engine() -> str:
     return version or ENGINE_VERSION
 
 
-def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: checkpoint.Checkpoint | None) -> None:
+def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
+    """What a moist run and its replay read beside the scene; a dry one has none of it."""
     history = run_dir / "history"
+    if not scene.effects.bridges:
+        for name in ("transfer.parquet", "meta.json"):
+            (history / name).unlink(missing_ok=True)
+        return
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
     if scene.walls:
@@ -197,7 +239,6 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
         write_table(parts, history / "parts.parquet")
     liquid = scene.liquid
     assert liquid is not None
-    steps = output_steps(scene)
     meta = {
         "surface_tension": liquid.surface_tension_N_per_m,
         "viscosity": liquid.viscosity_Pa_s,
@@ -208,65 +249,26 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
             for c in scene.classes
         ],
-        "output_steps": steps,
+        "output_steps": scene.output_steps,
     }
     write_json(history / "meta.json", meta)
+
+
+def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | None) -> None:
+    """What the worker is told: when to write, and from where to go on."""
     resume = None
     if point is not None:
         resume = {"state": str(point.state), "restore_forces": point.step not in deck.boundaries(scene)}
-    schedule = {"output_steps": steps, "windows": windows.contact_windows(scene), "resume": resume}
+    schedule = {"output_steps": scene.output_steps, "windows": windows.contact_windows(scene), "resume": resume}
     write_json(folder / "schedule.json", schedule)
 
 
-def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]:
-    if scene.effects.bridges:
-        program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(run_dir), str(folder)]
+def _command(task: Task) -> list[str]:
+    if task.scene.effects.bridges:
+        program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
-    if ranks > 1:
-        return ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(ranks), *program]
+    if task.ranks > 1:
+        mpirun = ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(task.ranks)]
+        return [*mpirun, *program]
     return program
-
-
-def _collect(scene: Scene, run_dir: Path, folder: Path) -> int:
-    """Tables from what the engine wrote; returns the number of spheres."""
-    trajectory = read_trajectory(folder / "trajectory.txt", scene.time_step_s)
-    write_table(trajectory, run_dir / "trajectory.parquet")
-    (folder / "trajectory.txt").unlink()
-    windows.collect(scene, folder, run_dir / "history")
-    steps = sorted(int(s) for s in trajectory["step"].unique())
-    rows = [(step, wall.name, *mesh_translation(scene, wall, step)) for step in steps for wall in scene.walls]
-    write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")
-    if scene.effects.bridges:
-        tables.convert(folder, run_dir / "history")
-        for path in folder.glob("*.bin"):
-            path.unlink()
-    return int((trajectory["step"] == steps[0]).sum())
-
-
-def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ...]:
-    """How far a mesh is from its STL file after `step` steps [m]."""
-    if wall.motion == "vibrates" and scene.vibration is not None:
-        return tuple(float(d) for d in engine_displacement(scene.vibration, step, scene.time_step_s))
-    if wall.motion == "slides" and scene.slide is not None:
-        return tuple(float(d) for d in slide_displacement(scene.slide, step * scene.time_step_s))
-    return (0.0, 0.0, 0.0)
-
-
-def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
-    """The engine's text dump as a table: step, time, id, type, x … wz."""
-    names = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
-    frames = []
-    with open(path) as dump:
-        while dump.readline():
-            step = int(dump.readline())
-            dump.readline()
-            count = int(dump.readline())
-            for _ in range(5):
-                dump.readline()
-            block = np.array([dump.readline().split() for _ in range(count)], dtype=float).reshape(count, len(names))
-            frame = pd.DataFrame(block, columns=names).astype({"id": np.int64, "type": np.int64})
-            frame.insert(0, "step", step)
-            frame.insert(1, "time", step * time_step)
-            frames.append(frame)
-    return pd.concat(frames, ignore_index=True)

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +22,9 @@ from pywet.scene import Scene
 Report = Callable[[int, int], None]
 LOOP_TIME = "loop_cpu_s.txt"
 """File in which a moist run's first rank leaves the processor time of its steps [s]."""
+LOGS = ("output.log", "screen.log", LOG)
+LARGEST_LOG = 50_000_000
+"""Bytes at which a log shows an engine that writes without end: a run of any length writes some hundred lines."""
 DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
@@ -114,15 +117,21 @@ def execute(
             stderr=subprocess.STDOUT,
             env=environment,
             preexec_fn=die_with_parent,
+            start_new_session=True,
         )
         try:
             while child.poll() is None:
-                time.sleep(0.2)
+                time.sleep(0.1)
                 peak = peak_memory(child.pid) or peak
                 report(last_step(folder / LOG), scene.steps)
+                _refuse_flood(folder, scene)
                 watch()
         except BaseException:
-            child.kill()
+            with suppress(ProcessLookupError):
+                os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
+            for path in _too_large(folder):
+                os.truncate(path, LARGEST_LOG)
             raise
     if child.returncode != 0:
         raise PywetError(
@@ -131,10 +140,28 @@ def execute(
     return Usage(_children_cpu() - before, peak)
 
 
+def _too_large(folder: Path) -> list[Path]:
+    """Logs beyond their bound."""
+    paths = (folder / name for name in LOGS)
+    return [path for path in paths if path.exists() and path.stat().st_size > LARGEST_LOG]
+
+
+def _refuse_flood(folder: Path, scene: Scene) -> None:
+    """End a run whose engine writes messages without end."""
+    for path in _too_large(folder):
+        with open(path, "rb") as log:
+            said = log.read(4096).decode(errors="replace").strip().splitlines()
+        raise PywetError(
+            f"{scene.name}: LIGGGHTS was ended at step {last_step(folder / LOG)} of {scene.steps}: it wrote more than "
+            f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
+            f"{said[0][:200] if said else ''!r}"
+        )
+
+
 def _reason(folder: Path, returncode: int) -> str:
     """The engine's first ERROR line, without its decoration; else the last line there is."""
     lines: list[str] = []
-    for name in ("output.log", "screen.log", LOG):
+    for name in LOGS:
         path = folder / name
         if path.exists():
             lines += path.read_text(errors="replace").splitlines()

@@ -15,8 +15,8 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
-from pywet.errors import PywetError
-from pywet.files import write_table
+from pywet.errors import NotWhole
+from pywet.files import one_line, write_table
 from pywet.scene import Scene
 
 STATES = "states"
@@ -77,34 +77,35 @@ def deck_lines(scene: Scene) -> dict[str, Any] | None:
 def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
     """All frames of one of the engine's text dumps, with a column `step`."""
     steps, counts, text = [], [], bytearray()
-    cut_off = PywetError(f"{path} ends in the middle of a step; the run was cut off: run the case again")
-    with open(path, "rb") as dump:
-        while dump.readline():
-            head = list(islice(dump, 8))
-            if len(head) < 8:
-                raise cut_off
-            steps.append(int(head[0]))
-            counts.append(int(head[2]))
-            lines = list(islice(dump, counts[-1]))
-            if len(lines) != counts[-1] or not (not lines or lines[-1].endswith(b"\n")):
-                raise cut_off
-            text += b"".join(lines)
-    if not text:
-        return pd.DataFrame({"step": np.zeros(0, dtype=np.int64), **{c: np.zeros(0) for c in columns}})
-    end = ["end of line"] if text.endswith(b" \n") else []
-    read = csv.read_csv(
-        io.BytesIO(text),
-        csv.ReadOptions(column_names=[*columns, *end]),
-        csv.ParseOptions(delimiter=" "),
-        csv.ConvertOptions(include_columns=columns, column_types=dict.fromkeys(columns, pa.float64())),
-    )
-    table = read.to_pandas()
-    table.insert(0, "step", np.repeat(np.array(steps, dtype=np.int64), counts))
+    try:
+        with open(path, "rb") as dump:
+            while dump.readline():
+                head = list(islice(dump, 8))
+                steps.append(int(head[0]))
+                counts.append(int(head[2]))
+                lines = list(islice(dump, counts[-1]))
+                if len(lines) != counts[-1] or not (not lines or lines[-1].endswith(b"\n")):
+                    raise IndexError
+                text += b"".join(lines)
+        if not text:
+            return pd.DataFrame({"step": np.zeros(0, dtype=np.int64), **{c: np.zeros(0) for c in columns}})
+        end = ["end of line"] if text.endswith(b" \n") else []
+        table = csv.read_csv(
+            io.BytesIO(text),
+            csv.ReadOptions(column_names=[*columns, *end]),
+            csv.ParseOptions(delimiter=" "),
+            csv.ConvertOptions(include_columns=columns, column_types=dict.fromkeys(columns, pa.float64())),
+        ).to_pandas()
+        table.insert(0, "step", np.repeat(np.array(steps, dtype=np.int64), counts))
+    except IndexError as error:
+        raise NotWhole(f"{path} ends in the middle of a step; the run was cut off: run the case again") from error
+    except ValueError as error:  # of int, of the reader's and of rows that are too few for their frames
+        raise NotWhole(f"{path} is not the engine's dump ({one_line(error)}): run the case again") from error
     return table
 
 
 def collect(scene: Scene, folder: Path, history: Path) -> None:
-    """Turn the dumps in `folder` into history/window_<name>.parquet, and remove them."""
+    """Turn the dumps in `folder` into `history`/window_<name>.parquet."""
     for name in (STATES, *SPRINGS):
         path = folder / f"{name}.txt"
         if not path.exists():
@@ -112,4 +113,7 @@ def collect(scene: Scene, folder: Path, history: Path) -> None:
         table = read_dump(path, COLUMNS[name]).drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
         write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")
-        path.unlink()
+        if name == STATES:
+            wanted = [step for window in recorded(scene) for step in range(*window)]
+            if table["step"].drop_duplicates().sort_values().tolist() != wanted:
+                raise NotWhole(f"{path} does not hold the {len(wanted)} steps of the windows: run the case again")

@@ -20,7 +20,6 @@ import numpy as np
 import pandas as pd
 
 from pywet import advisor
-from pywet.engines.liggghts import deck
 from pywet.engines.liggghts.build import package_version
 from pywet.engines.liggghts.driver import alone
 from pywet.engines.liggghts.process import die_with_parent, progress_bar
@@ -29,6 +28,7 @@ from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.geometry.stl import read_stl
+from pywet.history import tables
 from pywet.scene import Scene
 
 PROGRAM = "yade"
@@ -121,7 +121,7 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
     if slide is not None:
         opens = min(scene.steps, round(slide.opens_at_s / scene.time_step_s))
         drawn = min(scene.steps, opens + round(slide.travel_s / scene.time_step_s))
-    every = deck.output_every(scene)
+    every = scene.output_every
     return {
         "name": scene.name,
         "time_step": scene.time_step_s,
@@ -159,6 +159,7 @@ def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -
         with alone(run_dir):
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
+            tables.forget(run_dir)
             write_json(folder / "task.json", task)
             started = time.monotonic()
             with progress_bar(scene, progress) as report:

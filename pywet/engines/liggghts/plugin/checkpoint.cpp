@@ -2,7 +2,7 @@
 //
 // Both are written under temporary names. The engine writes its file at the end of the step, so both are complete when the
 // plugin is called next: then they are renamed, the state last. A state file without `.partial` therefore means that the pair
-// is whole. Two pairs are kept. The state ends with a check sum.
+// is whole; who started the run removes older ones. The state ends with a check sum.
 #include "bridges.h"
 
 #include <fcntl.h>
@@ -109,9 +109,6 @@ void Bridges::finish_checkpoint() {
   const std::string folder = directory_ + "/checkpoint/", step = std::to_string(done);
   rename_to(folder + "engine." + step + ".partial", folder + "engine." + step);
   rename_to(folder + "state." + step + ".partial", folder + "state." + step);
-  const std::string old = std::to_string(done - 2 * checkpoint_every);
-  remove((folder + "state." + old).c_str());
-  remove((folder + "engine." + old).c_str());
 }
 
 // Every rank reads the same file; called after attach, before the first step.

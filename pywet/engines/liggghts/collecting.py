@@ -1,0 +1,131 @@
+"""From the raw files of a finished run to the run directory's tables, so that a kill at any moment loses and mixes nothing.
+
+Tables are made in `engine.partial/tables`, then what an earlier run left is removed, the tables take their places,
+`engine.partial` becomes `engine`, and only then the raw files go. Until that last name everything can be done again from the
+raw files. `engine/tables.json` says which tables belong to the run.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.engines.liggghts import checkpoint, logs, windows
+from pywet.errors import NotWhole, PywetError
+from pywet.files import read_json, write_json, write_table
+from pywet.history import tables
+from pywet.motion import engine_displacement, slide_displacement
+from pywet.scene import Scene, WallMesh
+
+TABLES = "tables"
+INDEX = "tables.json"
+TRAJECTORY = ["id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
+
+
+def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
+    """Write all tables into `folder`/tables; returns the number of spheres and (moist) the ledger's error.
+
+    Raises `NotWhole` where the raw files do not hold what was planned.
+    """
+    made = folder / TABLES
+    shutil.rmtree(made, ignore_errors=True)
+    trajectory = read_trajectory(folder / logs.TRAJECTORY, scene.time_step_s)
+    planned(trajectory["step"], scene, str(folder / logs.TRAJECTORY))
+    write_table(trajectory, made / "trajectory.parquet")
+    windows.collect(scene, folder, made / "history")
+    rows = [
+        (step, wall.name, *mesh_translation(scene, wall, step)) for step in scene.output_steps for wall in scene.walls
+    ]
+    write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")
+    spheres = int((trajectory["step"] == 0).sum())
+    if not scene.effects.bridges:
+        return spheres, None
+    tables.convert(folder, made / "history")
+    for name in ("ledger", "energy", "films"):
+        planned(
+            pd.read_parquet(made / "history" / f"{name}.parquet", columns=["step"])["step"], scene, f"the log {name}"
+        )
+    return spheres, ledger_error(made)
+
+
+def planned(steps: pd.Series, scene: Scene, what: str) -> None:
+    """Raise `NotWhole` unless the steps of a table are the planned output steps."""
+    wanted, found = scene.output_steps, sorted(int(s) for s in steps.unique())
+    if found != wanted:
+        missing, more = sorted(set(wanted) - set(found)), sorted(set(found) - set(wanted))
+        wrong = f"lacks step {missing[0]}" if missing else f"has step {more[0]}, which is not one"
+        raise NotWhole(
+            f"{what} holds {len(found)} output steps and {wrong}; expected the {len(wanted)} from 0 to {wanted[-1]}: "
+            "run the case again"
+        )
+
+
+def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> None:
+    """The run is whole: its tables take the places of an earlier run's, its folder gets its name, the raw files go."""
+    made = folder / TABLES
+    sums = {str(path.relative_to(made)): logs.checked(path) for path in sorted(made.rglob("*.parquet"))}
+    write_json(folder / INDEX, {"fingerprint": mark, "tables": sums})
+    write_json(folder / "run.json", info)
+    tables.forget(run_dir)
+    for name in sums:
+        (run_dir / name).parent.mkdir(exist_ok=True)
+        (made / name).replace(run_dir / name)
+    shutil.rmtree(made)
+    folder.rename(run_dir / "engine")
+    tidy(run_dir / "engine")
+
+
+def tidy(engine: Path) -> None:
+    """Remove what only a run under way needs; may be done again."""
+    shutil.rmtree(engine / checkpoint.FOLDER, ignore_errors=True)
+    for path in (*logs.files(engine), engine / checkpoint.FINISHED, engine / checkpoint.FINGERPRINT):
+        path.unlink(missing_ok=True)
+
+
+def belongs(run_dir: Path, mark: str) -> bool:
+    """Whether the finished run in the directory is of the scene with this fingerprint."""
+    try:
+        return bool(read_json(run_dir / "engine" / INDEX, "")["fingerprint"] == mark)
+    except (PywetError, KeyError, TypeError):
+        return False
+
+
+def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
+    """run.json of a finished run of this scene, if all its tables are as they were made; else None."""
+    if not belongs(run_dir, mark):
+        return None
+    try:
+        sums = {name: (int(s), int(c)) for name, (s, c) in read_json(run_dir / "engine" / INDEX, "")["tables"].items()}
+        info = dict(read_json(run_dir / "engine" / "run.json", ""))
+    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
+        return None
+    return None if logs.damage(run_dir, sums) else info
+
+
+def ledger_error(run_dir: Path) -> float:
+    """Largest relative error of the liquid's ledger over all outputs of a moist run."""
+    ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet")
+    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
+    initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
+    return float(((held - ledger["initial"]).abs() / initial).max())
+
+
+def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ...]:
+    """How far a mesh is from its STL file after `step` steps [m]."""
+    if wall.motion == "vibrates" and scene.vibration is not None:
+        return tuple(float(d) for d in engine_displacement(scene.vibration, step, scene.time_step_s))
+    if wall.motion == "slides" and scene.slide is not None:
+        return tuple(float(d) for d in slide_displacement(scene.slide, step * scene.time_step_s))
+    return (0.0, 0.0, 0.0)
+
+
+def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
+    """The engine's text dump as a table: step, time, id, type, x … wz."""
+    table = windows.read_dump(path, TRAJECTORY).astype({"id": np.int64, "type": np.int64})
+    table.insert(1, "time", table["step"] * time_step)
+    return table

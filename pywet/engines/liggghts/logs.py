@@ -1,0 +1,103 @@
+"""The raw files that a run appends to, and how far each is whole: sizes and check sums up to a step.
+
+Trajectory and window dumps are the engine's text, the `.bin` logs the plugin's records (pywet/history/schema.py).
+"""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from pywet.engines.liggghts import windows
+from pywet.history.schema import RAW
+
+TRAJECTORY = "trajectory.txt"
+DUMPS = (TRAJECTORY, *(f"{name}.txt" for name in (windows.STATES, *windows.SPRINGS)))
+HEAD = 9
+"""Lines before the rows of a dump's frame."""
+BLOCK = 1 << 20
+
+Sums = dict[str, tuple[int, int]]
+"""File, by its path in the engine's folder -> bytes from its start and their CRC-32."""
+
+
+def files(folder: Path) -> list[Path]:
+    """The raw files there are, of all ranks."""
+    dumps = [path for name in DUMPS if (path := folder / name).exists()]
+    return dumps + [path for name in RAW for path in sorted(folder.glob(f"{name}.*.bin"))]
+
+
+def checked(path: Path, start: int = 0, end: int | None = None, before: int = 0) -> tuple[int, int]:
+    """Bytes and CRC-32 of a file up to `end` (None: all of it), where `before` is the sum of its first `start` bytes."""
+    with open(path, "rb") as file:
+        file.seek(start)
+        while block := file.read(BLOCK if end is None else min(BLOCK, end - start)):
+            before, start = zlib.crc32(block, before), start + len(block)
+    return start, before
+
+
+def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
+    """The first file that is not what it was when the sums were taken, as a phrase; logs may have been `appended` to since."""
+    for name, (size, sum_then) in sums.items():
+        path = folder / name
+        if not path.is_file():
+            return f"{name} is missing"
+        if path.stat().st_size < size or (not appended and path.stat().st_size > size):
+            return f"{name} has {path.stat().st_size} bytes where {size} were written"
+        if checked(path, end=size) != (size, sum_then):
+            return f"{name} was changed"
+    return None
+
+
+def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame: int) -> Sums | str:
+    """Sums of all logs up to step `last`, of the trajectory up to `last_frame`, going on from earlier ones.
+
+    `frames` are the steps that the trajectory must have gained. Where it has not, or a log became shorter, a phrase says so.
+    """
+    found = {}
+    for path in files(folder):
+        start, before = sums.get(path.name, (0, 0))
+        if path.stat().st_size < start:
+            return f"{path.name} became shorter"
+        if path.suffix == ".bin":
+            end = _records_end(path, start, last)
+        else:
+            end, steps = _frames_end(path, start, last_frame if path.name == TRAJECTORY else last)
+            if path.name == TRAJECTORY and steps != frames:
+                return f"{TRAJECTORY} lacks whole output steps from {next((s for s in frames if s not in steps), steps)} on"
+        found[path.name] = checked(path, start, end, before)
+    if TRAJECTORY not in found and frames:
+        return f"{TRAJECTORY} is missing"
+    return found
+
+
+def _records_end(path: Path, start: int, last: int) -> int:
+    """Where the plugin's records up to step `last` end; they are in the order of steps."""
+    dtype = RAW[path.name.split(".")[0]]
+    count = (path.stat().st_size - start) // dtype.itemsize
+    if not count:
+        return start
+    steps = np.memmap(path, dtype=dtype, mode="r", offset=start, shape=(count,))["step"]
+    return start + int(np.searchsorted(steps, last, side="right")) * dtype.itemsize
+
+
+def _frames_end(path: Path, start: int, last: int) -> tuple[int, list[int]]:
+    """Where the dump's whole frames up to step `last` end, and their steps."""
+    steps: list[int] = []
+    with open(path, "rb") as dump:
+        dump.seek(start)
+        while True:
+            end = dump.tell()
+            head = [dump.readline() for _ in range(HEAD)]
+            if head[0] != b"ITEM: TIMESTEP\n" or not head[-1].startswith(b"ITEM: ") or not head[-1].endswith(b"\n"):
+                return end, steps
+            if not (head[1].strip().isdigit() and head[3].strip().isdigit()) or int(head[1]) > last:
+                return end, steps
+            row = head[-1]
+            for _ in range(int(head[3])):
+                row = dump.readline()
+            if not row.endswith(b"\n"):
+                return end, steps
+            steps.append(int(head[1]))

@@ -1,0 +1,358 @@
+"""Kills and full disks: at every file operation of collection, and with every file of a resumption damaged.
+
+A call that is made again ends with the tables of a run that was left alone, without simulating what was whole.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from pywet import small
+from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
+from pywet.errors import NotWhole, PywetError
+from pywet.scene import Scene
+from tests.engine import beds
+from tests.reliability.kills import Stopped, assert_same, tables_of
+
+pytestmark = pytest.mark.engine
+KINDS = {"moist": small.PAPER, "dry": small.DRY}
+WRITES = ("open", "os.mkdir", "os.rename")
+REMOVALS = ("os.remove", "os.rmdir")
+
+
+def prepare(run_dir: Path, kind: str, steps: int, side: tuple[int, int, int] = (4, 4, 3)) -> Path:
+    """A small bed on a vibrating floor with a drawn plate, moist or dry, with checkpoints."""
+    scene = beds.prepare(run_dir, beds.bed(side), steps, checkpoints=30)
+    (run_dir / "scene.json").write_text(scene.model_copy(update={"effects": KINDS[kind]}).model_dump_json())
+    return run_dir
+
+
+def never(*_: object) -> process.Usage:
+    """A launch that must not happen."""
+    raise AssertionError("the engine was started although it had come to its end")
+
+
+@pytest.fixture(scope="module", params=list(KINDS))
+def ended(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run killed when its engine had come to its end and nothing was collected, over the tables of an earlier run."""
+    run_dir = prepare(tmp_path_factory.mktemp("ended") / "run", request.param, 300)
+
+    def stop(*_: object) -> None:
+        raise Stopped
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(collecting, "make", stop)
+        with pytest.raises(Stopped):
+            driver.run(run_dir, progress=False)
+    for name in (
+        "trajectory.parquet",
+        "history/events.parquet",
+        "replay.json",
+        "engine/log.liggghts",
+        "results/old.csv",
+    ):
+        (run_dir / name).parent.mkdir(exist_ok=True)
+        (run_dir / name).write_text("of an earlier run")
+    return run_dir
+
+
+def collect(run_dir: Path) -> None:
+    """What `driver.run` does where the engine has come to its end, without making the plugin and the laws ready."""
+    scene, mark = Scene.read(run_dir / "scene.json"), mark_of(run_dir)
+    folder = run_dir / "engine.partial"
+    account, damaged = checkpoint.finished(folder, mark)
+    assert account is not None and damaged is None
+    task = driver.Task(scene, run_dir, folder, mark, 1, False, never, {})
+    driver._collect(task, {"engine_version": "3.8.0", "plugin_hash": None, **account})
+
+
+def mark_of(run_dir: Path) -> str:
+    """Fingerprint of a run under way or finished."""
+    for path in (run_dir / "engine.partial" / checkpoint.FINGERPRINT, run_dir / "engine" / collecting.INDEX):
+        if path.exists():
+            return str(pd.read_json(path, typ="series")["fingerprint"])
+    raise AssertionError(f"neither a run under way nor a finished one in {run_dir}")
+
+
+def fails_at(
+    number: int, names: tuple[str, ...], blow: Callable[[], None]
+) -> Callable[[str, tuple[object, ...]], None]:
+    """An audit hook that strikes from the `number`-th of the file operations `names` that change something."""
+    seen = 0
+
+    def hook(event: str, given: tuple[object, ...]) -> None:
+        nonlocal seen
+        if event not in names or (event == "open" and not int(str(given[2])) & (os.O_WRONLY | os.O_RDWR)):
+            return
+        seen += 1
+        if seen > number:
+            blow()
+
+    return hook
+
+
+def killed() -> None:
+    """The end without a word."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def full() -> None:
+    """A full disk."""
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def struck(work: Callable[[], None], number: int, names: tuple[str, ...], blow: Callable[[], None]) -> int:
+    """Do the work in a forked process that is struck; 0: it came through, -9: killed, 3: it ended as a full disk should."""
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            sys.addaudithook(fails_at(number, names, blow))
+            work()
+            status = 0
+        except (OSError, PywetError) as error:
+            status = 3 if "No space left" in str(error) else 4
+        finally:
+            os._exit(status)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("names", "blow"), [((*WRITES, *REMOVALS), killed), (WRITES, full)], ids=["kill", "full disk"])
+def test_file_operations_of_collection(
+    ended: Path, tmp_path: Path, names: tuple[str, ...], blow: Callable[[], None], every: int
+) -> None:
+    """Struck at its n-th file operation, for every n or each seventh, collection is done again, or was done."""
+    shutil.copytree(ended, tmp_path / "unbroken")
+    collect(tmp_path / "unbroken")
+    wanted = tables_of(tmp_path / "unbroken")
+    assert "results" not in os.listdir(tmp_path / "unbroken") and not list((tmp_path / "unbroken").rglob("replay.json"))
+    number, status = 0, -1
+    while status != 0:
+        run_dir = tmp_path / str(number)
+        shutil.copytree(ended, run_dir)
+        status = struck(lambda: collect(run_dir), number, names, blow)  # noqa: B023
+        assert status in (0, -9 if blow is killed else 3), f"ended with {status} at operation {number}"
+        if not collecting.kept(run_dir, mark_of(run_dir)):
+            collect(run_dir)
+        collecting.tidy(run_dir / "engine")
+        assert_same(wanted, tables_of(run_dir), exact=True)
+        assert not list((run_dir / "engine").glob("*.bin")) and not (run_dir / "engine.partial").exists()
+        shutil.rmtree(run_dir)
+        number += every
+    assert number > 20
+
+
+def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Killed before or after its folder had its name, a finished run is collected or kept as it is."""
+    run_dir = tmp_path / "run"
+    shutil.copytree(ended, run_dir)
+    first = driver.run(run_dir, progress=False, launch=never, keep=True)
+    assert "the engine had come to its end; its output is collected" in capsys.readouterr().out
+    assert driver.run(run_dir, progress=False, launch=never, keep=True) == first
+    assert "was simulated already" in capsys.readouterr().out
+    with open(run_dir / "trajectory.parquet", "ab") as table:
+        table.write(b"x")
+    with pytest.raises(AssertionError, match="the engine was started"):
+        driver.run(run_dir, progress=False, launch=never, keep=True)
+
+
+def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path) -> None:
+    """A frame that is missing is named, nothing of an earlier run is touched, and the next call begins anew."""
+    run_dir = tmp_path / "run"
+    shutil.copytree(ended, run_dir)
+    folder = run_dir / "engine.partial"
+    text = (folder / logs.TRAJECTORY).read_text().split("ITEM: TIMESTEP\n")
+    (folder / logs.TRAJECTORY).write_text("ITEM: TIMESTEP\n".join(text[:4] + text[5:]))
+    scene = Scene.read(run_dir / "scene.json")
+    with pytest.raises(NotWhole, match=r"holds 10 output steps and lacks step 90; expected the 11 from 0 to 300"):
+        collecting.make(scene, folder)
+    sums = {path.name: logs.checked(path) for path in logs.files(folder)}
+    checkpoint.finish(folder, sums, checkpoint.finished(ended / "engine.partial", mark_of(run_dir))[0] or {})
+    with pytest.raises(NotWhole):
+        collect(run_dir)
+    assert (run_dir / "replay.json").exists()
+    assert checkpoint.finished(folder, mark_of(run_dir) if (folder / checkpoint.FINGERPRINT).exists() else "") == (
+        None,
+        None,
+    )
+
+
+@pytest.fixture(scope="module", params=list(KINDS))
+def cut_off(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The same run twice: in one piece, and killed when it had two checkpoints."""
+    folder = tmp_path_factory.mktemp("cut")
+    steps = 12000 if request.param == "dry" else 6000
+    whole, killed_ = (prepare(folder / name, request.param, steps) for name in ("whole", "killed"))
+    driver.run(whole, progress=False)
+
+    def launch(command: list[str], at: Path, scene: Scene, report: process.Report, watch: Callable[[], None]) -> object:
+        def look() -> None:
+            watch()
+            if len(list((at / checkpoint.FOLDER).glob("sums.*.json"))) == checkpoint.KEPT:
+                raise Stopped
+
+        return process.execute(command, at, scene, report, look)
+
+    with pytest.raises(Stopped):
+        driver.run(killed_, progress=False, launch=launch)
+    return whole, killed_
+
+
+def flip(path: Path, at: int) -> None:
+    """One bit of a byte, counted from the start."""
+    with open(path, "r+b") as file:
+        file.seek(at)
+        byte = file.read(1)[0]
+        file.seek(at)
+        file.write(bytes([byte ^ 4]))
+
+
+def points(run_dir: Path) -> tuple[checkpoint.Checkpoint, checkpoint.Checkpoint]:
+    """The older and the newer checkpoint of a run that was cut off."""
+    folder, mark = run_dir / "engine.partial", mark_of(run_dir)
+    newer, passed = checkpoint.find(folder, mark)
+    assert newer is not None and not [p for p in passed if "without check sums" not in p]
+    older, _ = checkpoint.find(folder, mark, [s for s in range(newer.step, newer.step + 10**5)])
+    assert older is not None and older.step < newer.step
+    return older, newer
+
+
+DAMAGES: dict[str, Callable[[Path, int], object]] = {
+    "flipped": flip,
+    "cut": os.truncate,
+    "emptied": lambda path, at: os.truncate(path, 0),
+    "missing": lambda path, at: path.unlink(),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path: Path, damage: str) -> None:
+    """One file at a time: the older checkpoint where that does not need what is gone, else none; the file is named."""
+    older, newer = points(cut_off[1])
+    partial, sums = cut_off[1] / "engine.partial", newer.engine.with_name(f"sums.{newer.step}.json")
+    cases = [(path, path.stat().st_size // 2, True) for path in (newer.engine, newer.state, sums) if path]
+    for name, (size, _) in newer.logs.items():
+        first = older.logs.get(name, (0, 0))[0]
+        if size > first:  # behind what the older one needs
+            cases.append((partial / name, size - 1, first == 0 or damage in ("flipped", "cut")))
+        if first > 0:
+            cases.append((partial / name, first - 1, False))
+    for path, at, fall_back in cases:
+        run_dir = tmp_path / "run"
+        shutil.copytree(cut_off[1], run_dir)
+        DAMAGES[damage](run_dir / path.relative_to(cut_off[1]), at)
+        found, passed = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
+        assert (found.step if found else None) == (older.step if fall_back else None), (path, at, passed)
+        said = next(phrase for phrase in passed if phrase.startswith(f"step {newer.step} ("))
+        assert path.name in said or path == sums, said
+        shutil.rmtree(run_dir)
+
+
+def test_strangers_among_the_checkpoints_are_ignored(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
+    """Files and folders of other names, and half-written ones, neither help nor hinder, and are not lost."""
+    _, newer = points(cut_off[1])
+    run_dir = tmp_path / "run"
+    shutil.copytree(cut_off[1], run_dir)
+    at = run_dir / "engine.partial" / checkpoint.FOLDER
+    for name in ("notes.txt", "engine", "engine.abc", "state.9999999.partial", "sums.json", ".sums.5.1.partial.json"):
+        (at / name).write_text("x")
+    (at / "engine.99999999").mkdir()
+    found, _ = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
+    assert found is not None and found.step == newer.step
+    checkpoint.cut_back(run_dir / "engine.partial", found)
+    assert (at / "notes.txt").exists() and (at / "engine.99999999").is_dir()
+
+
+def test_goes_on_from_the_older_one_and_says_so(
+    cut_off: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One flipped bit in the newest restart file: one line names it, and the tables are those of the unbroken run."""
+    whole, killed_ = cut_off
+    older, newer = points(killed_)
+    run_dir = tmp_path / "run"
+    shutil.copytree(killed_, run_dir)
+    flip(run_dir / newer.engine.relative_to(killed_), newer.engine.stat().st_size // 2)
+    stops = driver.deck.boundaries(Scene.read(run_dir / "scene.json"))
+    at = driver.run(run_dir, progress=False).resumed_at_step
+    assert at == (None if older.step in stops else older.step)
+    said = [line for line in capsys.readouterr().out.splitlines() if "passed over" in line]
+    assert len(said) == 1 and f"step {newer.step} (checkpoint/engine.{newer.step} was changed)" in said[0]
+    assert_same(tables_of(whole), tables_of(run_dir), resumed_at=at)
+
+
+def test_begins_anew_and_says_so(
+    cut_off: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A trajectory that is gone cannot be gone on with: the run begins at its start."""
+    whole, killed_ = cut_off
+    run_dir = tmp_path / "run"
+    shutil.copytree(killed_, run_dir)
+    (run_dir / "engine.partial" / logs.TRAJECTORY).unlink()
+    assert driver.run(run_dir, progress=False).resumed_at_step is None
+    assert "begins anew; passed over: step" in capsys.readouterr().out
+    assert_same(tables_of(whole), tables_of(run_dir), exact=True)
+
+
+def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
+    """Cut off by a full disk before its sums were taken: the first call says so, the next goes on from the older one."""
+    older, newer = points(cut_off[1])
+    run_dir = tmp_path / "run"
+    shutil.copytree(cut_off[1], run_dir)
+    engine = run_dir / newer.engine.relative_to(cut_off[1])
+    assert checkpoint.holds(engine.read_bytes(), 16) and not checkpoint.holds(engine.read_bytes(), 15)
+    size = engine.stat().st_size
+    for cut in (size - 1, size - 8, size // 2, 0):
+        assert not checkpoint.holds(engine.read_bytes()[:cut], 16), cut
+    os.truncate(engine, size - 400)
+    sums = engine.with_name(f"sums.{newer.step}.json")
+    name = f"{checkpoint.FOLDER}/{engine.name}"
+    given = pd.read_json(sums, typ="series").to_dict()
+    given["states"][name] = list(logs.checked(engine))
+    driver.write_json(sums, given)
+    with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
+        driver.run(run_dir, progress=False)
+    stops = driver.deck.boundaries(Scene.read(run_dir / "scene.json"))
+    assert driver.run(run_dir, progress=False).resumed_at_step == (None if older.step in stops else older.step)
+
+
+def test_logs_are_bounded(tmp_path: Path) -> None:
+    """A program that only writes is ended; its log keeps the beginning."""
+    scene = Scene.read(prepare(tmp_path, "dry", 100) / "scene.json")
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        pytest.raises(PywetError, match=r"ended at step 0 of 100: it wrote more than 1 MB into .*output\.log.*'y'"),
+    ):
+        patch.setattr(process, "LARGEST_LOG", 10**6)
+        process.execute(["yes"], tmp_path, scene, lambda done, total: None)
+    assert (tmp_path / "output.log").stat().st_size == 10**6
+
+
+def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
+    """Nor does a refused scene take anything away."""
+    prepare(tmp_path, "moist", 300)
+    driver.run(tmp_path, progress=False)
+    for name in ("replay.json", "results/liquid_by_holder.csv", "status/replay.json"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("{}")
+    before = tables_of(tmp_path)
+    prepare(tmp_path, "dry", 300)
+    scene = Scene.read(tmp_path / "scene.json")
+    (tmp_path / "scene.json").write_text(scene.model_copy(update={"box_high_m": (1e-3, 1e-3, 1e-3)}).model_dump_json())
+    with pytest.raises(PywetError, match="starts outside the box"):
+        driver.run(tmp_path, progress=False)
+    assert_same(before, tables_of(tmp_path), exact=True)
+    (tmp_path / "scene.json").write_text(scene.model_dump_json())
+    driver.run(tmp_path, progress=False)
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    moist = {f"history/{name}.parquet" for name in (*logs.RAW, "transfer")} | {"history/meta.json"}
+    assert not left & (moist | {"replay.json", "results/liquid_by_holder.csv", "status/replay.json"})
