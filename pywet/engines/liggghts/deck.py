@@ -111,9 +111,15 @@ def output_every(scene: Scene) -> int:
 
 
 def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints; 0: none. The engine makes its neighbour lists anew at each, with and without a resumption."""
+    """Steps between checkpoints; 0: none."""
     wanted = scene.output.checkpoints
     return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
+
+
+def checkpoints(scene: Scene) -> range:
+    """Steps at which the state is saved. There the engine is set up anew, as it is when a run goes on from that state."""
+    every = checkpoint_every(scene)
+    return range(every, scene.steps, every) if every else range(0)
 
 
 def movers(scene: Scene) -> list[dict[str, str]]:
@@ -139,16 +145,22 @@ def mesh_style(scene: Scene, wall: WallMesh) -> str:
     return "mesh/surface/stress"
 
 
-def stages(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
-    """The run's stages: until the slide opens, while it is drawn, and the rest; after `done` steps, what is left of them."""
+def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
+    """The pieces of a run: its stages (until the slide opens, while it is drawn, the rest), cut at the checkpoints.
+
+    After `done` steps, what is left of them. `before`: lines that come first; `checkpoint`: the step whose state is saved then.
+    """
     left, start = [], 0
     for stage in _all_stages(scene):
         end = start + stage["steps"]
         if done < end or done == 0:
-            within = (
-                start < done
-            )  # what the stage begins with is then set up again, what an earlier one ended with is not
-            left.append({"before": stage["again"] if within else stage["before"], "steps": end - max(start, done)})
+            # what a stage begins with is set up again when its run goes on, what an earlier one ended with is not
+            before = stage["again"] if start < done else stage["before"]
+            at = max(start, done)
+            for stop in [*(s for s in checkpoints(scene) if at < s < end), end]:
+                saved = stop if stop > at and stop in checkpoints(scene) else None
+                left.append({"before": before, "steps": stop - at, "checkpoint": saved})
+                before, at = [], stop
         start = end
     return left
 
@@ -243,9 +255,8 @@ def write_deck(
         "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
-        "stages": stages(scene, resume.step if resume else 0),
+        "runs": runs(scene, resume.step if resume else 0),
         "restart_file": resume.engine.relative_to(folder) if resume else None,
-        "checkpoint_every": checkpoint_every(scene),
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),

@@ -213,7 +213,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
     write_json(history / "meta.json", meta)
     resume = None
     if point is not None:
-        resume = {"state": str(point.state), "restore_forces": point.step not in deck.boundaries(scene)}
+        resume = {"state": str(point.state)}
     schedule = {"output_steps": steps, "windows": windows.contact_windows(scene), "resume": resume}
     write_json(folder / "schedule.json", schedule)
 

@@ -49,7 +49,7 @@ def run(run_dir: Path, folder: Path) -> None:
     library.lammps_file(engine, b"setup.liggghts")
     plugin.attach(engine, folder)
     if schedule["resume"]:
-        plugin.resume(Path(schedule["resume"]["state"]), schedule["resume"]["restore_forces"])
+        plugin.resume(Path(schedule["resume"]["state"]))
     before = time.process_time()
     library.lammps_file(engine, b"run.liggghts")
     if plugin_rank() == 0:

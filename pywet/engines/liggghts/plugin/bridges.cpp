@@ -32,7 +32,7 @@ void Bridges::step(int64_t n) {
   }
   agree(problem);
   if (semi_implicit && initial_ > 0) act_at_the_end(!again && logging());
-  if (again && restore_forces_) {
+  if (again && !saved_forces_.empty()) {
     restore_forces();
     return;
   }

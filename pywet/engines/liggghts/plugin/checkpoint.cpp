@@ -66,16 +66,17 @@ void rename_to(const std::string &from, const std::string &to) {
 // Called at the end of the plugin's part of a step; forces are complete.
 void Bridges::save_state() {
   flush();
-  store_contact_springs();
-  std::vector<double> forces(6 * film.size(), 0.0), all(forces.size());
+  std::vector<double> forces(6 * film.size(), 0.0);
   for (int a = 0; a < at_.nlocal; a++) {
     std::copy(at_.f[a], at_.f[a] + 3, &forces[6 * at_.tag[a]]);
     std::copy(at_.torque[a], at_.torque[a] + 3, &forces[6 * at_.tag[a] + 3]);
   }
-  MPI_Reduce(forces.data(), all.data(), int(forces.size()), MPI_DOUBLE, MPI_SUM, 0, world_);
+  saved_forces_.resize(forces.size());
+  MPI_Allreduce(forces.data(), saved_forces_.data(), int(forces.size()), MPI_DOUBLE, MPI_SUM, world_);
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, world_);
+  energy_.sums = sums;  // zero but for rank 0, as after a resumption
   unfinished_checkpoint_ = now_;
   if (rank_ > 0) return;
   Head head = {};
@@ -92,7 +93,7 @@ void Bridges::save_state() {
     const SavedBridge saved{b.kind, b.i, b.j, b.triangle, b.volume, b.rupture_distance};
     put(out, &saved, 1);
   }
-  put(out, all.data(), all.size());
+  put(out, saved_forces_.data(), saved_forces_.size());
   const uint32_t sum = check_sum(out);
   put(out, &sum, 1);
   const std::string path = directory_ + "/checkpoint/state." + std::to_string(now_) + ".partial";
@@ -115,7 +116,7 @@ void Bridges::finish_checkpoint() {
 }
 
 // Every rank reads the same file; called after attach, before the first step.
-void Bridges::resume(const std::string &state_file, bool restore) {
+void Bridges::resume(const std::string &state_file) {
   FILE *file = fopen(state_file.c_str(), "rb");
   if (!file) throw std::runtime_error("the checkpoint " + state_file + " cannot be read");
   std::vector<char> data;
@@ -159,7 +160,6 @@ void Bridges::resume(const std::string &state_file, bool restore) {
   initial_ = head.initial;
   formations_ = head.formations;
   ruptures_ = head.ruptures;
-  restore_forces_ = restore;
 }
 
 // The set-up of a run evaluates the forces anew with the speeds of the step itself; the kick that follows in an unbroken run
@@ -170,7 +170,6 @@ void Bridges::restore_forces() {
     std::copy(saved, saved + 3, at_.f[a]);
     std::copy(saved + 3, saved + 6, at_.torque[a]);
   }
-  restore_forces_ = false;
   saved_forces_.clear();
 }
 
