@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -148,48 +149,45 @@ def mesh_style(scene: Scene, wall: WallMesh) -> str:
 def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
     """The pieces of a run: its stages (until the slide opens, while it is drawn, the rest), cut at the checkpoints.
 
-    After `done` steps, what is left of them. `before`: lines that come first; `checkpoint`: the step whose state is saved then.
+    After `done` steps, what is left of them. `before` and `after`: lines around the steps; `checkpoint`: the step whose state is
+    saved then, after which the engine is emptied.
     """
-    left, start = [], 0
-    for stage in _all_stages(scene):
-        end = start + stage["steps"]
-        if done < end or done == 0:
-            # what a stage begins with is set up again when its run goes on, what an earlier one ended with is not
-            before = stage["again"] if start < done else stage["before"]
-            at = max(start, done)
-            for stop in [*(s for s in checkpoints(scene) if at < s < end), end]:
-                saved = stop if stop > at and stop in checkpoints(scene) else None
-                left.append({"before": before, "steps": stop - at, "checkpoint": saved})
-                before, at = [], stop
-        start = end
-    return left
+    pieces, at = [], 0
+    for stage in _stages(scene):
+        end = at + stage["steps"]
+        cuts = [s for s in checkpoints(scene) if at < s <= end]
+        for stop in sorted({*cuts, end} - {at}):
+            piece = {
+                "before": stage["before"],
+                "steps": stop - at,
+                "after": stage["after"] if stop == end else [],
+                "checkpoint": stop if stop in cuts else None,
+            }
+            if at >= done:
+                pieces.append(piece)
+            at = stop
+    return pieces
 
 
 def boundaries(scene: Scene) -> set[int]:
     """Steps at which one stage ends and the next is set up."""
-    ends = set()
-    total = 0
-    for stage in _all_stages(scene):
-        total += stage["steps"]
-        ends.add(total)
-    return ends
+    return set(itertools.accumulate(stage["steps"] for stage in _stages(scene)))
 
 
-def _all_stages(scene: Scene) -> list[dict[str, Any]]:
+def _stages(scene: Scene) -> list[dict[str, Any]]:
     total = scene.steps
     sliding = [w.name for w in scene.walls if w.motion == "slides"]
     if scene.slide is None or not sliding:
-        return [{"before": [], "again": [], "steps": total}]
+        return [{"before": [], "after": [], "steps": total}]
     opens = min(total, round(scene.slide.opens_at_s / scene.time_step_s))
     drawn = min(total, opens + round(scene.slide.travel_s / scene.time_step_s))
     velocity = " ".join(repr(c) for c in scene.slide.velocity_m_per_s)
     draw = [f"fix draw_{name} all move/mesh mesh {name} linear {velocity}" for name in sliding]
     stop = [f"unfix draw_{name}" for name in sliding]
-    moves = drawn > opens
     return [
-        {"before": [], "again": [], "steps": opens},
-        {"before": draw if moves else [], "again": draw if moves else [], "steps": drawn - opens},
-        {"before": stop if moves else [], "again": [], "steps": total - drawn},
+        {"before": [], "after": [], "steps": opens},
+        {"before": draw, "after": stop, "steps": drawn - opens},
+        {"before": [], "after": [], "steps": total - drawn},
     ]
 
 
@@ -232,6 +230,7 @@ def write_deck(
 
     With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
     """
+    every, done = output_every(scene), resume.step if resume else 0
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         undefined=jinja2.StrictUndefined,
@@ -255,16 +254,22 @@ def write_deck(
         "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
-        "runs": runs(scene, resume.step if resume else 0),
-        "restart_file": resume.engine.relative_to(folder) if resume else None,
+        "runs": runs(scene, done),
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
-        "output_every": output_every(scene),
+        "output_every": every,
         "windows": windows.deck_lines(scene),
     }
     write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
-    for name in ("setup", "run", "in"):
-        text = environment.get_template(f"{name}.liggghts.j2").render(context)
+    begin = {"restart_file": resume.engine.relative_to(folder) if resume else None, "first_frame": done % every == 0}
+    again = {"restart_file": "${checkpoint}", "first_frame": False}
+    for name, template, more in (
+        ("setup", "setup", begin),
+        ("again", "setup", again),
+        ("run", "run", {}),
+        ("in", "in", {}),
+    ):
+        text = environment.get_template(f"{template}.liggghts.j2").render({**context, **more})
         with atomic_write(folder / f"{name}.liggghts") as temporary:
             temporary.write_text(text)

@@ -134,7 +134,6 @@ class Bridges {
   RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
   EnergyBook energy_;
-  int64_t unfinished_checkpoint_ = -1;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
 
   static uint64_t key(int kind, int i, int j) {
@@ -208,7 +207,6 @@ class Bridges {
 
   // checkpoint.cpp
   void save_state();
-  void finish_checkpoint();
   void restore_forces();
 };
 

@@ -1,12 +1,7 @@
 // Checkpoints: the plugin's state at a step, beside the engine's restart file of the same step.
 //
-// Both are written under temporary names. The engine writes its file at the end of the step, so both are complete when the
-// plugin is called next: then they are renamed, the state last. A state file without `.partial` therefore means that the pair
-// is whole. Two pairs are kept. The state ends with a check sum.
+// Written under a temporary name; worker.py renames both when both are whole. The state ends with a check sum.
 #include "bridges.h"
-
-#include <fcntl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -50,34 +45,20 @@ void take(const char *&from, T *to, size_t n) {
   from += n * sizeof(T);
 }
 
-void to_disk(const std::string &path) {
-  const int file = open(path.c_str(), O_RDONLY);
-  if (file < 0 || fsync(file) != 0) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
-  close(file);
-}
-
-void rename_to(const std::string &from, const std::string &to) {
-  to_disk(from);
-  if (rename(from.c_str(), to.c_str()) != 0) throw std::runtime_error("the checkpoint " + to + " could not be renamed");
-}
-
 }  // namespace
 
 // Called at the end of the plugin's part of a step; forces are complete.
 void Bridges::save_state() {
   flush();
-  std::vector<double> forces(6 * film.size(), 0.0);
+  std::vector<double> forces(6 * film.size(), 0.0), all(forces.size());
   for (int a = 0; a < at_.nlocal; a++) {
     std::copy(at_.f[a], at_.f[a] + 3, &forces[6 * at_.tag[a]]);
     std::copy(at_.torque[a], at_.torque[a] + 3, &forces[6 * at_.tag[a] + 3]);
   }
-  saved_forces_.resize(forces.size());
-  MPI_Allreduce(forces.data(), saved_forces_.data(), int(forces.size()), MPI_DOUBLE, MPI_SUM, world_);
+  MPI_Reduce(forces.data(), all.data(), int(forces.size()), MPI_DOUBLE, MPI_SUM, 0, world_);
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, world_);
-  energy_.sums = sums;  // zero but for rank 0, as after a resumption
-  unfinished_checkpoint_ = now_;
   if (rank_ > 0) return;
   Head head = {};
   std::memcpy(head.magic, MAGIC, sizeof(MAGIC));
@@ -93,7 +74,7 @@ void Bridges::save_state() {
     const SavedBridge saved{b.kind, b.i, b.j, b.triangle, b.volume, b.rupture_distance};
     put(out, &saved, 1);
   }
-  put(out, saved_forces_.data(), saved_forces_.size());
+  put(out, all.data(), all.size());
   const uint32_t sum = check_sum(out);
   put(out, &sum, 1);
   const std::string path = directory_ + "/checkpoint/state." + std::to_string(now_) + ".partial";
@@ -101,18 +82,6 @@ void Bridges::save_state() {
   const bool good = file && fwrite(out.data(), 1, out.size(), file) == out.size() && fflush(file) == 0;
   if (file) fclose(file);
   if (!good) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
-}
-
-void Bridges::finish_checkpoint() {
-  const int64_t done = unfinished_checkpoint_;
-  unfinished_checkpoint_ = -1;
-  if (rank_ > 0) return;
-  const std::string folder = directory_ + "/checkpoint/", step = std::to_string(done);
-  rename_to(folder + "engine." + step + ".partial", folder + "engine." + step);
-  rename_to(folder + "state." + step + ".partial", folder + "state." + step);
-  const std::string old = std::to_string(done - 2 * checkpoint_every);
-  remove((folder + "state." + old).c_str());
-  remove((folder + "engine." + old).c_str());
 }
 
 // Every rank reads the same file; called after attach, before the first step.
