@@ -262,8 +262,13 @@ def write_deck(
         "windows": windows.deck_lines(scene),
     }
     write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
-    begin = {"restart_file": resume.engine.relative_to(folder) if resume else None, "first_frame": done % every == 0}
-    again = {"restart_file": "${checkpoint}", "first_frame": False}
+    begin = {
+        "restart_file": resume.engine.relative_to(folder) if resume else None,
+        "at": done,
+        "first_frame": done % every == 0,
+    }
+    name = "engine.${at}" if scene.effects.bridges else "engine.${at}.partial"
+    again = {"restart_file": f"checkpoint/{name}", "at": "${at}", "first_frame": False}
     for name, template, more in (
         ("setup", "setup", begin),
         ("again", "setup", again),
