@@ -224,6 +224,8 @@ def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     if ranks > 1:
+        if not scene.effects.bridges:  # else the ranks outlive a killed mpirun, and write on
+            program = ["setpriv", "--pdeathsig", "KILL", *program]
         return ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(ranks), *program]
     return program
 
