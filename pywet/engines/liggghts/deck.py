@@ -117,10 +117,16 @@ def checkpoint_every(scene: Scene) -> int:
     return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
 
 
-def checkpoints(scene: Scene) -> range:
-    """Steps at which the state is saved. There the engine is set up anew, as it is when a run goes on from that state."""
+def checkpoints(scene: Scene) -> list[int]:
+    """Steps at which the state is saved, and from which the run goes on as one that was killed does.
+
+    A dry run then takes the forces of the step anew; in a window, whose motion is checked against the forces recorded, it waits.
+    """
     every = checkpoint_every(scene)
-    return range(every, scene.steps, every) if every else range(0)
+    steps = set(range(every, scene.steps, every) if every else ())
+    for first, last in windows.recorded(scene) if not scene.effects.bridges else ():
+        steps = {last - 1 if first <= step < last else step for step in steps}
+    return sorted(step for step in steps if step < scene.steps)
 
 
 def movers(scene: Scene) -> list[dict[str, str]]:
