@@ -123,7 +123,7 @@ def read(run_dir: Path) -> Setup:
     walls, corners, part = _walls(folder, scene)
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
-        dry_contacts(scene, mass_of), walls, corners, part, _broken(folder, scene),
+        dry_contacts(scene, mass_of), walls, corners, part, _broken(scene),
     )  # fmt: skip
 
 
@@ -178,15 +178,10 @@ def _driven(folder: Path) -> set[int]:
     return {int(word) for word in found.group(1).split()} if found else set()
 
 
-def _broken(folder: Path, scene: dict[str, Any]) -> frozenset[int]:
-    """Ends of the run's stages (the slide), and the step from which a run that was cut off went on."""
+def _broken(scene: dict[str, Any]) -> frozenset[int]:
+    """Ends of the run's stages (the slide)."""
     total, step = round(scene["duration_s"] / scene["time_step_s"]), scene["time_step_s"]
-    ends = set(slide_steps(scene, step, total))
-    about = folder / "engine" / "run.json"
-    if about.exists():
-        resumed = json.loads(about.read_text()).get("resumed_at_step")
-        ends |= {resumed} if resumed is not None else set()
-    return frozenset(ends - {0})
+    return frozenset(slide_steps(scene, step, total)) - {0}
 
 
 def slide_steps(scene: dict[str, Any], step: float, total: int) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -106,9 +107,21 @@ def skin(scene: Scene) -> float:
 
 
 def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints; 0: none. The engine makes its neighbour lists anew at each, with and without a resumption."""
+    """Steps between checkpoints; 0: none."""
     wanted = scene.output.checkpoints
     return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
+
+
+def checkpoints(scene: Scene) -> list[int]:
+    """Steps at which the state is saved, and from which the run goes on as one that was killed does.
+
+    A dry run then takes the forces of the step anew; in a window, whose motion is checked against the forces recorded, it waits.
+    """
+    every = checkpoint_every(scene)
+    steps = set(range(every, scene.steps, every) if every else ())
+    for first, last in windows.recorded(scene) if not scene.effects.bridges else ():
+        steps = {last - 1 if first <= step < last else step for step in steps}
+    return sorted(step for step in steps if step < scene.steps)
 
 
 def movers(scene: Scene) -> list[dict[str, str]]:
@@ -134,45 +147,48 @@ def mesh_style(scene: Scene, wall: WallMesh) -> str:
     return "mesh/surface/stress"
 
 
-def stages(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
-    """The run's stages: until the slide opens, while it is drawn, and the rest; after `done` steps, what is left of them."""
-    left, start = [], 0
-    for stage in _all_stages(scene):
-        end = start + stage["steps"]
-        if done < end or done == 0:
-            within = (
-                start < done
-            )  # what the stage begins with is then set up again, what an earlier one ended with is not
-            left.append({"before": stage["again"] if within else stage["before"], "steps": end - max(start, done)})
-        start = end
-    return left
+def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
+    """The pieces of a run: its stages (until the slide opens, while it is drawn, the rest), cut at the checkpoints.
+
+    After `done` steps, what is left of them. `before` and `after`: lines around the steps; `checkpoint`: the step whose state is
+    saved then, after which the engine is emptied.
+    """
+    pieces, at = [], 0
+    for stage in _stages(scene):
+        end = at + stage["steps"]
+        cuts = [s for s in checkpoints(scene) if at < s <= end]
+        for stop in sorted({*cuts, end} - {at}):
+            piece = {
+                "before": stage["before"],
+                "steps": stop - at,
+                "after": stage["after"] if stop == end else [],
+                "checkpoint": stop if stop in cuts else None,
+            }
+            if at >= done:
+                pieces.append(piece)
+            at = stop
+    return pieces
 
 
 def boundaries(scene: Scene) -> set[int]:
     """Steps at which one stage ends and the next is set up."""
-    ends = set()
-    total = 0
-    for stage in _all_stages(scene):
-        total += stage["steps"]
-        ends.add(total)
-    return ends
+    return set(itertools.accumulate(stage["steps"] for stage in _stages(scene)))
 
 
-def _all_stages(scene: Scene) -> list[dict[str, Any]]:
+def _stages(scene: Scene) -> list[dict[str, Any]]:
     total = scene.steps
     sliding = [w.name for w in scene.walls if w.motion == "slides"]
     if scene.slide is None or not sliding:
-        return [{"before": [], "again": [], "steps": total}]
+        return [{"before": [], "after": [], "steps": total}]
     opens = min(total, round(scene.slide.opens_at_s / scene.time_step_s))
     drawn = min(total, opens + round(scene.slide.travel_s / scene.time_step_s))
     velocity = " ".join(repr(c) for c in scene.slide.velocity_m_per_s)
     draw = [f"fix draw_{name} all move/mesh mesh {name} linear {velocity}" for name in sliding]
     stop = [f"unfix draw_{name}" for name in sliding]
-    moves = drawn > opens
     return [
-        {"before": [], "again": [], "steps": opens},
-        {"before": draw if moves else [], "again": draw if moves else [], "steps": drawn - opens},
-        {"before": stop if moves else [], "again": [], "steps": total - drawn},
+        {"before": [], "after": [], "steps": opens},
+        {"before": draw, "after": stop, "steps": drawn - opens},
+        {"before": [], "after": [], "steps": total - drawn},
     ]
 
 
@@ -215,6 +231,7 @@ def write_deck(
 
     With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
     """
+    every, done = scene.output_every, resume.step if resume else 0
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         undefined=jinja2.StrictUndefined,
@@ -238,17 +255,27 @@ def write_deck(
         "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
-        "stages": stages(scene, resume.step if resume else 0),
-        "restart_file": resume.engine.relative_to(folder) if resume else None,
-        "checkpoint_every": checkpoint_every(scene),
+        "runs": runs(scene, done),
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
-        "output_every": scene.output_every,
+        "output_every": every,
         "windows": windows.deck_lines(scene),
     }
     write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
-    for name in ("setup", "run", "in"):
-        text = environment.get_template(f"{name}.liggghts.j2").render(context)
+    begin = {
+        "restart_file": resume.engine.relative_to(folder) if resume else None,
+        "at": done,
+        "first_frame": done % every == 0,
+    }
+    name = "engine.${at}" if scene.effects.bridges else "engine.${at}.partial"
+    again = {"restart_file": f"checkpoint/{name}", "at": "${at}", "first_frame": False}
+    for name, template, more in (
+        ("setup", "setup", begin),
+        ("again", "setup", again),
+        ("run", "run", {}),
+        ("in", "in", {}),
+    ):
+        text = environment.get_template(f"{template}.liggghts.j2").render({**context, **more})
         with atomic_write(folder / f"{name}.liggghts") as temporary:
             temporary.write_text(text)

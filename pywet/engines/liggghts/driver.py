@@ -258,7 +258,7 @@ def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | N
     """What the worker is told: when to write, and from where to go on."""
     resume = None
     if point is not None:
-        resume = {"state": str(point.state), "restore_forces": point.step not in deck.boundaries(scene)}
+        resume = {"state": str(point.state)}
     schedule = {"output_steps": scene.output_steps, "windows": windows.contact_windows(scene), "resume": resume}
     write_json(folder / "schedule.json", schedule)
 
@@ -269,6 +269,8 @@ def _command(task: Task) -> list[str]:
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     if task.ranks > 1:
+        if not task.scene.effects.bridges:  # else the ranks outlive a killed mpirun, and write on
+            program = ["setpriv", "--pdeathsig", "KILL", *program]
         mpirun = ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(task.ranks)]
         return [*mpirun, *program]
     return program

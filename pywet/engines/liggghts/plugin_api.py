@@ -147,9 +147,9 @@ class Plugin:
         """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
         self._check(self._library.pywet_attach(engine, b"pywet", str(folder).encode()))
 
-    def resume(self, state: Path, restore_forces: bool) -> None:
-        """Go on from a checkpoint's state file; `restore_forces` unless an unbroken run is set up anew at that step."""
-        self._check(self._library.pywet_resume(str(state).encode(), C.c_int(restore_forces)))
+    def resume(self, state: Path) -> None:
+        """Go on from a checkpoint's state file."""
+        self._check(self._library.pywet_resume(str(state).encode()))
 
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""

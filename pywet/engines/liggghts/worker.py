@@ -38,24 +38,46 @@ def run(run_dir: Path, folder: Path) -> None:
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
     nodes = corner_points(pd.read_parquet(history / "triangles.parquet")) if scene.walls else {}
-    plugin.configure(
-        scene, pd.read_parquet(history / "spheres.parquet"), pd.read_parquet(history / "transfer.parquet"), nodes
-    )
-    plugin.set_output(schedule["output_steps"], [tuple(w) for w in schedule["windows"]])
+    spheres, transfer = (pd.read_parquet(history / f"{name}.parquet") for name in ("spheres", "transfer"))
     os.chdir(folder)
     words = [b"pywet", b"-log", b"log.liggghts", b"-screen", b"screen.log"]
     engine = C.c_void_p()
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
-    library.lammps_file(engine, b"setup.liggghts")
-    plugin.attach(engine, folder)
-    if schedule["resume"]:
-        plugin.resume(Path(schedule["resume"]["state"]), schedule["resume"]["restore_forces"])
-    before = time.process_time()
-    library.lammps_file(engine, b"run.liggghts")
+
+    def begin(deck: str, state: Path | None) -> None:
+        """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on."""
+        library.lammps_file(engine, deck.encode())
+        plugin.configure(scene, spheres, transfer, nodes)
+        plugin.set_output(schedule["output_steps"], [tuple(w) for w in schedule["windows"]])
+        plugin.attach(engine, folder)
+        if state:
+            plugin.resume(state)
+
+    begin("setup.liggghts", Path(schedule["resume"]["state"]) if schedule["resume"] else None)
+    before, state = time.process_time(), None
+    for line in Path("run.liggghts").read_text().splitlines():
+        match line.split():
+            case ["include", deck]:
+                begin(deck, state)
+            case ["write_restart", path]:
+                library.lammps_command(engine, line.encode())
+                state = saved(Path(path))
+            case _:
+                library.lammps_command(engine, line.encode())
     if plugin_rank() == 0:
         Path(LOOP_TIME).write_text(f"{time.process_time() - before:.6f}\n")
     library.lammps_close(engine)
     plugin.finish()
+
+
+def saved(engine: Path) -> Path:
+    """Give both files of a checkpoint their names, now that both are whole; returns that of the plugin's state."""
+    state = engine.with_name(engine.name.replace("engine", "state"))
+    for path in (engine, state) if plugin_rank() == 0 else ():
+        with open(path, "rb") as file:
+            os.fsync(file.fileno())
+        path.rename(path.with_suffix(""))
+    return state.with_suffix("")
 
 
 def plugin_rank() -> int:

@@ -11,7 +11,6 @@ void Bridges::step(int64_t n) {
   now_ = n;
   look();
   time_ = n * at_.dt;
-  if (unfinished_checkpoint_ >= 0) finish_checkpoint();
   const bool fresh = first || again || lists_are_new();
   if (fresh) inside_the_box();
   read_mesh_motion(fresh);
@@ -32,7 +31,7 @@ void Bridges::step(int64_t n) {
   }
   agree(problem);
   if (semi_implicit && initial_ > 0) act_at_the_end(!again && logging());
-  if (again && restore_forces_) {
+  if (again && !saved_forces_.empty()) {
     restore_forces();
     return;
   }

@@ -104,7 +104,7 @@ class Bridges {
   int64_t checkpoint_every = 0;                   // steps; 0: none
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
-  void resume(const std::string &state_file, bool restore_forces);
+  void resume(const std::string &state_file);
   void step(int64_t n);
   void flush();
   void save_stop(const std::string &why) const;
@@ -134,8 +134,6 @@ class Bridges {
   RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
   EnergyBook energy_;
-  int64_t unfinished_checkpoint_ = -1;
-  bool restore_forces_ = false;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
 
   static uint64_t key(int kind, int i, int j) {
@@ -155,7 +153,6 @@ class Bridges {
   void read_mesh_motion(bool all);
   bool read_mesh(size_t m, double *out) const;
   void find_pair_candidates();
-  void store_contact_springs();
   void inside_the_box() const;
 
   // formation.cpp
@@ -210,7 +207,6 @@ class Bridges {
 
   // checkpoint.cpp
   void save_state();
-  void finish_checkpoint();
   void restore_forces();
 };
 

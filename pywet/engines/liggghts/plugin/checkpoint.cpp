@@ -1,12 +1,8 @@
 // Checkpoints: the plugin's state at a step, beside the engine's restart file of the same step.
 //
-// Both are written under temporary names. The engine writes its file at the end of the step, so both are complete when the
-// plugin is called next: then they are renamed, the state last. A state file without `.partial` therefore means that the pair
-// is whole; who started the run removes older ones. The state ends with a check sum.
+// Written under a temporary name; worker.py renames both when both are whole; who started the run
+// removes older ones. The state ends with a check sum.
 #include "bridges.h"
-
-#include <fcntl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -50,23 +46,11 @@ void take(const char *&from, T *to, size_t n) {
   from += n * sizeof(T);
 }
 
-void to_disk(const std::string &path) {
-  const int file = open(path.c_str(), O_RDONLY);
-  if (file < 0 || fsync(file) != 0) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
-  close(file);
-}
-
-void rename_to(const std::string &from, const std::string &to) {
-  to_disk(from);
-  if (rename(from.c_str(), to.c_str()) != 0) throw std::runtime_error("the checkpoint " + to + " could not be renamed");
-}
-
 }  // namespace
 
 // Called at the end of the plugin's part of a step; forces are complete.
 void Bridges::save_state() {
   flush();
-  store_contact_springs();
   std::vector<double> forces(6 * film.size(), 0.0), all(forces.size());
   for (int a = 0; a < at_.nlocal; a++) {
     std::copy(at_.f[a], at_.f[a] + 3, &forces[6 * at_.tag[a]]);
@@ -76,7 +60,6 @@ void Bridges::save_state() {
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, world_);
-  unfinished_checkpoint_ = now_;
   if (rank_ > 0) return;
   Head head = {};
   std::memcpy(head.magic, MAGIC, sizeof(MAGIC));
@@ -102,17 +85,8 @@ void Bridges::save_state() {
   if (!good) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
 }
 
-void Bridges::finish_checkpoint() {
-  const int64_t done = unfinished_checkpoint_;
-  unfinished_checkpoint_ = -1;
-  if (rank_ > 0) return;
-  const std::string folder = directory_ + "/checkpoint/", step = std::to_string(done);
-  rename_to(folder + "engine." + step + ".partial", folder + "engine." + step);
-  rename_to(folder + "state." + step + ".partial", folder + "state." + step);
-}
-
 // Every rank reads the same file; called after attach, before the first step.
-void Bridges::resume(const std::string &state_file, bool restore) {
+void Bridges::resume(const std::string &state_file) {
   FILE *file = fopen(state_file.c_str(), "rb");
   if (!file) throw std::runtime_error("the checkpoint " + state_file + " cannot be read");
   std::vector<char> data;
@@ -156,7 +130,6 @@ void Bridges::resume(const std::string &state_file, bool restore) {
   initial_ = head.initial;
   formations_ = head.formations;
   ruptures_ = head.ruptures;
-  restore_forces_ = restore;
 }
 
 // The set-up of a run evaluates the forces anew with the speeds of the step itself; the kick that follows in an unbroken run
@@ -167,7 +140,6 @@ void Bridges::restore_forces() {
     std::copy(saved, saved + 3, at_.f[a]);
     std::copy(saved + 3, saved + 6, at_.torque[a]);
   }
-  restore_forces_ = false;
   saved_forces_.clear();
 }
 

@@ -155,13 +155,6 @@ void Bridges::find_pair_candidates() {
   }
 }
 
-// The engine's restart file takes the springs of the sphere contacts from arrays that are filled only when the neighbour list is
-// made, before the forces of the step: they would be one step old.
-void Bridges::store_contact_springs() {
-  LAMMPS_NS::Fix *history = lmp_->modify->find_fix_id("contacthistory");
-  if (history) history->setup_pre_exchange();
-}
-
 // A sphere outside the box is dropped by the engine when it makes its lists: here it is still known which one.
 void Bridges::inside_the_box() const {
   int here = at_.nlocal, all = here;

@@ -151,9 +151,9 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
   state->checkpoint_every = checkpoint_every;
 }
 
-// After pywet_attach: go on from a state file. `restore_forces`: the step is not one at which an unbroken run is set up anew.
-EXPORT const char *pywet_resume(const char *state_file, int restore_forces) {
-  return guarded([&] { state->resume(state_file, restore_forces != 0); });
+// After pywet_attach: go on from a state file.
+EXPORT const char *pywet_resume(const char *state_file) {
+  return guarded([&] { state->resume(state_file); });
 }
 
 EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *directory) {
