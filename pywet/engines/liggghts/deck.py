@@ -14,6 +14,7 @@ from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
 from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
@@ -78,6 +79,11 @@ def property_matrices(scene: Scene) -> dict[str, str]:
     return {name: " ".join(repr(float(x)) for x in matrix.ravel()) for name, matrix in values.items()}
 
 
+def attached(scene: Scene) -> bool:
+    """Whether the plugin takes part: for bridges, or for dry contacts with prisms."""
+    return scene.effects.bridges or any(w.prisms for w in scene.walls)
+
+
 def contact_distance_factor(scene: Scene) -> float:
     """How far beyond touch the neighbour list must see: where films can touch; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
@@ -134,7 +140,7 @@ def movers(scene: Scene) -> list[dict[str, str]]:
 
 def mesh_style(scene: Scene, wall: WallMesh) -> str:
     """A moving wall of a moist scene keeps the sum of its contact forces, from which its work follows."""
-    if not scene.effects.bridges or not scene.effects.wall_films or wall.motion == "fixed":
+    if not scene.effects.bridges or not scene.effects.wall_films or wall.motion == "fixed" or wall.prisms:
         return "mesh/surface"
     return "mesh/surface/stress"
 
@@ -206,6 +212,15 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
         temporary.write_text("\n".join(lines) + "\n")
 
 
+def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> Path:
+    """The file of a mesh; where the plugin makes the contacts, one triangle that shows how it moves."""
+    if not wall.prisms:
+        return (run_dir / wall.stl).resolve()
+    path = folder.resolve() / f"{wall.name}.moves.stl"
+    write_first_triangle(run_dir / wall.stl, path)
+    return path
+
+
 def write_deck(
     scene: Scene,
     run_dir: Path,
@@ -240,7 +255,10 @@ def write_deck(
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
-        "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
+        "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
+        "touched": [w.name for w in scene.walls if not w.prisms],
+        "below": repr(2.0 * scene.box_low_m[2] - scene.box_high_m[2]),
+        "attached": attached(scene),
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
         "stages": stages(scene, resume.step if resume else 0),

@@ -1,6 +1,6 @@
 """Runs a prepared scene in LIGGGHTS and turns what it wrote into tables.
 
-A dry scene runs on the stock program; a moist one in worker.py with the plugin. Everything is written into `engine.partial`
+A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is written into `engine.partial`
 first and renamed when the run is complete, so a failed run never looks like a finished one. Where `engine.partial` holds a
 whole checkpoint of the same scene, the run goes on from there.
 """
@@ -84,7 +84,8 @@ def run(
     version = _check_engine()
     if not allow_unstable:
         advisor.refuse_unstable(scene)
-    plugin = plugin_path() if scene.effects.bridges else None
+    attached = deck.attached(scene)
+    plugin = plugin_path() if attached else None
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
     try:
@@ -94,10 +95,12 @@ def run(
                 print(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}", flush=True)
             deck.write_deck(scene, run_dir, folder, extra=extra, integrate=integrate, resume=point)
             if scene.effects.bridges:
-                _write_history_inputs(scene, run_dir, folder, point)
+                _write_history_inputs(scene, run_dir)
+            if attached:
+                _write_schedule(scene, folder, point)
             started = time.monotonic()
             with progress_bar(scene, progress) as report:
-                watch = (lambda: None) if scene.effects.bridges else (lambda: checkpoint.prune(folder))
+                watch = (lambda: None) if attached else (lambda: checkpoint.prune(folder))
                 usage = launch(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
             wall = time.monotonic() - started
             spheres = _collect(scene, run_dir, folder)
@@ -124,7 +127,7 @@ def run(
 
 def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
     """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
-    if not scene.effects.bridges:
+    if not deck.attached(scene):
         return usage.cpu_s
     account = folder / LOOP_TIME
     return float(account.read_text()) if account.exists() else None
@@ -146,7 +149,7 @@ def _begin(scene: Scene, folder: Path, mark: str) -> checkpoint.Checkpoint | Non
 
     A checkpoint between two stages is passed over: what the next stage stops there, such as the slide, is not part of it.
     """
-    point = checkpoint.find(folder, mark, scene.effects.bridges, deck.boundaries(scene) - {scene.steps})
+    point = checkpoint.find(folder, mark, deck.attached(scene), deck.boundaries(scene) - {scene.steps})
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
         checkpoint.start(folder, mark)
@@ -183,7 +186,7 @@ def _check_engine() -> str:
     return version or ENGINE_VERSION
 
 
-def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: checkpoint.Checkpoint | None) -> None:
+def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
     history = run_dir / "history"
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
@@ -197,7 +200,6 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
         write_table(parts, history / "parts.parquet")
     liquid = scene.liquid
     assert liquid is not None
-    steps = output_steps(scene)
     meta = {
         "surface_tension": liquid.surface_tension_N_per_m,
         "viscosity": liquid.viscosity_Pa_s,
@@ -208,18 +210,22 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
             for c in scene.classes
         ],
-        "output_steps": steps,
+        "output_steps": output_steps(scene),
     }
     write_json(history / "meta.json", meta)
+
+
+def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | None) -> None:
+    """When the plugin writes, and from which state it goes on."""
     resume = None
     if point is not None:
         resume = {"state": str(point.state), "restore_forces": point.step not in deck.boundaries(scene)}
-    schedule = {"output_steps": steps, "windows": windows.contact_windows(scene), "resume": resume}
+    schedule = {"output_steps": output_steps(scene), "windows": windows.contact_windows(scene), "resume": resume}
     write_json(folder / "schedule.json", schedule)
 
 
 def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]:
-    if scene.effects.bridges:
+    if deck.attached(scene):
         program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(run_dir), str(folder)]
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
@@ -239,8 +245,8 @@ def _collect(scene: Scene, run_dir: Path, folder: Path) -> int:
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")
     if scene.effects.bridges:
         tables.convert(folder, run_dir / "history")
-        for path in folder.glob("*.bin"):
-            path.unlink()
+    for path in folder.glob("*.bin"):
+        path.unlink()
     return int((trajectory["step"] == steps[0]).sum())
 
 

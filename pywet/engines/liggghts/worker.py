@@ -1,4 +1,4 @@
-"""Runs one moist deck inside this process: engine library, plugin, compiled laws. Started by driver.py as a child process.
+"""Runs one deck with the plugin inside this process: engine library, plugin, compiled laws. Started by driver.py as a child process.
 
 A child process because an engine error ends in MPI_Abort, which kills the process it happens in. Under `mpirun -np N` each
 rank runs this program.
@@ -38,9 +38,8 @@ def run(run_dir: Path, folder: Path) -> None:
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
     nodes = corner_points(pd.read_parquet(history / "triangles.parquet")) if scene.walls else {}
-    plugin.configure(
-        scene, pd.read_parquet(history / "spheres.parquet"), pd.read_parquet(history / "transfer.parquet"), nodes
-    )
+    tables = pd.read_parquet(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
+    plugin.configure(scene, pd.read_parquet(history / "spheres.parquet"), tables, nodes)
     plugin.set_output(schedule["output_steps"], [tuple(w) for w in schedule["windows"]])
     os.chdir(folder)
     words = [b"pywet", b"-log", b"log.liggghts", b"-screen", b"screen.log"]
