@@ -39,7 +39,7 @@ def prism_of(corners: Floats, name: str) -> Prism:
         if all(len(e) == len(section) for e in ends) and _convex(section):
             x, y = section.T
             area = 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
-            if abs(area * (high - low) - volume) <= SAME_VOLUME * volume:
+            if volume > 0.0 and abs(area * (high - low) - volume) <= SAME_VOLUME * volume:
                 return Prism(int(axis), low, high, section)
     raise PywetError(
         f"{name} was given as a prism but is none; expected a closed convex section drawn along x, y or z: "

@@ -25,9 +25,7 @@ def write_first_triangle(stl: Path, path: Path) -> None:
     head, count, record = 80, 4, 50  # bytes: text, number of triangles, one triangle
     data = Path(stl).read_bytes()
     with atomic_write(Path(path)) as temporary:
-        temporary.write_bytes(
-            data[:head] + (1).to_bytes(count, "little") + data[head + count : head + count + record]
-        )
+        temporary.write_bytes(data[:head] + (1).to_bytes(count, "little") + data[head + count : head + count + record])
 
 
 def read_stl(

@@ -3,7 +3,8 @@
 `engine.partial/checkpoint/` holds pairs `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh positions) and
 `state.<step>` (the plugin's state: films, bridges, work done, forces). Each is written as `….partial` and renamed when both are
 whole, the state last. `engine.partial/fingerprint.json` says which scene they belong to. A dry run has no state files; its
-engine file counts as whole when the engine has gone on since. What counts here is whether the plugin takes part: wires that are prisms make a dry run a moist one.
+engine file counts as whole when the engine has gone on since.
+Wires that are prisms make a dry run a moist one in this respect: the plugin takes part.
 """
 
 from __future__ import annotations

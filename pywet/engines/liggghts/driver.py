@@ -1,8 +1,8 @@
 """Runs a prepared scene in LIGGGHTS and turns what it wrote into tables.
 
-A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is written into `engine.partial`
-first and renamed when the run is complete, so a failed run never looks like a finished one. Where `engine.partial` holds a
-whole checkpoint of the same scene, the run goes on from there.
+A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is
+written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.
+Where `engine.partial` holds a whole checkpoint of the same scene, the run goes on from there.
 """
 
 from __future__ import annotations

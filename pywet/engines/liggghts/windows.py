@@ -105,7 +105,7 @@ def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
 
 
 def wall_springs(scene: Scene, folder: Path) -> pd.DataFrame:
-    """Springs of contacts with walls: the engine's, meshes numbered as in the scene, and the plugin's, of wires that are prisms."""
+    """Springs of contacts with walls: the engine's, meshes numbered as in the scene, and the plugin's with prisms."""
     path, found = folder / "wall_springs.txt", []
     if path.exists():
         meshes = np.array([k for k, w in enumerate(scene.walls) if not w.prisms])
