@@ -81,6 +81,14 @@ class WallMesh(Strict):
     """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
     part_half_width_m: tuple[float | None, ...]
     """For each part its half width r_w [m] (a wire's radius); None for a large wall."""
+    prisms: bool = False
+    """Every part is a prism along an axis (a wire) and dry contacts are made with its closest point, not with triangles."""
+
+    @model_validator(mode="after")
+    def _turning(self) -> WallMesh:
+        if self.prisms and self.motion == "turns":
+            raise ValueError(f"wall {self.name}: prisms is true but the wall turns; expected prisms: false for it")
+        return self
 
 
 class Slide(Strict):

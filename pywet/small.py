@@ -55,8 +55,8 @@ def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) ->
     return make_surface("floor", "wall", plate(outline, top - thickness, top))
 
 
-def wall_mesh(surface: Surface, contact_angle_rad: float) -> WallMesh:
-    """The scene's description of a surface."""
+def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
+    """The scene's description of a surface; `prisms`: dry contacts with its parts as prisms."""
     return WallMesh(
         name=surface.name,
         holder=surface.holder,
@@ -65,6 +65,7 @@ def wall_mesh(surface: Surface, contact_angle_rad: float) -> WallMesh:
         motion=surface.motion,
         triangle_part=tuple(int(p) for p in surface.part),
         part_half_width_m=surface.part_half_width,
+        prisms=prisms,
     )
 
 
@@ -78,6 +79,7 @@ def prepare(
     effects: Effects = DRY,
     walls: Sequence[Surface] = (),
     wall_angle_rad: float = 0.0,
+    prisms: Sequence[str] = (),
     time_step_s: float = 1e-5,
     steps: int = 1000,
     log_every_step: bool = True,
@@ -88,14 +90,17 @@ def prepare(
     window_trajectories: bool = False,
     **more: Any,
 ) -> Scene:
-    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`."""
+    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`.
+
+    `prisms` names the walls whose parts are prisms to the dry contact.
+    """
     fields: dict[str, Any] = {
         "name": "small",
         "seed": 0,
         "classes": tuple(classes),
         "pairs": tuple(pairs),
         "liquid": liquid,
-        "walls": tuple(wall_mesh(w, wall_angle_rad) for w in walls),
+        "walls": tuple(wall_mesh(w, wall_angle_rad, w.name in prisms) for w in walls),
         "vibration": None,
         "slide": None,
         "effects": effects,

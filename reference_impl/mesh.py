@@ -57,8 +57,8 @@ class Topology:
     plane: dict[int, frozenset[int]]
 
 
-def topology(corners: Floats) -> Topology:
-    """Work out one mesh (n, 3, 3), triangles in file order."""
+def topology(corners: Floats, apart: bool = False) -> Topology:
+    """Work out one mesh (n, 3, 3), triangles in file order; `apart`: no triangle hands its contact on to the next."""
     edge = np.roll(corners, -1, axis=1) - corners
     length = np.linalg.norm(edge, axis=2)
     edge = edge / length[:, :, None]
@@ -92,8 +92,9 @@ def topology(corners: Floats) -> Topology:
     obtuse = np.where(np.einsum("ij,ij->i", edge[:, 2], edge[:, 1]) > 0.0, 2, -1)
     bound = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
     return Topology(
-        corners, edge, length, normal, active, corner, obtuse, bound, _planes(at_node, normal, len(corners))
-    )
+        corners, edge, length, normal, active, corner, obtuse, bound,
+        _planes({} if apart else at_node, normal, len(corners)),
+    )  # fmt: skip
 
 
 def _nodes(corners: Floats) -> list[list[int]]:

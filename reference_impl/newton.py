@@ -46,7 +46,7 @@ class Forces:
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
     """Own forces in every window."""
     motion = Motion(setup)
-    shapes = {w.name: mesh.topology(setup.corners[w.first : w.last]) for w in setup.walls}
+    shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.prisms) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
     walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
     return [_window(setup, w, run, motion, shapes, logs, walls) for w in windows(setup)]

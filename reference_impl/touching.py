@@ -106,13 +106,14 @@ def of_pairs(setup: Setup, window: Window) -> Touches:
 
 
 def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mesh.Topology]) -> list[Touches]:
-    """Spheres that overlap triangles, by the engine's rules; one table per mesh."""
+    """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, prisms by their closest point."""
     found = []
     for wall in setup.walls:
         shape = shapes[wall.name]
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
         a, t = near_triangles(rest[0], setup.radius + travel(rest) * 1.01, shape.corners)
-        rows = [_wall_step(setup, window, motion, wall, shape, k, rest[k], a, t) for k in range(len(rest))]
+        one_step = _prism_step if wall.prisms else _wall_step
+        rows = [one_step(setup, window, motion, wall, shape, k, rest[k], a, t) for k in range(len(rest))]
         found.append(join(rows))
     return found
 
@@ -138,6 +139,26 @@ def _wall_step(
     return Touches(
         np.full(len(at), k), a[at], t[at] + first, np.ones(len(at), dtype=bool), n, apart[at], vb, kind[at] == mesh.FACE
     )  # fmt: skip
+
+
+def _prism_step(
+    setup: Setup, window: Window, motion: Motion, wall: Wall, shape: mesh.Topology, k: int, y: Floats, a: Floats, t: Floats
+) -> Touches:  # fmt: skip
+    """The same where each part is one body: the closest of its triangles, and `b` is the part's first one."""
+    step, part = int(window.steps[k]), setup.part[wall.first + t]
+    point = mesh.closest_point(y[a], shape.corners[t])
+    apart = np.sqrt(((y[a] - point) ** 2).sum(axis=1))
+    order = np.lexsort((apart, part, a))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (np.diff(a[order]) != 0) | (np.diff(part[order]) != 0)
+    at = order[first]
+    at = at[apart[at] <= setup.radius[a[at]]]
+    place = motion.to_world(wall, step, point[at])
+    n = (window.x[k][a[at]] - place) / apart[at][:, None]
+    own = setup.part[wall.first : wall.last]
+    b = wall.first + np.searchsorted(own, part[at])  # parts are numbered in the order of the triangles
+    some = np.ones(len(at), dtype=bool)
+    return Touches(np.full(len(at), k), a[at], b, some, n, apart[at], motion.velocity(wall, step, place), ~some)
 
 
 class Springs:

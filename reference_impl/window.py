@@ -41,6 +41,8 @@ class Wall:
     first: int
     last: int
     motion: str
+    prisms: bool = False
+    """Every part is one convex body that makes one contact; otherwise every triangle makes its own."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,7 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
-        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"]))
+        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"], wall.get("prisms", False)))
     return tuple(walls), corners, table["part"].to_numpy()
 
 

@@ -33,6 +33,8 @@ class Scale(Strict):
     shape: Literal["square", "cylinder"]
     width_mm: PositiveEntry
     wire_sides: CountEntry
+    wires: Literal["mesh", "prism"] = "mesh"
+    """Dry contacts with wires: with each of their triangles, as the engine makes them, or with the prism's closest point."""
     cylinder_sides: CountEntry | None = None
     stiffness_factor: RatioEntry
     duration_s: PositiveEntry

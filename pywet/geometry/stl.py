@@ -20,6 +20,14 @@ def write_stl(surface: Surface, path: Path) -> None:
         meshio.write(temporary, mesh, file_format="stl", binary=True)
 
 
+def write_first_triangle(stl: Path, path: Path) -> None:
+    """Write a binary STL file that holds the first triangle of another one alone."""
+    head, count, record = 80, 4, 50  # bytes: text, number of triangles, one triangle
+    data = Path(stl).read_bytes()
+    with atomic_write(Path(path)) as temporary:
+        temporary.write_bytes(data[:head] + (1).to_bytes(count, "little") + data[head + count : head + count + record])
+
+
 def read_stl(
     path: Path,
     holder: Holder = "wall",

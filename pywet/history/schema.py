@@ -124,6 +124,16 @@ ENERGY = np.dtype(  # at output steps, in joules; works are those on the spheres
 )
 FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
 WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
+WIRE_SPRING = np.dtype(  # in windows: dry contacts with wires that are prisms, whose springs the engine does not hold
+    [
+        ("step", "<i8"),
+        ("mesh", "<i4"),  # number in the scene
+        ("triangle", "<i4"),  # the wire's first one, numbered within the mesh: it stands for the whole wire
+        ("i", "<i4"),
+        ("pad", "<i4"),
+        ("spring", "<f8", 3),
+    ]
+)
 
 RAW = {
     "events": EVENT,
@@ -133,5 +143,6 @@ RAW = {
     "films": FILM,
     "wall_films": WALL_FILM,
     "energy": ENERGY,
+    "wire_springs": WIRE_SPRING,
 }
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""

@@ -68,7 +68,7 @@ def to_frame(records: np.ndarray) -> pd.DataFrame:
 
 
 def convert(folder: Path, history: Path) -> None:
-    """Turn every raw log in `folder` into `history/<name>.parquet`, sorted as in SORT."""
-    for name in RAW:
+    """Turn every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT."""
+    for name in SORT:
         frame = to_frame(read_raw(folder, name)).sort_values(SORT[name], kind="stable", ignore_index=True)
         write_table(frame, history / f"{name}.parquet")

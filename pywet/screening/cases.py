@@ -81,7 +81,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         classes=made.classes,
         pairs=made.pairs,
         liquid=made.liquid,
-        walls=tuple(wall_mesh(config, surface) for surface in apparatus.surfaces),
+        walls=tuple(wall_mesh(config, scale, surface) for surface in apparatus.surfaces),
         vibration=made.vibration,
         slide=Slide(
             velocity_m_per_s=(speed, 0.0, 0.0),
@@ -202,7 +202,7 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
     )
 
 
-def wall_mesh(config: Config, surface: Surface) -> WallMesh:
+def wall_mesh(config: Config, scale: Scale, surface: Surface) -> WallMesh:
     """The scene's description of a surface, with the contact angle of what its holder is made of."""
     material = getattr(config.materials.wall_materials, surface.holder).material
     return WallMesh(
@@ -213,4 +213,5 @@ def wall_mesh(config: Config, surface: Surface) -> WallMesh:
         motion=surface.motion,
         triangle_part=tuple(int(p) for p in surface.part),
         part_half_width_m=surface.part_half_width,
+        prisms=surface.holder == "wires" and scale.wires == "prism",
     )

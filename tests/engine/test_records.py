@@ -7,7 +7,7 @@ import re
 import pytest
 
 from pywet.engines.liggghts.build import SOURCES
-from pywet.history.schema import BRIDGE, CONTACT, EVENT, FILM, LEDGER, WALL_FILM
+from pywet.history.schema import BRIDGE, CONTACT, EVENT, FILM, LEDGER, WALL_FILM, WIRE_SPRING
 
 SIZES = dict(re.findall(r"sizeof\((\w+)\) == (\d+)", (SOURCES / "records.h").read_text()))
 
@@ -21,6 +21,7 @@ SIZES = dict(re.findall(r"sizeof\((\w+)\) == (\d+)", (SOURCES / "records.h").rea
         ("BridgeSnapshot", BRIDGE),
         ("Film", FILM),
         ("Film", WALL_FILM),
+        ("WireContact", WIRE_SPRING),
     ],
 )
 def test_record_sizes(name: str, dtype: object) -> None:

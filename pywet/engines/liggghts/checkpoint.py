@@ -1,10 +1,10 @@
 """Checkpoints of a run: when one is whole, which one a run may go on from, and how the logs are cut back to it.
 
 `engine.partial/checkpoint/` holds `engine.<step>` (LIGGGHTS' restart file: spheres, contact histories, mesh positions), in a
-moist run `state.<step>` (the plugin's state: films, bridges, work done, forces), and `sums.<step>.json`: sizes and check sums of
-both and of all that the logs held up to that step, written last, by the process that watches the engine. Only what has sums, and
-is as they say, is gone on from. `engine.partial/fingerprint.json` says which scene it belongs to; `finished.json` that the
-engine came to its end, with the sums of all logs.
+run with the plugin `state.<step>` (its films, bridges, springs, work done, forces), and `sums.<step>.json`: sizes and check
+sums of both and of all that the logs held up to that step, written last, by the process that watches the engine. Only what has
+sums, and is as they say, is gone on from. `engine.partial/fingerprint.json` says which scene it belongs to; `finished.json` that
+the engine came to its end, with the sums of all logs.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CODE = sorted(
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Whole files of one step; `state` is None in a dry run. `logs`: what the logs held up to that step."""
+    """Whole files of one step; `state` is None without the plugin. `logs`: what the logs held up to that step."""
 
     step: int
     engine: Path
@@ -183,8 +183,8 @@ def drop(folder: Path, point: Checkpoint) -> None:
 class Recorder:
     """Takes the check sums of a run while it goes on; `watch` is called a few times a second."""
 
-    def __init__(self, folder: Path, scene: Scene, spheres: int, point: Checkpoint | None) -> None:
-        self.folder, self.moist, self.spheres = folder, scene.effects.bridges, spheres
+    def __init__(self, folder: Path, scene: Scene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
+        self.folder, self.plugin, self.spheres = folder, plugin, spheres
         self.planned, self.end = scene.output_steps, scene.steps
         self.step = point.step if point else 0
         self.logs: logs.Sums = dict(point.logs) if point else {}
@@ -195,13 +195,13 @@ class Recorder:
 
     def watch(self) -> None:
         """Write the sums of each checkpoint that has become whole since, and remove older ones than the last two."""
-        if not self.moist:
-            self._name_dry()
+        if not self.plugin:
+            self._name_stock()
         there = {(name, step) for name, step, _ in _files(self.folder)}
-        for step in sorted({step for name, step in there if name == ("state" if self.moist else "engine")}):
+        for step in sorted({step for name, step in there if name == ("state" if self.plugin else "engine")}):
             if step <= self.step:
                 continue
-            states = [self.folder / FOLDER / f"{name}.{step}" for name in ("engine", "state")[: 1 + self.moist]]
+            states = [self.folder / FOLDER / f"{name}.{step}" for name in ("engine", "state")[: 1 + self.plugin]]
             if not holds(states[0].read_bytes(), self.spheres):
                 for path in states:
                     path.unlink()  # cut off, as by a full disk
@@ -229,7 +229,7 @@ class Recorder:
             f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
         )
 
-    def _name_dry(self) -> None:
+    def _name_stock(self) -> None:
         """The stock program's restart file is whole when the engine has gone on since."""
         reached = last_step(self.folder / LOG)
         for path in (self.folder / FOLDER).glob("engine.*.partial"):

@@ -15,6 +15,7 @@ from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
 from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
@@ -79,6 +80,11 @@ def property_matrices(scene: Scene) -> dict[str, str]:
     return {name: " ".join(repr(float(x)) for x in matrix.ravel()) for name, matrix in values.items()}
 
 
+def attached(scene: Scene) -> bool:
+    """Whether the plugin takes part: for bridges, or for dry contacts with prisms."""
+    return scene.effects.bridges or any(w.prisms for w in scene.walls)
+
+
 def contact_distance_factor(scene: Scene) -> float:
     """How far beyond touch the neighbour list must see: where films can touch; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
@@ -115,11 +121,12 @@ def checkpoint_every(scene: Scene) -> int:
 def checkpoints(scene: Scene) -> list[int]:
     """Steps at which the state is saved, and from which the run goes on as one that was killed does.
 
-    A dry run then takes the forces of the step anew; in a window, whose motion is checked against the forces recorded, it waits.
+    Without the plugin a run then takes the forces of the step anew; in a window, whose motion is checked against the forces
+    recorded, it waits.
     """
     every = checkpoint_every(scene)
     steps = set(range(every, scene.steps, every) if every else ())
-    for first, last in windows.recorded(scene) if not scene.effects.bridges else ():
+    for first, last in windows.recorded(scene) if not attached(scene) else ():
         steps = {last - 1 if first <= step < last else step for step in steps}
     return sorted(step for step in steps if step < scene.steps)
 
@@ -142,7 +149,7 @@ def movers(scene: Scene) -> list[dict[str, str]]:
 
 def mesh_style(scene: Scene, wall: WallMesh) -> str:
     """A moving wall of a moist scene keeps the sum of its contact forces, from which its work follows."""
-    if not scene.effects.bridges or not scene.effects.wall_films or wall.motion == "fixed":
+    if not scene.effects.bridges or not scene.effects.wall_films or wall.motion == "fixed" or wall.prisms:
         return "mesh/surface"
     return "mesh/surface/stress"
 
@@ -217,6 +224,15 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
         temporary.write_text("\n".join(lines) + "\n")
 
 
+def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> Path:
+    """The file of a mesh; where the plugin makes the contacts, one triangle that shows how it moves."""
+    if not wall.prisms:
+        return (run_dir / wall.stl).resolve()
+    path = Path(f"{wall.name}.moves.stl")
+    write_first_triangle(run_dir / wall.stl, folder / path)
+    return path
+
+
 def write_deck(
     scene: Scene,
     run_dir: Path,
@@ -252,7 +268,10 @@ def write_deck(
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
-        "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
+        "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
+        "touched": [w.name for w in scene.walls if not w.prisms],
+        "below": repr(2.0 * scene.box_low_m[2] - scene.box_high_m[2]),
+        "attached": attached(scene),
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
         "runs": runs(scene, done),
@@ -268,7 +287,7 @@ def write_deck(
         "at": done,
         "first_frame": done % every == 0,
     }
-    name = "engine.${at}" if scene.effects.bridges else "engine.${at}.partial"
+    name = "engine.${at}" if attached(scene) else "engine.${at}.partial"
     again = {"restart_file": f"checkpoint/{name}", "at": "${at}", "first_frame": False}
     for name, template, more in (
         ("setup", "setup", begin),

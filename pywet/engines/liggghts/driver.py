@@ -1,8 +1,8 @@
 """Runs a prepared scene in LIGGGHTS and turns what it wrote into tables.
 
-A dry scene runs on the stock program; a moist one in worker.py with the plugin. Everything is written into `engine.partial`
-first and renamed when the run is complete, so a failed run never looks like a finished one. Where `engine.partial` holds a
-whole checkpoint of the same scene, the run goes on from there.
+A dry scene runs on the stock program; a moist one, or one whose wires are prisms, in worker.py with the plugin. Everything is
+written into `engine.partial` first and renamed when the run is complete, so a failed run never looks like a finished one.
+Where `engine.partial` holds a whole checkpoint of the same scene, the run goes on from there.
 """
 
 from __future__ import annotations
@@ -94,7 +94,8 @@ def run(
     version = _check_engine()
     if not allow_unstable:
         advisor.refuse_unstable(scene)
-    plugin = plugin_path() if scene.effects.bridges else None
+    attached = deck.attached(scene)
+    plugin = plugin_path() if attached else None
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
     task = Task(scene, run_dir, folder, mark, ranks, progress, launch, {"extra": extra, "integrate": integrate})
@@ -127,7 +128,7 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
     if not collecting.belongs(task.run_dir, task.mark):
         tables.forget(task.run_dir)
     spheres = len(pd.read_parquet(task.run_dir / scene.spheres_file, columns=["id"]))
-    recorder = checkpoint.Recorder(folder, scene, spheres, point)
+    recorder = checkpoint.Recorder(folder, scene, deck.attached(scene), spheres, point)
     started = time.monotonic()
     with progress_bar(scene, task.progress) as report:
         try:
@@ -162,7 +163,7 @@ def _collect(task: Task, known: dict[str, Any]) -> RunInfo:
 
 def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
     """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
-    if not scene.effects.bridges:
+    if not deck.attached(scene):
         return usage.cpu_s
     account = folder / LOOP_TIME
     return float(account.read_text()) if account.exists() else None
@@ -194,7 +195,7 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
         checkpoint.start(ready, task.mark)
     deck.write_deck(scene, task.run_dir, ready, resume=point, **task.deck)
     _write_history_inputs(scene, task.run_dir)
-    if scene.effects.bridges:
+    if deck.attached(scene):
         _write_schedule(scene, ready, point)
     why = f"; passed over: {', '.join(passed)}" if passed else ""
     if point is None:
@@ -264,12 +265,12 @@ def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | N
 
 
 def _command(task: Task) -> list[str]:
-    if task.scene.effects.bridges:
+    if deck.attached(task.scene):
         program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     if task.ranks > 1:
-        if not task.scene.effects.bridges:  # else the ranks outlive a killed mpirun, and write on
+        if not deck.attached(task.scene):  # else the ranks outlive a killed mpirun, and write on
             program = ["setpriv", "--pdeathsig", "KILL", *program]
         mpirun = ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(task.ranks)]
         return [*mpirun, *program]

@@ -14,10 +14,11 @@ import pandas as pd
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.liggghts.deck import checkpoint_every
 from pywet.errors import PywetError
+from pywet.geometry.prisms import prism_of
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
 from pywet.laws.transfer import v_star_grid
-from pywet.scene import Scene
+from pywet.scene import Scene, WallMesh
 
 SLOTS = {
     "capillary": ("capillary",),
@@ -63,19 +64,23 @@ class Plugin:
     def configure(
         self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
-        """Everything but the logs: liquid, types, laws, transfer tables, walls, films."""
-        if scene.liquid is None:
-            raise PywetError(f"scene {scene.name} has no liquid; the plugin is for moist scenes only")
-        sigma, eta = scene.liquid.surface_tension_N_per_m, scene.liquid.viscosity_Pa_s
+        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene its prisms alone."""
+        liquid, moist = scene.liquid, scene.effects.bridges
+        sigma, eta = (liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s) if liquid and moist else (0.0, 0.0)
         self._library.pywet_create(C.c_double(sigma), C.c_double(eta))
         for c in scene.classes:
             self._library.pywet_add_type(C.c_double(c.radius_m), C.c_double(c.contact_angle_rad))
-        self._set_laws(scene)
-        self._set_transfer(tables)
-        groups = wall_groups(scene)
-        for wall in scene.walls if scene.effects.wall_films else ():
-            self._add_mesh(wall, nodes[wall.name], groups)
-        ids, types, films = _ints(spheres["id"]), _ints(spheres["type"]), _doubles(spheres["film"])
+        if moist:
+            self._set_laws(scene)
+            self._set_transfer(tables)
+        films = _doubles(spheres["film"] if moist else np.zeros(len(spheres)))
+        groups = wall_groups(scene) if moist and scene.effects.wall_films else {}
+        for k, wall in enumerate(scene.walls):
+            if groups or wall.prisms:
+                self._add_mesh(wall, nodes[wall.name], groups)
+            if wall.prisms:
+                self._add_prisms(k, wall, nodes[wall.name])
+        ids, types = _ints(spheres["id"]), _ints(spheres["type"])
         self._library.pywet_set_spheres(C.c_int(len(ids)), _pointer(ids), _pointer(types), _pointer(films))
         gravity = _doubles(scene.gravity_m_per_s2)
         self._library.pywet_set_rules(
@@ -83,6 +88,7 @@ class Plugin:
             C.c_double(scene.largest_overlap),
             C.c_int(scene.viscous_integration == "semi_implicit"),
             C.c_int64(checkpoint_every(scene)),
+            C.c_int(moist),
         )
 
     def _set_laws(self, scene: Scene) -> None:
@@ -113,26 +119,45 @@ class Plugin:
                 C.c_int(len(values)),
             )
 
-    def _add_mesh(self, wall: Any, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:
+    def _add_mesh(self, wall: WallMesh, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:
+        """Hand over a mesh; without `groups` there are no films on it and its parts are left out."""
         corners, part = _doubles(nodes.reshape(-1, 9)), _ints(wall.triangle_part)
         if len(corners) != len(part):
             raise PywetError(
                 f"{wall.stl} holds {len(corners)} triangles, the scene lists parts for {len(part)}: rebuild the scene"
             )
         widths = _doubles([math.inf if w is None else w for w in wall.part_half_width_m])
-        group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths])
+        group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths] if groups else [])
         self._check(
             self._library.pywet_add_mesh(
                 wall.name.encode(),
                 C.c_int(len(part)),
                 _pointer(corners),
                 _pointer(part),
-                C.c_int(len(widths)),
+                C.c_int(len(group)),
                 _pointer(widths),
                 _pointer(group),
                 C.c_double(wall.contact_angle_rad),
+                C.c_int(1 if wall.prisms else len(part)),
             )
         )
+
+    def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
+        """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
+        corners, part = nodes.reshape(-1, 3, 3), np.asarray(wall.triangle_part)
+        for p in range(len(wall.part_half_width_m)):
+            own = np.flatnonzero(part == p)
+            prism = prism_of(corners[own], f"part {p} of wall {wall.name}")
+            section = _doubles(prism.section)
+            self._library.pywet_add_prism(
+                C.c_int(number),
+                C.c_int(int(own[0])),
+                C.c_int(prism.axis),
+                C.c_double(prism.low),
+                C.c_double(prism.high),
+                C.c_int(len(section)),
+                _pointer(section),
+            )
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
         """Steps at which snapshots and the ledger are written; half-open windows of steps of the contact log."""

@@ -17,6 +17,7 @@ from pyarrow import csv
 
 from pywet.errors import NotWhole
 from pywet.files import one_line, write_table
+from pywet.history.tables import read_raw, to_frame
 from pywet.scene import Scene
 
 STATES = "states"
@@ -67,7 +68,7 @@ def deck_lines(scene: Scene) -> dict[str, Any] | None:
     motion = ["id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"]
     words = [*motion, "fx", "fy", "fz", "tqx", "tqy", "tqz"]
     dumps = [{"name": STATES, "style": "custom", "columns": " ".join(words), "format": "%d" + " %.17g" * 15}]
-    springs = SPRINGS if scene.walls else SPRINGS[:1]
+    springs = SPRINGS if any(not w.prisms for w in scene.walls) else SPRINGS[:1]
     for name in springs if getattr(scene.effects, "tangential_history", True) else ():
         columns = " ".join(f"c_{name}[{k}]" for k in range(1, 7))
         dumps.append({"name": name, "style": "local", "columns": columns, "format": "%.0f %.0f %.0f %.17g %.17g %.17g"})
@@ -104,13 +105,28 @@ def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
     return table
 
 
+def wall_springs(scene: Scene, folder: Path) -> pd.DataFrame:
+    """Springs of contacts with walls: the engine's, meshes numbered as in the scene, and the plugin's with prisms."""
+    path, found = folder / "wall_springs.txt", []
+    if path.exists():
+        meshes = np.array([k for k, w in enumerate(scene.walls) if not w.prisms])
+        table = read_dump(path, COLUMNS["wall_springs"])
+        found.append(table.assign(mesh=meshes[table["mesh"].astype(np.int64)]))
+    if any(w.prisms for w in scene.walls):
+        own = to_frame(read_raw(folder, "wire_springs"))
+        found.append(own.set_axis(["step", *COLUMNS["wall_springs"]], axis=1))
+    return pd.concat(found, ignore_index=True)
+
+
 def collect(scene: Scene, folder: Path, history: Path) -> None:
     """Turn the dumps in `folder` into `history`/window_<name>.parquet."""
-    for name in (STATES, *SPRINGS):
+    prisms = scene.effects.tangential_history and any(w.prisms for w in scene.walls)
+    for name in (STATES, *SPRINGS) if recorded(scene) else ():
         path = folder / f"{name}.txt"
-        if not path.exists():
+        if not path.exists() and not (name == "wall_springs" and prisms):
             continue
-        table = read_dump(path, COLUMNS[name]).drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
+        table = wall_springs(scene, folder) if name == "wall_springs" else read_dump(path, COLUMNS[name])
+        table = table.drop_duplicates(["step", *COLUMNS[name][:3]], keep="last")
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
         write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")
         if name == STATES:

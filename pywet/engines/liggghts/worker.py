@@ -1,4 +1,4 @@
-"""Runs one moist deck inside this process: engine library, plugin, compiled laws. Started by driver.py as a child process.
+"""Runs one deck with the plugin inside this process: engine library, plugin, compiled laws. Started by driver.py.
 
 A child process because an engine error ends in MPI_Abort, which kills the process it happens in. Under `mpirun -np N` each
 rank runs this program.
@@ -38,7 +38,8 @@ def run(run_dir: Path, folder: Path) -> None:
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
     nodes = corner_points(pd.read_parquet(history / "triangles.parquet")) if scene.walls else {}
-    spheres, transfer = (pd.read_parquet(history / f"{name}.parquet") for name in ("spheres", "transfer"))
+    spheres = pd.read_parquet(history / "spheres.parquet")
+    transfer = pd.read_parquet(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
     os.chdir(folder)
     words = [b"pywet", b"-log", b"log.liggghts", b"-screen", b"screen.log"]
     engine = C.c_void_p()

@@ -176,7 +176,8 @@ def load_of(config: Config, case: int, scale: str, habit: Habit) -> tuple[Load, 
     steps = duration / made.time_step_s
     lists = min(duration * habit.speed / (0.5 * SKIN * radius), steps)
     bridges = habit.bridges_per_sphere * spheres if moist else 0.0
-    return Load(steps, lists, spheres, apparatus.triangles, bridges), moist
+    meshes = [s for s in apparatus.surfaces if s.holder != "wires" or config.scale(scale).wires == "mesh"]
+    return Load(steps, lists, spheres, sum(len(s.triangles) for s in meshes), bridges), moist
 
 
 def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:

@@ -22,15 +22,7 @@ void Bridges::agree(const std::string &problem) {
 }
 
 void Bridges::gather_events() {
-  if (ranks_ > 1) {
-    std::vector<int> bytes(ranks_), offset(ranks_, 0);
-    int size = int(events_.size()) * int(sizeof(Event));
-    MPI_Allgather(&size, 1, MPI_INT, bytes.data(), 1, MPI_INT, world_);
-    for (int k = 1; k < ranks_; k++) offset[k] = offset[k - 1] + bytes[k - 1];
-    std::vector<Event> gathered((offset.back() + bytes.back()) / sizeof(Event));
-    MPI_Allgatherv(events_.data(), size, MPI_BYTE, gathered.data(), bytes.data(), offset.data(), MPI_BYTE, world_);
-    events_.swap(gathered);
-  }
+  if (ranks_ > 1) events_ = gathered(events_);
   std::sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
     if (a.kind != b.kind) return a.kind < b.kind;
     if (a.partner_kind != b.partner_kind) return a.partner_kind < b.partner_kind;

@@ -16,11 +16,12 @@ void Bridges::step(int64_t n) {
   read_mesh_motion(fresh);
   events_.clear();
   proposed_.clear();
-  begin_work();
+  if (moist) begin_work();
   std::string problem;
   try {
+    touch_wires(fresh, !again && logging());
     if (fresh && initial_ > 0) find_candidates();
-    move_bounds();
+    if (moist) move_bounds();
     if (initial_ > 0) stand_or_rupture(!again, !again && logging());
     if (initial_ > 0 && !again) {
       propose_pairs();
@@ -35,10 +36,10 @@ void Bridges::step(int64_t n) {
     restore_forces();
     return;
   }
-  add_work(first, first || again);
+  if (moist) add_work(first, first || again);
   if (again) return;
   if (!events_.empty()) book();
-  if (std::binary_search(output_steps.begin(), output_steps.end(), n)) snapshot();
+  if (moist && std::binary_search(output_steps.begin(), output_steps.end(), n)) snapshot();
   if (checkpoint_every > 0 && n > 0 && n % checkpoint_every == 0) save_state();
 }
 

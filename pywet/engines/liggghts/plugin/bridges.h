@@ -3,7 +3,7 @@
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
 // Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
-// stands near, implicit.cpp holds the semi-implicit drag, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
+// stands near, prisms.cpp holds dry contacts with wires, implicit.cpp holds the semi-implicit drag, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -14,12 +14,14 @@
 
 #include "energy.h"
 #include "laws.h"
+#include "prisms.h"
 #include "records.h"
 #include "walls.h"
 
 namespace LAMMPS_NS {
 class LAMMPS;
 class FixMeshSurface;
+class FixWallGran;
 }  // namespace LAMMPS_NS
 
 namespace pywet {
@@ -94,6 +96,7 @@ class Bridges {
   Laws laws;
   TransferTables transfer;
   Walls walls;
+  std::vector<Prism> prisms;                      // wires whose dry contact is not left to the engine
   std::vector<double> type_radius, type_angle;   // index: type - 1
   std::vector<int> type_of;                       // index: sphere id
   std::vector<double> film;                       // index: sphere id [m3]
@@ -101,6 +104,7 @@ class Bridges {
   Vec gravity;
   double largest_overlap = 0.5;                   // of the smaller radius; beyond, the run stops
   bool semi_implicit = false;
+  bool moist = true;                              // false: nothing but contacts with prisms
   int64_t checkpoint_every = 0;                   // steps; 0: none
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
@@ -131,8 +135,13 @@ class Bridges {
   double travel_ = 0, thicker_ = 0;               // bounds since the candidates were found: way of a sphere, growth of a film
   std::vector<Event> events_;
   std::vector<Waiting> waiting_;
-  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_;
+  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_, wire_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
+  LAMMPS_NS::FixWallGran *wall_law_ = nullptr;    // the engine's dry contact with walls
+  std::vector<Weave> weaves_;
+  std::vector<WireCandidate> wire_candidates_;
+  std::vector<WireSpring> saved_springs_;         // of the step the run is resumed at, until the first candidates are found
+  std::vector<Vec> shift_then_;                   // of each mesh, when the candidates were found
   EnergyBook energy_;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
 
@@ -154,6 +163,14 @@ class Bridges {
   bool read_mesh(size_t m, double *out) const;
   void find_pair_candidates();
   void inside_the_box() const;
+  Vec press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring);
+
+  // prisms.cpp
+  void arrange_wires();
+  bool wires_moved() const;
+  void find_wire_candidates();
+  std::vector<WireSpring> wire_springs() const;
+  void touch_wires(bool fresh, bool log);
 
   // formation.cpp
   void find_candidates();
@@ -186,6 +203,8 @@ class Bridges {
 
   // booking.cpp
   void agree(const std::string &problem);
+  template <class T>
+  std::vector<T> gathered(const std::vector<T> &mine) const;
   void gather_events();
   void book();
   void book_formations();
@@ -209,5 +228,17 @@ class Bridges {
   void save_state();
   void restore_forces();
 };
+
+// Records of all ranks, in order of the ranks.
+template <class T>
+std::vector<T> Bridges::gathered(const std::vector<T> &mine) const {
+  std::vector<int> bytes(ranks_), offset(ranks_, 0);
+  const int size = int(mine.size() * sizeof(T));
+  MPI_Allgather(&size, 1, MPI_INT, bytes.data(), 1, MPI_INT, world_);
+  for (int k = 1; k < ranks_; k++) offset[k] = offset[k - 1] + bytes[k - 1];
+  std::vector<T> all((offset.back() + bytes.back()) / sizeof(T));
+  MPI_Allgatherv(mine.data(), size, MPI_BYTE, all.data(), bytes.data(), offset.data(), MPI_BYTE, world_);
+  return all;
+}
 
 }  // namespace pywet

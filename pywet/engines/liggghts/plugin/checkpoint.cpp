@@ -60,6 +60,7 @@ void Bridges::save_state() {
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, world_);
+  const std::vector<WireSpring> springs = wire_springs();
   if (rank_ > 0) return;
   Head head = {};
   std::memcpy(head.magic, MAGIC, sizeof(MAGIC));
@@ -76,6 +77,9 @@ void Bridges::save_state() {
     put(out, &saved, 1);
   }
   put(out, all.data(), all.size());
+  const int64_t on_wires = int64_t(springs.size());
+  put(out, &on_wires, 1);
+  put(out, springs.data(), springs.size());
   const uint32_t sum = check_sum(out);
   put(out, &sum, 1);
   const std::string path = directory_ + "/checkpoint/state." + std::to_string(now_) + ".partial";
@@ -126,6 +130,10 @@ void Bridges::resume(const std::string &state_file) {
   }
   saved_forces_.resize(6 * film.size());
   take(at, saved_forces_.data(), saved_forces_.size());
+  int64_t on_wires = 0;
+  take(at, &on_wires, 1);
+  saved_springs_.resize(on_wires);
+  take(at, saved_springs_.data(), saved_springs_.size());
   now_ = head.step;
   initial_ = head.initial;
   formations_ = head.formations;

@@ -23,6 +23,15 @@
 #include "tri_mesh.h"
 #include "update.h"
 
+// The engine's package lacks the lists of contact models that this header asks for; whoever only calls a model needs none.
+#define CONTACT_MODEL_CONSTANTS_H_
+namespace LIGGGHTS {
+namespace ContactModels {
+enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
+}
+}  // namespace LIGGGHTS
+#include "fix_wall_gran.h"
+
 namespace pywet {
 
 const double INF = std::numeric_limits<double>::infinity();
@@ -56,6 +65,12 @@ void Bridges::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
     if (!surface) throw std::runtime_error("the deck has no fix mesh/surface named " + mesh.name);
     surfaces_.push_back(surface);
   }
+  if (!prisms.empty()) {
+    wall_law_ = dynamic_cast<LAMMPS_NS::FixWallGran *>(lmp->modify->find_fix_id("walls"));
+    if (!wall_law_ || wall_law_->dnum() > 3)
+      throw std::runtime_error("the deck has no fix wall/gran named walls whose springs are those of one contact");
+  }
+  arrange_wires();
   open_logs();
 }
 
@@ -153,6 +168,26 @@ void Bridges::find_pair_candidates() {
     const int a = list->ilist[q];
     for (int k = 0; k < list->numneigh[a]; k++) add_pair(a, list->firstneigh[a][k] & NEIGHMASK);
   }
+}
+
+// The engine's own dry contact of sphere a with a wall whose closest point is at x - d; the flags of this step are those with which
+// it has just done its other walls. Returns the force on the sphere.
+Vec Bridges::press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) {
+  struct Law : LAMMPS_NS::FixWallGran {
+    static LIGGGHTS::Walls::IGranularWall *of(LAMMPS_NS::FixWallGran *fix) { return fix->*(&Law::impl); }
+  };
+  LIGGGHTS::ContactModels::SurfacesIntersectData contact;
+  double velocity[3];
+  store(wall_velocity, velocity);
+  store(d, contact.delta);
+  contact.i = a;
+  contact.is_wall = true;
+  contact.radi = radius;
+  contact.deltan = radius - distance;
+  contact.contact_history = spring;
+  const Vec before(at_.f[a]);
+  Law::of(wall_law_)->compute_force(wall_law_, contact, true, velocity);
+  return Vec(at_.f[a]) - before;
 }
 
 // A sphere outside the box is dropped by the engine when it makes its lists: here it is still known which one.

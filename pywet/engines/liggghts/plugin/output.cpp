@@ -9,6 +9,7 @@ void Bridges::open_logs() {
   const std::string end = "." + std::to_string(rank_) + ".bin";
   contact_log_.open(directory_ + "/contacts" + end);
   bridge_log_.open(directory_ + "/bridges" + end);
+  wire_log_.open(directory_ + "/wire_springs" + end);
   if (rank_ > 0) return;
   event_log_.open(directory_ + "/events" + end);
   ledger_log_.open(directory_ + "/ledger" + end);
@@ -99,7 +100,7 @@ void Bridges::snapshot() {
 
 void Bridges::flush() {
   for (RecordFile *log :
-       {&event_log_, &contact_log_, &ledger_log_, &bridge_log_, &film_log_, &wall_film_log_, &energy_log_})
+       {&event_log_, &contact_log_, &ledger_log_, &bridge_log_, &film_log_, &wall_film_log_, &energy_log_, &wire_log_})
     log->flush();
 }
 

@@ -100,16 +100,17 @@ EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *no
   state->transfer.set(kind, type_i, other, nodes, values, n);
 }
 
-// nodes: 9 numbers a triangle, in file order; part: index within this mesh; half_width: infinity for a large wall.
+// nodes: 9 numbers a triangle, in file order; part: index within this mesh; half_width: infinity for a large wall;
+// count: the engine holds the first that many triangles. Without parts there are no films on the mesh.
 EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, const int *part, int parts,
-                                  const double *half_width, const int *group, double contact_angle) {
+                                  const double *half_width, const int *group, double contact_angle, int count) {
   return guarded([&] {
     pywet::Walls &w = state->walls;
     const int first_part = int(w.parts.size());
     pywet::Mesh mesh;
     mesh.name = name;
     mesh.first = int(w.triangles.size());
-    mesh.count = n;
+    mesh.count = count;
     for (int p = 0; p < parts; p++) {
       pywet::Part q;
       q.mesh = int(w.meshes.size());
@@ -120,11 +121,16 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
     }
     for (int k = 0; k < n; k++) {
       const double *p = nodes + 9 * k;
-      w.parts.at(first_part + part[k]).triangles.push_back(int(w.triangles.size()));
+      if (parts > 0) w.parts.at(first_part + part[k]).triangles.push_back(int(w.triangles.size()));
       w.triangles.push_back(pywet::Triangle{pywet::Vec(p), pywet::Vec(p + 3), pywet::Vec(p + 6)});
     }
     w.meshes.push_back(mesh);
   });
+}
+
+// A wire of the mesh added last; wall, triangle: its name in logs; section: n corners, see prisms.h.
+EXPORT void pywet_add_prism(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
+  state->prisms.push_back(pywet::Prism(int(state->walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
 }
 
 EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const double *film) {
@@ -144,7 +150,9 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
   state->window_last.assign(last, last + windows);
 }
 
-EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every) {
+EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
+                            int moist) {
+  state->moist = moist != 0;
   state->gravity = pywet::Vec(gravity);
   state->largest_overlap = largest_overlap;
   state->semi_implicit = semi_implicit != 0;

@@ -50,6 +50,11 @@ struct Film {
   int32_t id, pad;
   double film;
 };
+struct WireContact {
+  int64_t step;
+  int32_t mesh, triangle, i, pad;
+  double spring[3];
+};
 #pragma pack(pop)
 static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
 static_assert(sizeof(Contact) == 392, "records must match pywet/history/schema.py");
@@ -57,6 +62,7 @@ static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py"
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
 static_assert(sizeof(Energy) == 120, "records must match pywet/history/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
+static_assert(sizeof(WireContact) == 48, "records must match pywet/history/schema.py");
 
 // An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
 class RecordFile {

@@ -21,7 +21,8 @@ struct Part {
 // A rigid body: x = turn(y) + shift takes the rest position y of a point to the present one.
 struct Mesh {
   std::string name;
-  int first = 0, count = 0;             // its triangles, in file order
+  int first = 0;                        // its first triangle; the others follow in file order
+  int count = 0;                        // of its triangles, the first ones, those that the engine holds
   Vec shift, velocity;                  // velocity: of the point at y = 0
   bool turns = false;
   Turn turn;
