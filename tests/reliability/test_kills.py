@@ -6,13 +6,17 @@ A call that is made again ends with the tables of a run that was left alone, wit
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import signal
+import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -21,7 +25,7 @@ from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.errors import NotWhole, PywetError
 from pywet.scene import Scene
 from tests.engine import beds
-from tests.reliability.kills import Stopped, assert_same, tables_of
+from tests.reliability.kills import EXACT, Stopped, assert_same, tables_of
 
 pytestmark = pytest.mark.engine
 KINDS = {"moist": small.PAPER, "dry": small.DRY}
@@ -356,3 +360,96 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
     left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
     moist = {f"history/{name}.parquet" for name in (*logs.RAW, "transfer")} | {"history/meta.json"}
     assert not left & (moist | {"replay.json", "results/liquid_by_holder.csv", "status/replay.json"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_full_disks(tmp_path: Path, kind: str) -> None:
+    """Disks of nine sizes: the call ends in a sentence, and with room again the next one ends with the same tables."""
+    steps, disk = 3000, tmp_path / "disk"
+    driver.run(prepare(tmp_path / "whole", kind, steps), progress=False)
+    wanted = tables_of(tmp_path / "whole")
+    disk.mkdir()
+    stopped = 0
+    for size in np.linspace(150, {"moist": 1100, "dry": 500}[kind], 9, dtype=int):
+        if subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", f"size={size}k", "tmpfs", disk], capture_output=True
+        ).returncode:
+            pytest.skip("only root can mount a small disk")
+        try:
+            run_dir = prepare(disk / "run", kind, steps)
+            try:
+                driver.run(run_dir, progress=False)
+            except PywetError:
+                stopped += 1
+                subprocess.run(["mount", "-o", "remount,size=100m", disk], check=True)
+                at = driver.run(run_dir, progress=False).resumed_at_step
+                assert_same(wanted, tables_of(run_dir), resumed_at=at)
+        finally:
+            subprocess.run(["umount", "-l", disk], check=True)
+    assert stopped > 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("case", "seed"), [(case, seed) for case in (1, 2) for seed in range(3)])
+def test_kills_at_random_moments_of_a_case(
+    short_case: tuple[Path, dict[int, Path]], tmp_path: Path, case: int, seed: int
+) -> None:
+    """`pywet run` killed five times at random moments of all stages, the next call going on, ends as the unbroken one."""
+    config, whole = short_case
+    random, run_dir, kills = np.random.default_rng(seed), tmp_path / "run", 0
+    seconds = float((whole[case] / "seconds").read_text())
+    while kills < 5:
+        child = called(config, case, run_dir)
+        try:
+            child.wait(float(random.uniform(0.0, seconds)))
+            assert child.returncode == 0
+            assert_whole(whole[case], run_dir)
+            shutil.rmtree(run_dir)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+            kills += 1
+    assert called(config, case, run_dir).wait(600) == 0
+    assert_whole(whole[case], run_dir)
+
+
+def called(config: Path, case: int, run_dir: Path) -> subprocess.Popen[bytes]:
+    """`pywet run` in a process of its own."""
+    command = [sys.executable, "-m", "pywet.cli", "run", str(case), "--config", str(config), "--out", str(run_dir)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL)
+
+
+@pytest.fixture(scope="module")
+def short_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[int, Path]]:
+    """The dry and the moist case of one size, 0.3 s long, run in one piece; with the seconds that took."""
+    folder = tmp_path_factory.mktemp("case")
+    config = folder / "config"
+    shutil.copytree(Path(__file__).parents[2] / "config", config)
+    text = (config / "scales.yaml").read_text()
+    for name, before, after in (("duration_s", 1.6, 0.3), ("slide_opens_at_s", 0.2, 0.02)):
+        assert f"{name}: {{value: {before}," in text
+        text = text.replace(f"{name}: {{value: {before},", f"{name}: {{value: {after},", 1)
+    (config / "scales.yaml").write_text(text)
+    whole = {case: folder / str(case) for case in (1, 2)}
+    for case, run_dir in whole.items():
+        started = time.monotonic()
+        assert called(config, case, run_dir).wait(600) == 0
+        (run_dir / "seconds").write_text(str(time.monotonic() - started))
+    return config, whole
+
+
+def assert_whole(wanted: Path, found: Path) -> None:
+    """The unbroken run's tables, or where a resumption differs by round-off as many spheres at as many outputs."""
+    for one, two in zip((tables_of(wanted), results_of(wanted)), (tables_of(found), results_of(found)), strict=True):
+        if EXACT or json.loads((found / "engine" / "run.json").read_text())["resumed_at_step"] is None:
+            assert_same(one, two, exact=True)
+        else:
+            assert one.keys() == two.keys()
+            for name in {"trajectory", "mesh_motion", "ledger", "films", "energy", *results_of(wanted)} & one.keys():
+                assert one[name][["step"]].equals(two[name][["step"]]), name
+
+
+def results_of(run_dir: Path) -> dict[str, pd.DataFrame]:
+    """The tables of the stage results."""
+    return {path.stem: pd.read_parquet(path) for path in sorted((run_dir / "results").glob("*.parquet"))}

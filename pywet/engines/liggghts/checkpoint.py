@@ -198,9 +198,9 @@ class Recorder:
         if not self.plugin:
             self._name_stock()
         there = {(name, step) for name, step, _ in _files(self.folder)}
-        for step in sorted({step for name, step in there if name == ("state" if self.plugin else "engine")}):
-            if step <= self.step:
-                continue
+        last = "state" if self.plugin else "engine"
+        new = sorted(step for name, step in there if name == last and step > self.step)
+        for step in new:
             states = [self.folder / FOLDER / f"{name}.{step}" for name in ("engine", "state")[: 1 + self.plugin]]
             if not holds(states[0].read_bytes(), self.spheres):
                 for path in states:
@@ -209,7 +209,9 @@ class Recorder:
             until = self._frames_before(step)
             found = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
             if isinstance(found, str):
-                return  # not yet there, or never; then no later step is gone on from either
+                if step < new[-1]:
+                    raise self._not_whole(found)
+                return  # perhaps not yet there: looked at again
             sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
             write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": found})
             self.step, self.framed, self.logs = step, until, found
@@ -224,8 +226,11 @@ class Recorder:
             if longer is None:
                 return found
             found = f"{longer} ends in the middle of a step"
-        raise PywetError(
-            f"the engine came to its end, but {found}; expected the {len(self.planned)} planned output steps in "
+        raise self._not_whole(found)
+
+    def _not_whole(self, found: str) -> PywetError:
+        return PywetError(
+            f"{found}; expected the {len(self.planned)} planned output steps in "
             f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
         )
 

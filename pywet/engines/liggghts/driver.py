@@ -197,7 +197,7 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     _write_history_inputs(scene, task.run_dir)
     if deck.attached(scene):
         _write_schedule(scene, ready, point)
-    why = f"; passed over: {', '.join(passed)}" if passed else ""
+    why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
         ready.rename(folder)
