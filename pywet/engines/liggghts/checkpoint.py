@@ -12,7 +12,6 @@ import hashlib
 import json
 import re
 import zlib
-from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,8 +55,8 @@ def start(folder: Path, mark: str) -> None:
     write_json(folder / FINGERPRINT, {"fingerprint": mark})
 
 
-def find(folder: Path, mark: str, moist: bool, not_at: Collection[int] = ()) -> Checkpoint | None:
-    """The latest whole checkpoint of the same scene that is not at one of the steps `not_at`; None where there is none."""
+def find(folder: Path, mark: str, moist: bool) -> Checkpoint | None:
+    """The latest whole checkpoint of the same scene; None where there is none."""
     path = folder / FINGERPRINT
     try:
         if json.loads(path.read_text())["fingerprint"] != mark:
@@ -65,7 +64,7 @@ def find(folder: Path, mark: str, moist: bool, not_at: Collection[int] = ()) -> 
     except (OSError, ValueError, KeyError):
         return None
     found = _moist(folder / FOLDER) if moist else _dry(folder)
-    return max((c for c in found if c.step not in not_at), key=lambda c: c.step, default=None)
+    return max(found, key=lambda c: c.step, default=None)
 
 
 def _moist(folder: Path) -> list[Checkpoint]:
@@ -124,10 +123,12 @@ def cut_back(folder: Path, step: int, output_every: int) -> None:
 
 
 def prune(folder: Path, keep: int = 3) -> None:
-    """Leave the last few engine files of a dry run (a moist one keeps two pairs by itself)."""
-    files = sorted((folder / FOLDER).glob("engine.*.partial"), key=lambda p: int(p.name.split(".")[1]))
-    for path in files[:-keep]:
-        path.unlink()
+    """Leave the files of the last few checkpoints."""
+    step_of = {path: int(path.name.split(".")[1]) for path in (folder / FOLDER).iterdir()}
+    last = sorted(set(step_of.values()))[-keep:]
+    for path, step in step_of.items():
+        if step not in last:
+            path.unlink(missing_ok=True)
 
 
 def _cut_trajectory(path: Path, last: int) -> None:

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +98,7 @@ def run(
                 _write_history_inputs(scene, run_dir, folder, point)
             started = time.monotonic()
             with progress_bar(scene, progress) as report:
-                watch = (lambda: None) if scene.effects.bridges else (lambda: checkpoint.prune(folder))
+                watch = partial(checkpoint.prune, folder)
                 usage = launch(_command(scene, run_dir, folder, ranks), folder, scene, report, watch)
             wall = time.monotonic() - started
             spheres = _collect(scene, run_dir, folder)
@@ -142,11 +143,8 @@ def alone(run_dir: Path) -> Iterator[None]:
 
 
 def _begin(scene: Scene, folder: Path, mark: str) -> checkpoint.Checkpoint | None:
-    """A folder cut back to the latest whole checkpoint of the same scene, or an empty one.
-
-    A checkpoint between two stages is passed over: what the next stage stops there, such as the slide, is not part of it.
-    """
-    point = checkpoint.find(folder, mark, scene.effects.bridges, deck.boundaries(scene) - {scene.steps})
+    """A folder cut back to the latest whole checkpoint of the same scene, or an empty one."""
+    point = checkpoint.find(folder, mark, scene.effects.bridges)
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
         checkpoint.start(folder, mark)
