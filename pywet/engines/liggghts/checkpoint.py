@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -99,8 +98,8 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
     return (None, f"its end ({broken})") if broken else (account, None)
 
 
-def find(folder: Path, mark: str, not_at: Collection[int] = ()) -> tuple[Checkpoint | None, list[str]]:
-    """The latest whole checkpoint of the same scene that is not at one of the steps `not_at`; None where there is none.
+def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
+    """The latest whole checkpoint of the same scene; None where there is none.
 
     And a phrase for each later one that is passed over because something of it is missing or damaged.
     """
@@ -108,7 +107,7 @@ def find(folder: Path, mark: str, not_at: Collection[int] = ()) -> tuple[Checkpo
     if not belongs(folder, mark):
         return None, passed
     steps = {step for name, step, _ in _files(folder) if name in ("engine", "sums")}
-    for step in sorted(steps - set(not_at), reverse=True):
+    for step in sorted(steps, reverse=True):
         found = _read(folder, step)
         if isinstance(found, Checkpoint):
             return found, passed

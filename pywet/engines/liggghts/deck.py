@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -175,11 +174,6 @@ def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
                 pieces.append(piece)
             at = stop
     return pieces
-
-
-def boundaries(scene: Scene) -> set[int]:
-    """Steps at which one stage ends and the next is set up."""
-    return set(itertools.accumulate(stage["steps"] for stage in _stages(scene)))
 
 
 def _stages(scene: Scene) -> list[dict[str, Any]]:

@@ -183,11 +183,10 @@ def alone(run_dir: Path) -> Iterator[None]:
 def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     """A folder ready for the engine: cut back to the latest whole checkpoint of the same scene, or a new one.
 
-    A checkpoint between two stages is passed over: what the next stage stops there, such as the slide, is not part of it.
     What is refused here (spheres, laws) leaves a run under way in the folder as it was.
     """
     scene, folder = task.scene, task.folder
-    point, damaged = checkpoint.find(folder, task.mark, deck.boundaries(scene) - {scene.steps})
+    point, damaged = checkpoint.find(folder, task.mark)
     passed = passed + damaged
     ready = folder if point else folder.with_name("engine.partial.new")
     if point is None:
