@@ -46,7 +46,7 @@ VARIANTS = {
 
 
 def prepare(folder: Path, case: int, spheres: pd.DataFrame | None, change: Callable[[Scene], dict[str, Any]]) -> Scene:
-    """A case at full scale without its slide, from `spheres` or a loose fill above the screen; `change` gives fields of its scene."""
+    """A case at full scale without its slide, from `spheres` or a loose fill; `change` gives fields of its scene."""
     conf = config.load(ROOT / "config")
     row, scale = conf.case(case), conf.scale("full")
     apparatus = build_apparatus(cases.apparatus_spec(conf, row, scale))
