@@ -92,6 +92,7 @@ def _inlined(function: Callable[..., float], digest: Any) -> Any:
     code = function.__code__
     digest.update(code.co_code + repr((code.co_consts, code.co_names)).encode())
     space = {n: _swapped(function.__globals__[n], digest) for n in code.co_names if n in function.__globals__}
+    _swapped(function.__defaults__, digest)
     cells = tuple(types.CellType(_swapped(c.cell_contents, digest)) for c in function.__closure__ or ())
     copy = types.FunctionType(code, space, function.__name__, function.__defaults__, cells)
     return numba.njit(forceinline=True, error_model="numpy")(copy)

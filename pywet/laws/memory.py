@@ -6,8 +6,7 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from numba.core import cgutils
-from numba.core import types
+from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 FAST = {"contract", "reassoc", "arcp", "nsz"}

@@ -86,6 +86,7 @@ class Plugin:
             C.c_double(scene.largest_overlap),
             C.c_int(scene.viscous_integration == "semi_implicit"),
             C.c_int64(checkpoint_every(scene)),
+            C.c_int(scene.output.energy),
         )
 
     def _set_laws(self, scene: Scene) -> None:

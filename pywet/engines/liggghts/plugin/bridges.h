@@ -113,6 +113,7 @@ class Bridges {
   Vec gravity;
   double largest_overlap = 0.5;                   // of the smaller radius; beyond, the run stops
   bool semi_implicit = false;
+  bool energy = true;                             // works are added up and logged
   int64_t checkpoint_every = 0;                   // steps; 0: none
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);

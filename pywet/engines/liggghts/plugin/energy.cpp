@@ -14,6 +14,7 @@
 namespace pywet {
 
 void Bridges::begin_work() {
+  if (!energy) return;
   energy_.acting.assign(at_.nlocal, Acting{});
   for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) energy_.wall_power[e] = 0;
 }
@@ -22,6 +23,7 @@ static double power_of(const double *f, const Vec &v) { return f[0] * v.x + f[1]
 
 // `resting`: the speeds are those of the step itself (set-up of a run), not half a step back.
 void Bridges::add_work(bool first, bool resting) {
+  if (!energy) return;
   Sums &s = energy_.sums;
   double power[EFFECTS] = {}, kick = 0;
   energy_.kinetic = energy_.spin = 0;
@@ -84,7 +86,7 @@ static std::vector<std::pair<double, double> > gauss(int n) {
 // square-root start of some laws is smooth.
 double Bridges::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
-  if (!laws.capillary) return 0;
+  if (!laws.capillary || !energy) return 0;
   const Bridge &b = bridges_[bridge];
   const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
   const double same[ROWS] = {0, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, 0};

@@ -169,14 +169,14 @@ void Bridges::act(const Bridge &b, const Geometry &g, const Terms &t) {
   if (owned(b.a)) {
     accumulate(at_.f[b.a], force);
     accumulate(at_.torque[b.a], torque_i);
-    energy_.add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, torque_i);
+    if (energy) energy_.add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, torque_i);
   }
   if (owned(b.b)) {
     accumulate(at_.f[b.b], (-1.0) * force);
     accumulate(at_.torque[b.b], torque_j);
-    energy_.add(b.b, t.capillary * g.n, (-t.viscous) * g.n, (-1.0) * t.tangential, torque_j);
+    if (energy) energy_.add(b.b, t.capillary * g.n, (-t.viscous) * g.n, (-1.0) * t.tangential, torque_j);
   }
-  if (b.kind != SPHERE) {
+  if (b.kind != SPHERE && energy) {
     const double along = dot(g.vj, g.n);
     energy_.wall_power[CAPILLARY] -= t.capillary * along;
     energy_.wall_power[VISCOUS_NORMAL] += t.viscous * along;

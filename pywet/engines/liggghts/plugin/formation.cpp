@@ -104,6 +104,9 @@ void Bridges::add_pair(int a, int b) {
 }
 
 void Bridges::find_wall_candidates() {
+  std::unordered_map<uint64_t, Site> known;  // closest points outlive the list
+  for (WallCandidate &pair : wall_pairs_)
+    if (pair.site.distance_then >= 0) known[key(LARGE_WALL, pair.i, pair.j)] = std::move(pair.site);
   wall_pairs_.clear();
   std::fill(part_thickness_.begin(), part_thickness_.end(), 0.0);
   for (size_t k = 0; k < walls.triangles.size(); k++)
@@ -117,7 +120,7 @@ void Bridges::find_wall_candidates() {
     // sphere and mesh may each move half the skin before the next rebuild; films may grow meanwhile: one skin more
     for (size_t p = 0; p < walls.parts.size(); p++)
       if (walls.near_bounds(int(p), x, reach(i) + part_thickness_[p] + 2 * skin()))
-        wall_pairs_.push_back(WallCandidate{i, int(p), a, true, Site()});
+        wall_pairs_.push_back(WallCandidate{i, int(p), a, true, std::move(known[key(LARGE_WALL, i, int(p))])});
   }
 }
 

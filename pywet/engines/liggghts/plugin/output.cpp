@@ -58,6 +58,7 @@ void Bridges::write_ledger() {
 
 // Every rank takes part; rank 0 writes.
 void Bridges::write_energy() {
+  if (!energy) return;
   double mine[EFFECTS + 4] = {}, all[EFFECTS + 4] = {};
   for (int e = 0; e < EFFECTS; e++) mine[e] = energy_.sums.work[e];
   double *rest = mine + EFFECTS;

@@ -149,11 +149,13 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
   state->window_last.assign(last, last + windows);
 }
 
-EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every) {
+EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
+                            int energy) {
   state->gravity = pywet::Vec(gravity);
   state->largest_overlap = largest_overlap;
   state->semi_implicit = semi_implicit != 0;
   state->checkpoint_every = checkpoint_every;
+  state->energy = energy != 0;
 }
 
 // After pywet_attach: go on from a state file. `restore_forces`: the step is not one at which an unbroken run is set up anew.
