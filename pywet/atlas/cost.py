@@ -1,4 +1,4 @@
-"""Nanoseconds per bridge of capillary laws in batches, as the engine evaluates them: all laws in turn, the best round of each counts."""
+"""Nanoseconds per bridge of capillary laws in batches, as the engine evaluates them: laws in turn, the best round counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A law over many bridges at once: one compiled loop over arrays, in which the law's own Python function is inlined and vectorised.
+"""A law over many bridges at once: one compiled loop, in which the law's own Python function is inlined and vectorised.
 
 A law stays one function of one bridge. Here it is compiled a second time with `batch_math` in place of `math`, without branch
 or call, so that the compiler turns the loop into vector instructions. Nothing is reordered: no value depends on its place in the

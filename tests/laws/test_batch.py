@@ -1,4 +1,4 @@
-"""Laws in batches give the values of the laws alone, whatever the place in the batch, and their mathematics is that of the C library."""
+"""Laws in batches give the values of the laws alone, in every place of a batch; their mathematics is the C library's."""
 
 from __future__ import annotations
 
@@ -112,7 +112,8 @@ def test_the_laws_of_the_presets_are_vectorised(kind: str, name: str, monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("name", "low", "high"), [("sin", -1e5, 1e5), ("cos", -1e5, 1e5), ("sin", -4, 4), ("cos", -4, 4), ("exp", -700, 709)]
+    ("name", "low", "high"),
+    [("sin", -1e5, 1e5), ("cos", -1e5, 1e5), ("sin", -4, 4), ("cos", -4, 4), ("exp", -700, 709)],
 )
 def test_functions_are_within_two_units_of_the_fifteenth_digit(name: str, low: float, high: float) -> None:
     compiled: Callable[[float], float] = getattr(batch_math, name)

@@ -54,6 +54,7 @@ struct Candidate {
   int a, b;
   bool active;                           // has no bridge
   double radii;                          // sum of radii
+  double reach;                          // the same with the films when the candidates were found
   int layer;                             // of the gap between the films when the candidates were found, in LAYERs of the skin
 };
 

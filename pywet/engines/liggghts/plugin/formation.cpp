@@ -99,8 +99,9 @@ void Bridges::add_pair(int a, int b) {
   if (!owned(a)) return;
   const int i = at_.tag[a], j = at_.tag[b];
   const double radii = radius(i) + radius(j);
-  const double gap = norm(Vec(at_.x[a]) - Vec(at_.x[b])) - radii - thickness_[i] - thickness_[j];
-  pairs_.push_back(Candidate{i, j, a, b, true, radii, int(std::max(gap, 0.0) / (LAYER * skin()))});
+  const double reach = radii + thickness_[i] + thickness_[j];
+  const double gap = norm(Vec(at_.x[a]) - Vec(at_.x[b])) - reach;
+  pairs_.push_back(Candidate{i, j, a, b, true, radii, reach, int(std::max(gap, 0.0) / (LAYER * skin()))});
 }
 
 void Bridges::find_wall_candidates() {
@@ -170,8 +171,10 @@ void Bridges::propose_pairs() {
     if (!pair.active) continue;
     const double *x = at_.x[pair.a], *y = at_.x[pair.b];
     const double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
+    const double square = dx * dx + dy * dy + dz * dz, most = pair.reach + 2 * thicker_;
+    if (square >= most * most) continue;
     const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];
-    if (dx * dx + dy * dy + dz * dz >= touch * touch) continue;
+    if (square >= touch * touch) continue;
     Geometry g;
     pair_geometry(pair.a, pair.b, radius(pair.i), radius(pair.j), g);
     check_overlap(g, SPHERE, pair.i, pair.j);
