@@ -143,6 +143,8 @@ class Output(Strict):
     """How many times during the run the state is saved for a resumption, evenly spread."""
     window_trajectories: bool = False
     """Whether motion, forces and contact springs of all spheres are recorded in every step of the windows."""
+    energy: bool = True
+    """Whether a moist run adds up the work of every effect in every step, for `history/energy`."""
 
 
 class Scene(Strict):

@@ -141,7 +141,7 @@ def _counts(run_dir: Path) -> Iterator[Quantity]:
 def _energies(run_dir: Path) -> Iterator[Quantity]:
     """Energies and works at the end, over the largest of them."""
     table, summary = _table(run_dir, "history/energy"), _json(run_dir, "summary.json")
-    if table is not None:
+    if table is not None and not table.empty:
         end = table.sort_values("step").iloc[-1].drop(["step", "time"])
         values = {str(k): float(v) for k, v in end.items() if k != "half_kick"}
     elif summary is not None:

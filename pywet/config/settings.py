@@ -63,12 +63,14 @@ class OutputSettings(Strict):
 
     window_trajectories: whether the motion of all spheres is recorded there too, so that the replay can close Newton's law.
     checkpoints: how many times during a run the state is saved, so that a run that was cut off goes on from there.
+    energy: whether the work of every effect is added up in every step of a moist run, for `history/energy`.
     """
 
     contact_windows: Annotated[int, Field(ge=0)] = 2
     contact_window_steps: Annotated[int, Field(ge=1)] = 20
     window_trajectories: bool = True
     checkpoints: Annotated[int, Field(ge=0)] = 20
+    energy: bool = False
 
 
 class Settings(Strict):

@@ -9,6 +9,7 @@ import inspect
 import itertools
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,30 @@ import numpy as np
 from pywet.errors import PywetError
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """A law in two parts, for batches: what depends on the bridge alone, done once in its life, and what its gap makes of that.
+
+    `prepare(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, numbers)` fills an array of 8 `lines` numbers;
+    `evaluate(…the law's arguments, address)` gives the law's value with these numbers at that address.
+    """
+
+    lines: int
+    prepare: Callable[..., None]
+    evaluate: Callable[..., float]
+
+    @cached_property
+    def compiled(self) -> Any:
+        """`prepare` as a C function of five numbers and a pointer."""
+        number = numba.float64
+        return numba.cfunc(numba.void(*[number] * 5, numba.types.CPointer(number)), error_model="numpy")(self.prepare)
+
+
 class ForceLaw:
     """A compiled law: scalars or arrays in, float or array out; `address` is a C function double(double, …)."""
 
+    prepared: Prepared | None = None
+    """The law in two parts, where that is cheaper."""
     cached = True
     """Whether the compiled code may be kept between processes."""
     fastmath: Any = False

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numba
-from numba.core import types
+from llvmlite import ir
+from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 FAST = {"contract", "reassoc", "arcp", "nsz"}
@@ -45,6 +46,21 @@ def _reinterpret(source: Any, target: Any) -> Any:
 
 
 floats_at, singles_at, ints_at = (_pointer_to(kind) for kind in (types.float64, types.float32, types.int64))
+
+
+def stack(count: int) -> Any:
+    """An intrinsic that gives a pointer to so many numbers on the stack of the function that calls it."""
+
+    @intrinsic
+    def numbers(typing: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return cgutils.alloca_once(builder, ir.DoubleType(), size=count)
+
+        return types.CPointer(types.float64)(), code
+
+    return numbers
+
+
 to_bits, from_bits = _reinterpret(types.float64, types.int64), _reinterpret(types.int64, types.float64)
 
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.laws.force_law import ForceLaw
-from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singles_at, to_bits
+from pywet.laws.force_law import ForceLaw, Prepared
+from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singles_at
 from pywet.young_laplace import table as tables
 from pywet.young_laplace.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 
@@ -35,20 +35,9 @@ _ANGLES = np.full((MOST_PAIRS, 2), np.nan)
 _BLOCKS = np.zeros(MOST_PAIRS + 1, dtype=np.int64)
 """Address of each pair's block; the last entry is how many there are."""
 _KEEP: list[Floats] = []
-SLOTS = 1 << 15
-
-
-def _aligned(count: int, kind: type) -> Any:
-    """Zeros that start where a line of the processor's cache does."""
-    size = np.dtype(kind).itemsize
-    held: Any = np.zeros(count + 64 // size, dtype=kind)
-    return held[(-held.ctypes.data % 64) // size :]
-
-
-_MEMO, _SPLINES = _aligned(8 * SLOTS, np.float64), _aligned(32 * SLOTS, np.float32)
-"""What is known of bridges met before, found by their volume, radii and angles: a bridge keeps them for its life, so the sums
-over volume and radius ratio are done once. A slot: these five, 1/S_rup, 2V/(π r), F_0/σ at touch; and its spline in u, in single
-precision (1e-7 of the force) so that thousands of bridges stay in the processor's cache."""
+_HELD = 16
+"""Prepared numbers of a bridge, two lines of the processor's cache: 1/S_rup, F_0/σ at touch and, in single precision (1e-7 of the
+force), its spline over u. The sums over volume and radius ratio that make them are done once in a bridge's life."""
 
 
 def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int], None] | None = None) -> None:
@@ -100,7 +89,7 @@ def _collocation(nodes: int) -> Floats:
     return matrix
 
 
-_ANGLES_AT, _BLOCKS_AT, _MEMO_AT, _SPLINES_AT = (a.ctypes.data for a in (_ANGLES, _BLOCKS, _MEMO, _SPLINES))
+_ANGLES_AT, _BLOCKS_AT = (a.ctypes.data for a in (_ANGLES, _BLOCKS))
 
 
 @inline
@@ -162,33 +151,16 @@ def _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3):  # type: ignore[no-u
     return x0 * a0 + x1 * a1 + x2 * a2 + x3 * a3
 
 
-@inline
-def _place_of(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
-    """Where in the memo a bridge belongs."""
-    bits = to_bits(volume) + 3 * to_bits(radius_i) + 5 * to_bits(radius_j) + 7 * to_bits(contact_angle_i)
-    mixed = (bits + 11 * to_bits(contact_angle_j)) * 0x1E3779B97F4A7C15
-    return 8 * ((mixed >> 40) & (SLOTS - 1))
-
-
 @numba.njit(error_model="numpy", fastmath=FAST)
-def _remember(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):  # type: ignore[no-untyped-def]
-    """The slot of a bridge, filled if it is new; −1 when its angles were not prepared."""
-    memo, splines = carray(floats_at(_MEMO_AT), 8 * SLOTS), carray(singles_at(_SPLINES_AT), 32 * SLOTS)
-    slot = _place_of(volume, radius_i, radius_j, contact_angle_i, contact_angle_j)
-    if (
-        memo[slot] == volume
-        and memo[slot + 1] == radius_i
-        and memo[slot + 2] == radius_j
-        and memo[slot + 3] == contact_angle_i
-        and memo[slot + 4] == contact_angle_j
-    ):
-        return slot
+def _hold(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, held):  # type: ignore[no-untyped-def]
+    """Fill the prepared numbers of a bridge; NaN when its angles were not prepared."""
     q, r, small, large = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)
     address = _block(small, large)
-    if address == 0:
-        return -1
+    if address == 0 or volume <= 0.0:
+        held[:] = math.nan
+        return
     data = floats_at(address)
-    v, kx, x0, x1, x2, x3, scale = _volume(volume, r)
+    _, kx, x0, x1, x2, x3, scale = _volume(volume, r)
     ky, y0, y1, y2, y3 = _cell(_place(data, q, kx, x0, x1, x2, x3), Y_NODES - 1)
     rupture = scale * _rupture(data, ky, y0, y1, y2, y3, kx, x0, x1, x2, x3)
     sums = np.zeros(_U)
@@ -201,13 +173,31 @@ def _remember(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):  # 
                 sums[n] += weight * data[at + n]
             at += _U
         row += _X * _U
+    held[0], held[1] = 1.0 / rupture, r * data[2]
+    spline = held.view(np.float32)
     for n in range(_U):
-        splines[4 * slot + n] = sums[n]
-    ring = v * r * r / math.pi
-    memo[slot + 5], memo[slot + 6], memo[slot + 7] = 1.0 / rupture, 2.0 * ring, r * data[2]
-    memo[slot], memo[slot + 1], memo[slot + 2] = volume, radius_i, radius_j
-    memo[slot + 3], memo[slot + 4] = contact_angle_i, contact_angle_j
-    return slot
+        spline[4 + n] = sums[n]
+
+
+def _hold_at(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, address):  # type: ignore[no-untyped-def]
+    _hold(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, carray(address, _HELD))
+
+
+@inline
+def _held_force(separation, volume, radius_i, radius_j, surface_tension, held, spline):  # type: ignore[no-untyped-def]
+    """The force from a bridge's prepared numbers; no branch is left in it."""
+    r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+    ring = 2.0 * min(volume / (r * r * r), 0.5) * r * r / math.pi
+    s = max(separation, 0.0)
+    share = s * held[0]
+    s = s if share < 1.0 else s / share
+    k, u0, u1, u2, u3 = _cell(math.sqrt(max(1.0 - share, 0.0)) * (U_NODES - 1), U_NODES - 1)
+    ratio = u0 * spline[k + 4] + u1 * spline[k + 5] + u2 * spline[k + 6] + u3 * spline[k + 7]
+    return surface_tension * held[1] * ratio * ring / (ring + s * (s + math.sqrt(s * s + ring)))
+
+
+def _evaluate(separation, volume, radius_i, radius_j, ti, tj, surface_tension, address):  # type: ignore[no-untyped-def]
+    return _held_force(separation, volume, radius_i, radius_j, surface_tension, floats_at(address), singles_at(address))
 
 
 @inline
@@ -243,26 +233,13 @@ def _force(
     >>> f"{young_laplace(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.4e}"
     '3.8898e-04'
     """
-    s = max(separation, 0.0)
     if volume <= 0.0:
         r = _order(radius_i, radius_j, contact_angle_i, contact_angle_j)[1]
         cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
-        return math.pi * surface_tension * r * cosines if s == 0.0 else 0.0
-    slot = _remember(volume, radius_i, radius_j, contact_angle_i, contact_angle_j)
-    if slot < 0:
-        return math.nan
-    memo, splines = carray(floats_at(_MEMO_AT), 8 * SLOTS), carray(singles_at(_SPLINES_AT), 32 * SLOTS)
-    share = s * memo[slot + 5]
-    u = 0.0
-    if share < 1.0:
-        u = math.sqrt(1.0 - share)
-    else:
-        s /= share
-    k, u0, u1, u2, u3 = _cell(u * (U_NODES - 1), U_NODES - 1)
-    k += 4 * slot
-    ratio = u0 * splines[k] + u1 * splines[k + 1] + u2 * splines[k + 2] + u3 * splines[k + 3]
-    ring = memo[slot + 6]
-    return surface_tension * memo[slot + 7] * ratio * ring / (ring + s * (s + math.sqrt(s * s + ring)))
+        return math.pi * surface_tension * r * cosines if separation <= 0.0 else 0.0
+    held = np.empty(_HELD)
+    _hold(volume, radius_i, radius_j, contact_angle_i, contact_angle_j, held)
+    return _held_force(separation, volume, radius_i, radius_j, surface_tension, held, held.view(np.float32))
 
 
 def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
@@ -311,4 +288,5 @@ class TableLaw(ForceLaw):
 
 _BODY = ("radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 young_laplace = TableLaw(_force, "young_laplace")
+young_laplace.prepared = Prepared(_HELD // 8, _hold_at, _evaluate)
 young_laplace_rupture = TableLaw(_distance, "young_laplace_rupture")

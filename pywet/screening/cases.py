@@ -102,6 +102,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
             contact_window_steps=output.contact_window_steps,
             window_trajectories=output.window_trajectories,
             checkpoints=output.checkpoints,
+            energy=output.energy,
         ),
         screen_z_m=apparatus.screen_z,
         bin_z_m=apparatus.bin_z,

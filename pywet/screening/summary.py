@@ -91,10 +91,11 @@ def _ledger_error(run: RunDir) -> float | None:
 def _energy(run: RunDir) -> dict[str, float | None]:
     """Energies at the end and works since the start [J]; `unaccounted` is what they leave open, in a moist run.
 
-    A dry run on the stock program knows its kinetic energy and the work of gravity; contacts and walls are their difference.
+    A dry run on the stock program, and one without `output.energy`, know their kinetic energy and the work of gravity; contacts,
+    bridges and walls are their difference.
     """
     scene, table = run.scene, run.trajectory
-    if run.moist:
+    if run.moist and scene.output.energy:
         rows = run.table("history/energy").sort_values("step")
         first, last = rows.iloc[0], rows.iloc[-1]
         found: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
@@ -111,12 +112,12 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     )
     sums = at.groupby("step")[["kinetic", "spin", "gravity"]].sum()
     change = sums.iloc[-1] - sums.iloc[0]
-    contact = float(change["kinetic"] + change["spin"] - change["gravity"])
+    rest = float(change["kinetic"] + change["spin"] - change["gravity"])
     return {
         "kinetic": float(sums["kinetic"].iloc[-1]),
         "spin": float(sums["spin"].iloc[-1]),
         "gravity": float(change["gravity"]),
-        "contact_and_wall_motion": contact,
+        "contact_bridges_and_wall_motion" if run.moist else "contact_and_wall_motion": rest,
         "unaccounted": None,
     }
 

@@ -35,32 +35,36 @@ inline bool planted(const char *name) {
   return is && !strcmp(is, name);
 }
 """
-PULL = (
-    "t.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, "
-    "laws.surface_tension);"
-)
-PULL_PLANTED = """{
-    const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
-    const double rj = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
-    const double aj = planted("angle of i on both sides") ? b.angle_i : b.angle_j;
-    t.capillary = laws.capillary(planted("gap left out") ? 0.0 : g.separation, planted("volume twice in the force") ? 2 * V : V,
-                                 part * g.radius_i, part * rj, b.angle_i, aj, laws.surface_tension);
-    if (planted("angles multiplied")) {
-      const bool two = b.kind == SPHERE;
-      const double r = two ? 2 * g.radius_i * rj / (g.radius_i + rj) : 2 * g.radius_i, flat = V / (PI * r);
-      const double d = flat / (s + std::sqrt(s * s + 2 * flat)), neck = PI * laws.surface_tension * r / (1 + s / (2 * d));
-      const double ci = std::cos(b.angle_i), cj = std::cos(b.angle_j);
-      t.capillary += neck * (2 * ci * cj - ci - cj);
-    }
-  }"""
-LAW = """t.viscous = t.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);"""
-LAW_PLANTED = """{
-      const double h = std::max(g.separation, 1e-12), rj = g.radius_j;
+PULL = "t.capillary = batch.pull[k];"
+PULL_PLANTED = """t.capillary = batch.pull[k];
+    {
+      const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
+      const double rj = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
+      double row[ROWS][BATCH], pull[BATCH];
+      row[SEPARATION][0] = planted("gap left out") ? 0.0 : g.separation;
+      row[VOLUME][0] = planted("volume twice in the force") ? 2 * V : V;
+      row[RADIUS_I][0] = part * g.radius_i;
+      row[RADIUS_J][0] = part * rj;
+      row[ANGLE_I][0] = b.angle_i;
+      row[ANGLE_J][0] = planted("angle of i on both sides") ? b.angle_i : b.angle_j;
+      laws.capillary(1, row[0], laws.surface_tension, laws.viscosity, batch.prepared, pull);
+      t.capillary = pull[0];
+      if (planted("angles multiplied")) {
+        const bool two = b.kind == SPHERE;
+        const double r = two ? 2 * g.radius_i * rj / (g.radius_i + rj) : 2 * g.radius_i, flat = V / (PI * r);
+        const double d = flat / (s + std::sqrt(s * s + 2 * flat)), neck = PI * laws.surface_tension * r / (1 + s / (2 * d));
+        const double ci = std::cos(b.angle_i), cj = std::cos(b.angle_j);
+        t.capillary += neck * (2 * ci * cj - ci - cj);
+      }
+    }"""
+LAW = "t.viscous = t.viscous_law = batch.normal[k];"
+LAW_PLANTED = """t.viscous = t.viscous_law = batch.normal[k];
+    {
+      const double h = std::max(g.separation, 1e-12), rj = g.radius_j, eta = laws.viscosity, vn = dot(g.vi - g.vj, g.n);
       const double a = b.kind == SPHERE ? g.radius_i * rj / (g.radius_i + rj) : g.radius_i;
       const double e = planted("r_eff for r_red") && b.kind == SPHERE ? 2 * a : a;
       const double s = planted("S_min left out") ? h : h + 1e-3 * (b.kind == SPHERE ? 2 * a : a);
       const double x = 1 - 1 / std::sqrt(1 + b.volume / (PI * e * s * s));
-      t.viscous = t.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);
       if (planted("S_min left out") || planted("r_eff for r_red"))
         t.viscous = t.viscous_law = -6 * PI * eta * e * e * vn / s * x * x;
       if (planted("viscous sign")) t.viscous = t.viscous_law = -t.viscous;

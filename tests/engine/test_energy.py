@@ -101,3 +101,20 @@ def test_work_of_a_slow_pull_is_the_stored_energy(tmp_path: Path) -> None:
     by_hand = np.trapezoid(log["capillary"], log["separation"])
     assert -end["capillary"] == pytest.approx(by_hand, rel=2e-3)
     assert math.isfinite(end["half_kick"])
+
+
+def test_works_that_are_not_asked_for_change_no_bit(tmp_path: Path) -> None:
+    """Without `output.energy` the table is empty and the bed moves as before; the summary knows what it knows of a dry run."""
+    runs = []
+    for energy in (True, False):
+        run_dir = tmp_path / str(energy)
+        spheres = beds.bed((4, 4, 3))
+        made = beds.prepare(run_dir, spheres, 400)
+        asked = made.model_copy(update={"output": made.output.model_copy(update={"energy": energy})})
+        (run_dir / "scene.json").write_text(asked.model_dump_json())
+        small.run(run_dir, spheres)
+        runs.append(run_dir)
+    assert len(beds.table(runs[0], "history/energy")) == 11 and beds.table(runs[1], "history/energy").empty
+    for name in ("trajectory", "history/events", "history/contacts"):
+        pd.testing.assert_frame_equal(*(beds.table(run_dir, name) for run_dir in runs), check_exact=True)
+    assert len(beds.table(runs[0], "history/events")) > 20

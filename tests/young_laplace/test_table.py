@@ -258,12 +258,3 @@ def test_a_cache_that_cannot_be_written_is_one_sentence(
 def test_refuses_angles_of_90_degrees() -> None:
     with pytest.raises(PywetError, match=r"contact angle of 90 deg .* expected 0 to below 90 deg"):
         tables.build(0.0, math.pi / 2)
-
-
-def test_what_the_law_remembers_changes_no_digit() -> None:
-    """More bridges than the memo has places, in between and again: the value of each stays what it was."""
-    case, rng = (1e-3, 2e-3, 0.2, 0.5), np.random.default_rng(5)
-    volumes = 1e-9 * 10 ** rng.uniform(-6, -1, 2 * laws.SLOTS)
-    first = laws.young_laplace(1e-5, volumes, *case, SIGMA)
-    assert np.array_equal(laws.young_laplace(1e-5, volumes, *case, SIGMA), first)
-    assert np.array_equal(laws.young_laplace(1e-5, volumes[::-1], *case, SIGMA), first[::-1])

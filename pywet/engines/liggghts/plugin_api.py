@@ -17,18 +17,21 @@ from pywet.errors import PywetError
 from pywet.geometry.prisms import prism_of
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
+from pywet.laws.batch import batch
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene, WallMesh
 
 SLOTS = {
     "capillary": ("capillary",),
     "viscous_normal": ("viscous_normal",),
-    "viscous_tangential": ("translation", "rotation"),
+    "viscous_tangential": ("viscous_tangential",),
     "rupture": ("rupture",),
     "dynamic_rupture": ("dynamic_rupture",),
     "formation": ("from_sphere", "from_sphere_at_wire", "from_wall", "from_wire"),
 }
-"""Kind of law -> the plugin's slots, in the order of `Law.functions`."""
+"""Kind of law -> the plugin's slots, in the order of `Law.functions`; what is in BATCHED is one slot for all of them."""
+BATCHED = ("capillary", "viscous_normal", "viscous_tangential")
+"""Kinds that are evaluated for every bridge in every step, many bridges at once."""
 
 
 def _doubles(values: Any) -> Any:
@@ -89,6 +92,7 @@ class Plugin:
             C.c_int(scene.viscous_integration == "semi_implicit"),
             C.c_int64(checkpoint_every(scene)),
             C.c_int(moist),
+            C.c_int(scene.output.energy),
         )
 
     def _set_laws(self, scene: Scene) -> None:
@@ -98,9 +102,15 @@ class Plugin:
                 continue
             law = registry.get(kind, name)
             law.prepare(angle_pairs(scene))
-            self._keep.append(law)
-            for slot, function in zip(slots, law.functions, strict=True):
+            compiled = [batch(law.functions)] if kind in BATCHED else law.functions
+            self._keep.append(compiled)
+            for slot, function in zip(slots, compiled, strict=True):
                 self._check(self._library.pywet_set_law(slot.encode(), C.c_void_p(function.address)))
+
+            prepared = law.functions[0].prepared
+            if kind == "capillary" and prepared:
+                address = C.c_void_p(prepared.compiled.address)
+                self._library.pywet_set_preparation(address, C.c_int(prepared.lines))
 
     def _set_transfer(self, tables: pd.DataFrame) -> None:
         for _, rows in tables.groupby(["partner_kind", "type_i", "type_j", "part_class"]):

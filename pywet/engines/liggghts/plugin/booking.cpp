@@ -50,7 +50,7 @@ void Bridges::book_formations() {
       e.share_i *= grant[e.i];
       e.share_j *= e.partner_kind == SPHERE ? grant[e.j] : grant_wall[e.triangle];
       e.volume = e.share_i + e.share_j;
-      Bridge b{e.partner_kind, e.i, e.j, e.volume, 0.0};
+      Bridge b = made(e.partner_kind, e.i, e.j, e.volume);
       place(b);
       b.rupture_distance = laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);
       e.rupture_distance = b.rupture_distance;
@@ -61,11 +61,8 @@ void Bridges::book_formations() {
         if (e.partner_kind == SPHERE) pairs_[it->second].active = false;
         else wall_pairs_[it->second].active = false;
       }
-      energy_.formed += stored(b, e.separation);
-      index_[key(e.partner_kind, e.i, e.j)] = int(bridges_.size());
-      bridges_.push_back(b);
-      standing_[e.i]++;
-      if (e.partner_kind == SPHERE) standing_[e.j]++;
+      add(std::move(b));
+      energy_.formed += stored(bridges_.size() - 1, e.separation);
       formations_++;
     }
 }
@@ -78,13 +75,15 @@ void Bridges::book_ruptures() {
       const int c = bridges_[at].candidate;
       if (c >= 0 && e.partner_kind == SPHERE) pairs_[c].active = true;
       else if (c >= 0) wall_pairs_[c].active = true;
-      energy_.ruptured += stored(bridges_[at], e.separation);
+      energy_.ruptured += stored(at, e.separation);
       index_.erase(k);
       if (at != int(bridges_.size()) - 1) {
         bridges_[at] = std::move(bridges_.back());
+        std::copy(prepared_.end() - laws.lines, prepared_.end(), prepared_.begin() + at * laws.lines);
         index_[key(bridges_[at].kind, bridges_[at].i, bridges_[at].j)] = at;
       }
       bridges_.pop_back();
+      prepared_.resize(prepared_.size() - laws.lines);
       standing_[e.i]--;
       if (e.partner_kind == SPHERE) standing_[e.j]--;
       ruptures_++;

@@ -8,6 +8,7 @@
 #include <mpi.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -47,7 +48,7 @@ struct Bridge {
   int a = -1, b = -1;
   bool here = false;                     // this rank owns an end
   double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
-  Site site;
+  std::unique_ptr<Site> site;            // at a wall
 };
 
 struct Candidate {
@@ -55,7 +56,8 @@ struct Candidate {
   int a, b;
   bool active;                           // has no bridge
   double radii;                          // sum of radii
-  double gap;                            // between the films when the candidates were found
+  double reach;                          // the same with the films when the candidates were found
+  int layer;                             // of the gap between the films when the candidates were found, in LAYERs of the skin
 };
 
 struct WallCandidate {
@@ -74,6 +76,7 @@ struct Geometry {
 // Forces of one bridge: capillary attracts, viscous acts along n on i, tangential on i.
 struct Terms {
   double capillary = 0, viscous = 0, viscous_law = 0, factor_normal = 1, factor_tangential = 1;
+  double drag = 0, slide = 0, roll = 0;  // coefficients of the viscous laws
   int sharing_i = 0, sharing_j = 0;
   double kick = 0;
   Vec tangential, push, spin_push;
@@ -84,6 +87,16 @@ struct Waiting {
   const Bridge *bridge;
   Geometry geometry;
   Terms terms;
+};
+
+// Bridges whose laws are evaluated together.
+struct Together {
+  int n = 0;
+  const Bridge *bridge[BATCH];
+  Geometry geometry[BATCH];
+  int64_t prepared[BATCH];
+  double row[ROWS][BATCH];
+  double pull[BATCH], normal[BATCH], drag[BATCH], tangential[2][BATCH];
 };
 
 // A run that has to stop, known to every rank alike.
@@ -105,6 +118,7 @@ class Bridges {
   double largest_overlap = 0.5;                   // of the smaller radius; beyond, the run stops
   bool semi_implicit = false;
   bool moist = true;                              // false: nothing but contacts with prisms
+  bool energy = true;                             // works are added up and logged
   int64_t checkpoint_every = 0;                   // steps; 0: none
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
@@ -129,12 +143,14 @@ class Bridges {
   std::vector<double> part_thickness_;            // the largest since the candidates were made, per part
   std::vector<Bridge> bridges_;
   std::unordered_map<uint64_t, int> index_;       // key -> bridge
-  std::vector<Candidate> pairs_;                  // by gap
+  std::vector<Line> prepared_;                    // of the capillary law, laws.lines a bridge, in the order of bridges_
+  std::vector<Candidate> pairs_;                  // by layer of the gap, then as the engine lists them
   std::vector<WallCandidate> wall_pairs_;
   std::unordered_map<uint64_t, int> proposed_;    // key -> candidate, of this step
   double travel_ = 0, thicker_ = 0;               // bounds since the candidates were found: way of a sphere, growth of a film
   std::vector<Event> events_;
   std::vector<Waiting> waiting_;
+  Together together_;
   RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_, wire_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;    // the engine's dry contact with walls
@@ -176,6 +192,9 @@ class Bridges {
   void find_candidates();
   void find_wall_candidates();
   void place(Bridge &b);
+  Bridge made(int kind, int i, int j, double volume) const;
+  void add(Bridge b);
+  void sort_bridges();
   void add_pair(int a, int b);
   void move_bounds();
   void propose_pairs();
@@ -192,7 +211,9 @@ class Bridges {
   double share(const Bridge &b) const;
   double angle_j(int kind, int j) const { return kind == SPHERE ? angle(j) : walls.parts[j].contact_angle; }
   double rupture_limit(const Bridge &b, const Geometry &g) const;
-  Terms terms(const Bridge &b, const Geometry &g) const;
+  void enter(const Bridge &b, const Line *prepared);
+  void evaluate(Together &t) const;
+  void act_together(bool log);
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
   void act(const Bridge &b, const Geometry &g, const Terms &t);
   void stand_or_rupture(bool decide, bool log);
@@ -213,7 +234,7 @@ class Bridges {
   // energy.cpp
   void begin_work();
   void add_work(bool first, bool again);
-  double stored(const Bridge &b, double separation) const;
+  double stored(size_t bridge, double separation) const;
   void book_energy_of_events();
 
   // output.cpp

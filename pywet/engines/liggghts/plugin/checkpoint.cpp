@@ -121,12 +121,10 @@ void Bridges::resume(const std::string &state_file) {
   for (int64_t k = 0; k < head.bridges; k++) {
     SavedBridge saved;
     take(at, &saved, 1);
-    Bridge b{saved.kind, saved.i, saved.j, saved.volume, saved.rupture_distance};
+    Bridge b = made(saved.kind, saved.i, saved.j, saved.volume);
+    b.rupture_distance = saved.rupture_distance;
     b.triangle = saved.triangle;
-    index_[key(b.kind, b.i, b.j)] = int(bridges_.size());
-    bridges_.push_back(b);
-    standing_[b.i]++;
-    if (b.kind == SPHERE) standing_[b.j]++;
+    add(std::move(b));
   }
   saved_forces_.resize(6 * film.size());
   take(at, saved_forces_.data(), saved_forces_.size());

@@ -14,6 +14,7 @@
 namespace pywet {
 
 void Bridges::begin_work() {
+  if (!energy) return;
   energy_.acting.assign(at_.nlocal, Acting{});
   for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) energy_.wall_power[e] = 0;
 }
@@ -22,6 +23,7 @@ static double power_of(const double *f, const Vec &v) { return f[0] * v.x + f[1]
 
 // `resting`: the speeds are those of the step itself (set-up of a run), not half a step back.
 void Bridges::add_work(bool first, bool resting) {
+  if (!energy) return;
   Sums &s = energy_.sums;
   double power[EFFECTS] = {}, kick = 0;
   energy_.kinetic = energy_.spin = 0;
@@ -82,19 +84,24 @@ static std::vector<std::pair<double, double> > gauss(int n) {
 
 // Capillary energy of a bridge, - integral of the force from S to the static rupture distance (zero there). In s = u^2 the
 // square-root start of some laws is smooth.
-double Bridges::stored(const Bridge &b, double separation) const {
+double Bridges::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
-  if (!laws.capillary) return 0;
-  auto force = [&](double s) {
-    return laws.capillary(s, b.volume, radius(b.i), b.kind == SPHERE ? radius(b.j) : INF, angle(b.i), angle_j(b.kind, b.j),
-                          laws.surface_tension);
-  };
+  if (!laws.capillary || !energy) return 0;
+  const Bridge &b = bridges_[bridge];
   const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
-  double sum = separation < 0 ? -separation * force(0) : 0;
-  for (const auto &node : rule) {
-    const double u = low + (high - low) * node.first;
-    sum += node.second * (high - low) * 2 * u * force(u * u);
+  const double same[ROWS] = {0, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, 0};
+  const int n = int(rule.size()) + 1;  // the last one at touch
+  double rows[ROWS][BATCH], force[BATCH];
+  int64_t at[BATCH];
+  for (int k = 0; k < n; k++) {
+    for (int row = 0; row < ROWS; row++) rows[row][k] = same[row];
+    const double u = k + 1 < n ? low + (high - low) * rule[k].first : 0;
+    rows[SEPARATION][k] = u * u;
+    at[k] = reinterpret_cast<int64_t>(prepared_.data() + bridge * laws.lines);
   }
+  laws.capillary(n, rows[0], laws.surface_tension, laws.viscosity, at, force);
+  double sum = separation < 0 ? -separation * force[n - 1] : 0;
+  for (int k = 0; k + 1 < n; k++) sum += rule[k].second * (high - low) * 2 * std::sqrt(rows[SEPARATION][k]) * force[k];
   return -sum;
 }
 

@@ -57,7 +57,7 @@ void Bridges::geometry(Bridge &b, Geometry &g) {
     pair_geometry(b.a, b.b, b.radius_i, b.radius_j, g);
     return;
   }
-  const Closest c = walls.closest(b.j, Vec(at_.x[b.a]), b.site, margin_);
+  const Closest c = walls.closest(b.j, Vec(at_.x[b.a]), *b.site, margin_);
   b.triangle = c.triangle;
   wall_geometry(b.a, b.radius_i, b.j, c, g);
 }
@@ -91,36 +91,71 @@ double Bridges::rupture_limit(const Bridge &b, const Geometry &g) const {
 
 // ---- forces ---------------------------------------------------------------------------------------------------------------
 
-Terms Bridges::terms(const Bridge &b, const Geometry &g) const {
-  Terms t;
-  if (laws.capillary)
-    t.capillary = laws.capillary(g.separation, b.volume, g.radius_i, g.radius_j, b.angle_i, b.angle_j, laws.surface_tension);
-  if (!semi_implicit) add_viscous(b, g, t);
-  return t;
+// The next place of the batch, whose geometry is known.
+void Bridges::enter(const Bridge &b, const Line *prepared) {
+  Together &t = together_;
+  const int k = t.n++;
+  const Geometry &g = t.geometry[k];
+  t.bridge[k] = &b;
+  t.prepared[k] = reinterpret_cast<int64_t>(prepared);
+  t.row[SEPARATION][k] = g.separation;
+  t.row[VOLUME][k] = b.volume;
+  t.row[RADIUS_I][k] = g.radius_i;
+  t.row[RADIUS_J][k] = g.radius_j;
+  t.row[ANGLE_I][k] = b.angle_i;
+  t.row[ANGLE_J][k] = b.angle_j;
+  t.row[SPEED][k] = dot(g.vi - g.vj, g.n);
 }
 
-// With t.kick = 0 the laws at the present speeds; else those of the end of the step, see implicit.cpp.
-void Bridges::add_viscous(const Bridge &b, const Geometry &g, Terms &t) const {
-  const double eta = laws.viscosity;
-  const Vec v = g.vi - g.vj;
-  const double vn = dot(v, g.n);
-  if (laws.viscous_normal) {
-    t.viscous = t.viscous_law = laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, vn, eta);
-    if (semi_implicit) {
-      const double drag = -laws.viscous_normal(g.separation, b.volume, g.radius_i, g.radius_j, 1.0, eta);
-      t.factor_normal = 1 / (1 + drag * t.kick);
-      t.viscous = -drag * t.factor_normal * (vn + dot(t.push, g.n));
+// A law that fails half way leaves what is no number.
+void Bridges::evaluate(Together &t) const {
+  auto call = [&](Batch law, double *out, int functions) {
+    std::fill(out, out + functions * BATCH, law ? std::nan("") : 0.0);
+    if (law) law(t.n, t.row[0], laws.surface_tension, laws.viscosity, t.prepared, out);
+  };
+  call(laws.capillary, t.pull, 1);
+  call(laws.viscous_normal, t.normal, 1);
+  call(laws.viscous_tangential, t.tangential[0], 2);
+  if (!semi_implicit) return;
+  std::fill(t.row[SPEED], t.row[SPEED] + t.n, 1.0);
+  call(laws.viscous_normal, t.drag, 1);
+}
+
+void Bridges::act_together(bool log) {
+  Together &batch = together_;
+  evaluate(batch);
+  for (int k = 0; k < batch.n; k++) {
+    const Bridge &b = *batch.bridge[k];
+    const Geometry &g = batch.geometry[k];
+    Terms t;
+    t.capillary = batch.pull[k];
+    t.viscous = t.viscous_law = batch.normal[k];
+    t.slide = batch.tangential[0][k];
+    t.roll = batch.tangential[1][k];
+    if (semi_implicit) {  // the viscous forces wait for all others
+      t.drag = -batch.drag[k];
+      waiting_.push_back(Waiting{&b, g, t});
+      t.viscous = 0;
+    } else {
+      add_viscous(b, g, t);
     }
+    act(b, g, t);
+    if (log && !semi_implicit && owned(b.a)) write_contact(b, g, t);
   }
-  if (laws.translation) {
-    const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
-    const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj + t.spin_push);
-    const double slide = laws.translation(g.separation, g.radius_i, g.radius_j, eta);
-    const double roll = laws.rotation(g.separation, g.radius_i, g.radius_j, eta);
-    t.factor_tangential = 1 / (1 + (slide + 2.5 * roll) * t.kick);  // r^2/I = 2.5/m
-    const Vec pushed = v + t.push;
-    t.tangential = (-slide * t.factor_tangential) * (pushed - dot(pushed, g.n) * g.n) + (-roll * t.factor_tangential) * spin;
+  batch.n = 0;
+}
+
+// With t.kick = 0 at the present speeds; else at those of the end of the step, see implicit.cpp.
+void Bridges::add_viscous(const Bridge &b, const Geometry &g, Terms &t) const {
+  const Vec v = g.vi - g.vj, pushed = v + t.push;
+  if (semi_implicit) {
+    t.factor_normal = 1 / (1 + t.drag * t.kick);
+    t.viscous = -t.drag * t.factor_normal * dot(pushed, g.n);
   }
+  const double rj = b.kind == SPHERE ? g.radius_j : 0.0;  // a wall has no spin of its own about a centre
+  const Vec spin = cross(g.n, g.radius_i * g.wi + rj * g.wj + t.spin_push);
+  t.factor_tangential = 1 / (1 + (t.slide + 2.5 * t.roll) * t.kick);  // r^2/I = 2.5/m
+  t.tangential = (-t.slide * t.factor_tangential) * (pushed - dot(pushed, g.n) * g.n) + (-t.roll * t.factor_tangential) * spin;
 }
 
 void Bridges::act(const Bridge &b, const Geometry &g, const Terms &t) {
@@ -134,14 +169,14 @@ void Bridges::act(const Bridge &b, const Geometry &g, const Terms &t) {
   if (owned(b.a)) {
     accumulate(at_.f[b.a], force);
     accumulate(at_.torque[b.a], torque_i);
-    energy_.add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, torque_i);
+    if (energy) energy_.add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, torque_i);
   }
   if (owned(b.b)) {
     accumulate(at_.f[b.b], (-1.0) * force);
     accumulate(at_.torque[b.b], torque_j);
-    energy_.add(b.b, t.capillary * g.n, (-t.viscous) * g.n, (-1.0) * t.tangential, torque_j);
+    if (energy) energy_.add(b.b, t.capillary * g.n, (-t.viscous) * g.n, (-1.0) * t.tangential, torque_j);
   }
-  if (b.kind != SPHERE) {
+  if (b.kind != SPHERE && energy) {
     const double along = dot(g.vj, g.n);
     energy_.wall_power[CAPILLARY] -= t.capillary * along;
     energy_.wall_power[VISCOUS_NORMAL] += t.viscous * along;
@@ -151,9 +186,10 @@ void Bridges::act(const Bridge &b, const Geometry &g, const Terms &t) {
 
 void Bridges::stand_or_rupture(bool decide, bool log) {
   waiting_.clear();
-  for (Bridge &b : bridges_) {
+  for (size_t k = 0; k < bridges_.size(); k++) {
+    Bridge &b = bridges_[k];
     if (!b.here) continue;
-    Geometry g;
+    Geometry &g = together_.geometry[together_.n];
     geometry(b, g);
     check_overlap(g, b.kind, b.i, b.j);
     if (decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g)) {
@@ -168,11 +204,10 @@ void Bridges::stand_or_rupture(bool decide, bool log) {
       events_.push_back(e);
       continue;
     }
-    Terms t = terms(b, g);
-    act(b, g, t);
-    if (semi_implicit) waiting_.push_back(Waiting{&b, g, t});
-    else if (log && owned(b.a)) write_contact(b, g, t);
+    enter(b, prepared_.data() + k * laws.lines);
+    if (together_.n == BATCH) act_together(log);
   }
+  act_together(log);
 }
 
 }  // namespace pywet

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <vector>
@@ -10,16 +11,20 @@ namespace pywet {
 
 typedef double (*Fn2)(double, double);
 typedef double (*Fn3)(double, double, double);
-typedef double (*Fn4)(double, double, double, double);
 typedef double (*Fn5)(double, double, double, double, double);
-typedef double (*Fn6)(double, double, double, double, double, double);
-typedef double (*Fn7)(double, double, double, double, double, double, double);
+
+// A law over many bridges: rows of BATCH numbers each in the order of Row, and so the results. As in pywet/laws/batch.py.
+const int BATCH = 64;
+enum Row { SEPARATION, VOLUME, RADIUS_I, RADIUS_J, ANGLE_I, ANGLE_J, SPEED, ROWS };
+typedef void (*Batch)(int64_t n, const double *rows, double sigma, double eta, const int64_t *prepared, double *out);
+typedef void (*Prepare)(double volume, double r_i, double r_j, double theta_i, double theta_j, double *numbers);
 
 struct Laws {
-  Fn7 capillary = nullptr;           // S, V, r_i, r_j, theta_i, theta_j, sigma -> F >= 0
-  Fn6 viscous_normal = nullptr;      // S, V, r_i, r_j, v_n, eta -> F along n
-  Fn4 translation = nullptr;         // S, r_i, r_j, eta -> c_t
-  Fn4 rotation = nullptr;            // S, r_i, r_j, eta -> c_r
+  Batch capillary = nullptr;          // F >= 0
+  Batch viscous_normal = nullptr;     // F along n at the speed of row SPEED
+  Batch viscous_tangential = nullptr; // c_t, then c_r
+  Prepare prepare = nullptr;          // of the capillary law: what it needs to know of a bridge, `lines` lines of numbers
+  int lines = 0;
   Fn5 rupture = nullptr;             // V, r_i, r_j, theta_i, theta_j -> S_rup
   Fn3 dynamic_rupture = nullptr;     // speed, eta, sigma -> factor
   Fn3 from_sphere = nullptr;         // L_i, r_i, r_j -> V_i
@@ -27,6 +32,11 @@ struct Laws {
   Fn2 from_wall = nullptr;           // W, r_i -> V_w
   Fn3 from_wire = nullptr;           // W, r_i, r_w -> V_w
   double surface_tension = 0, viscosity = 0;
+};
+
+// A line of the processor's cache.
+struct alignas(64) Line {
+  double number[8];
 };
 
 // Transfer ratios over V*, linear between nodes, constant beyond; one row for each (kind, type of i, type of j or wall group).

@@ -59,15 +59,16 @@ void Bridges::write_ledger() {
 
 // Every rank takes part; rank 0 writes.
 void Bridges::write_energy() {
+  if (!energy) return;
   double mine[EFFECTS + 4] = {}, all[EFFECTS + 4] = {};
   for (int e = 0; e < EFFECTS; e++) mine[e] = energy_.sums.work[e];
   double *rest = mine + EFFECTS;
   rest[0] = energy_.kinetic; rest[1] = energy_.spin; rest[2] = energy_.sums.half_kick;
-  for (Bridge &b : bridges_) {
-    if (!owned(b.a)) continue;
+  for (size_t k = 0; k < bridges_.size(); k++) {
+    if (!owned(bridges_[k].a)) continue;
     Geometry g;
-    geometry(b, g);
-    rest[3] += stored(b, g.separation);
+    geometry(bridges_[k], g);
+    rest[3] += stored(k, g.separation);
   }
   MPI_Reduce(mine, all, EFFECTS + 4, MPI_DOUBLE, MPI_SUM, 0, world_);
   if (rank_ > 0) return;

@@ -84,8 +84,7 @@ EXPORT const char *pywet_set_law(const char *slot, void *address) {
     const std::string s = slot;
     if (s == "capillary") assign(l.capillary, address);
     else if (s == "viscous_normal") assign(l.viscous_normal, address);
-    else if (s == "translation") assign(l.translation, address);
-    else if (s == "rotation") assign(l.rotation, address);
+    else if (s == "viscous_tangential") assign(l.viscous_tangential, address);
     else if (s == "rupture") assign(l.rupture, address);
     else if (s == "dynamic_rupture") assign(l.dynamic_rupture, address);
     else if (s == "from_sphere") assign(l.from_sphere, address);
@@ -94,6 +93,12 @@ EXPORT const char *pywet_set_law(const char *slot, void *address) {
     else if (s == "from_wire") assign(l.from_wire, address);
     else throw std::runtime_error("the plugin has no law slot named " + s);
   });
+}
+
+// Numbers that the capillary law wants to have at hand of every bridge: `lines` lines of 64 bytes.
+EXPORT void pywet_set_preparation(void *address, int lines) {
+  assign(state->laws.prepare, address);
+  state->laws.lines = lines;
 }
 
 EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *nodes, const double *values, int n) {
@@ -151,12 +156,13 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
 }
 
 EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
-                            int moist) {
+                            int moist, int energy) {
   state->moist = moist != 0;
   state->gravity = pywet::Vec(gravity);
   state->largest_overlap = largest_overlap;
   state->semi_implicit = semi_implicit != 0;
   state->checkpoint_every = checkpoint_every;
+  state->energy = energy != 0;
 }
 
 // After pywet_attach: go on from a state file.
