@@ -19,6 +19,7 @@ from pywet.geometry.solids import plate
 from pywet.geometry.stl import write_stl
 from pywet.geometry.surface import Surface, make_surface
 from pywet.history.initial import write_initial
+from pywet.laws import own
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
 PAPER = Effects(
@@ -88,7 +89,12 @@ def prepare(
     window_trajectories: bool = False,
     **more: Any,
 ) -> Scene:
-    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`."""
+    """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`.
+
+    Laws of `effects` in files, `path/to/file.py:function`, may run from now on: the caller names them.
+    """
+    named = {kind: own.placed(law) for kind, law in effects.laws.items()}
+    own.trust(named.values())
     fields: dict[str, Any] = {
         "name": "small",
         "seed": 0,
@@ -98,7 +104,7 @@ def prepare(
         "walls": tuple(wall_mesh(w, wall_angle_rad) for w in walls),
         "vibration": None,
         "slide": None,
-        "effects": effects,
+        "effects": effects.model_copy(update=named),
         "gravity_m_per_s2": gravity,
         "box_low_m": (-box, -box, -box),
         "box_high_m": (box, box, box),
