@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ import pandas as pd
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import atomic_write, shown
 from pywet.laws import registry
 from pywet.motion import viblin_movers
 from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
@@ -189,7 +191,7 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
     if not inside.all():
         first = spheres.loc[~inside].iloc[0]
         raise PywetError(f"sphere {int(first['id'])} starts outside the box of scene {scene.name}; enlarge the box")
-    lines = [f"{scene.name}", "", f"{len(spheres)} atoms", f"{len(scene.classes) + 1} atom types", ""]
+    lines = ["spheres of pywet", "", f"{len(spheres)} atoms", f"{len(scene.classes) + 1} atom types", ""]
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
         lines.append(f"{low!r} {high!r} {axis}lo {axis}hi")
     lines += ["", "Atoms", ""]
@@ -204,6 +206,17 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
             lines.append(f"{row['id']} " + " ".join(repr(float(row[k])) for k in ("vx", "vy", "vz", "wx", "wy", "wz")))
     with atomic_write(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n")
+
+
+def from_folder(path: Path, folder: Path) -> str:
+    """The way to a file from the engine's folder, in which it runs: whatever stands above both never meets its script."""
+    way = os.path.relpath(path.resolve(), folder.resolve())
+    if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
+        raise PywetError(
+            f"the path {shown(Path(way))} cannot stand in the engine's script; expected letters, digits, _, - and . "
+            "between slashes: rename what is below the run directory"
+        )
+    return way
 
 
 def write_deck(
@@ -240,7 +253,7 @@ def write_deck(
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
-        "stl": {w.name: (run_dir / w.stl).resolve() for w in scene.walls},
+        "stl": {w.name: from_folder(run_dir / w.stl, folder) for w in scene.walls},
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
         "stages": stages(scene, resume.step if resume else 0),

@@ -220,7 +220,8 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
 
 def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]:
     if scene.effects.bridges:
-        program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(run_dir), str(folder)]
+        # -P: it works in the run directory, where nothing may be taken for a module
+        program = [sys.executable, "-P", "-m", "pywet.engines.liggghts.worker", str(run_dir), str(folder)]
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     if ranks > 1:
