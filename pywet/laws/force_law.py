@@ -68,7 +68,7 @@ class ForceLaw:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        # numba finds again what can be imported by name, and takes functions of one text that enclose other values for one
+        # numba finds again what can be imported by name; closures of one text would share a file and are left out
         named = Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
         in_file = self.cached and named and self.python.__closure__ is None
         try:

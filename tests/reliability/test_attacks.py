@@ -22,7 +22,7 @@ from pywet import caches, config, doctor, machine_code, small
 from pywet.cli import app
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
-from pywet.laws import own, registry
+from pywet.laws import davis, own, registry, viscous
 from pywet.scene import Scene
 from tests.engine.scenes import WATER, contacts, spheres_of
 from tests.screening import synthetic
@@ -85,7 +85,7 @@ def test_a_scene_holds_no_name_that_an_engine_could_take_for_a_command(where: tu
     for key in where[:-1]:
         place = place[key]
     place[where[-1]] = value
-    with pytest.raises(ValidationError, match="name|path inside|pattern"):
+    with pytest.raises(ValidationError, match=r"name|path inside|pattern"):
         Scene.model_validate_json(json.dumps(given))
 
 
@@ -93,7 +93,7 @@ ODD = "a b#$HOME&'\"ä ${x} `y`"
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize(("effects", "ranks"), [(small.DRY, 1), (small.PAPER, 1), (small.PAPER, 2)])
+@pytest.mark.parametrize(("effects", "ranks"), [(small.DRY, 1), (small.PAPER, 2)])
 def test_a_run_directory_with_any_name_works(effects: Any, ranks: int, tmp_path: Path) -> None:
     """The same bits as in a plain folder: what stands above the run directory never meets the engine's script."""
     sphere = small.Sphere(1, (0.0, 0.0, 1.0e-3), velocity=(0.0, 0.0, -0.1))
@@ -153,7 +153,7 @@ def test_a_law_that_somebody_else_names_runs_only_with_trust(
     assert (code, ran.exists()) == (0, True), said
 
 
-@pytest.mark.parametrize("command", ["replay", "view", "compare", "vtk"])
+@pytest.mark.parametrize("command", ["replay", "compare", "vtk"])
 def test_no_other_command_runs_a_law_of_a_run_directory(
     command: str, side: tuple[Path, Path], tmp_path: Path, cache: Path
 ) -> None:
@@ -342,18 +342,13 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
             assert path.relative_to(ROOT / "pywet").parts[0] in machine_code.COMPILED, path
 
 
-def test_laws_of_one_text_that_enclose_other_values_keep_their_own(cache: Path) -> None:
-    """Each made by a process, then both by a third: numba would give the second the code kept for the first."""
-    call = "print(davis.tangential({})[0](1e-6, 1e-3, 1e-3, 0.05))\n"
-    texts = [call.format(d) for d in ("0.02", "0.08")]
-    said = []
-    for text in (*texts, "".join(texts)):
-        command = [sys.executable, "-c", "from pywet.laws import davis\n" + text]
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-        said += done.stdout.split()
-    assert said[:2] == said[2:]
-    assert float(said[0]) == pytest.approx(3.616892e-4, rel=1e-6)  # the doctest of `tangential`
-    assert said[0] != said[1]
+def test_laws_of_one_text_that_enclose_other_values_are_not_kept() -> None:
+    """Files of one name would hold the code of many laws."""
+    for film, expected in ((0.02, 3.616892e-4), (0.08, 5.794478e-4)):  # 2 pi eta a ln((2 d' - h)/h), a = 0.5 mm
+        law = davis.tangential(film)[0]
+        assert law(1e-6, 1e-3, 1e-3, 0.05) == pytest.approx(expected, rel=1e-6)
+        assert law.compiled._cache.cache_path is None
+    assert viscous.pitois.compiled._cache.cache_path.startswith(machine_code.numba.config.CACHE_DIR)
 
 
 @pytest.fixture
@@ -368,8 +363,9 @@ def open_folder() -> Iterator[Path]:
 def test_a_user_without_a_home_can_work(open_folder: Path) -> None:
     """The checkout is read-only for nobody, who has no home: everything goes into a private folder below TMPDIR."""
     become = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
-    if subprocess.run([*become, "test", "-r", str(ROOT / "pywet" / "cli.py"), "-a", "-x", sys.executable]).returncode:
-        pytest.skip("nobody cannot read this checkout or start this Python")
+    become += ["--inh-caps=+dac_read_search", "--ambient-caps=+dac_read_search"]  # Python may lie in root's home
+    if subprocess.run([*become, sys.executable, "-c", ""], check=False, stderr=subprocess.DEVNULL).returncode:
+        pytest.skip("nobody cannot start this Python")
     environment = {
         "PATH": os.environ["PATH"], "HOME": "/nonexistent", "TMPDIR": str(open_folder), "PYTHONPATH": str(ROOT),
         "OPENBLAS_NUM_THREADS": "1",
