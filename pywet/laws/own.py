@@ -101,7 +101,7 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
             raise PywetError(f"law {name} ends the program (exit code {done.returncode}); mend {path}")
     refused = read_json(answer, "remove the file")
     if refused:
-        answer.unlink()
+        answer.unlink(missing_ok=True)
         raise PywetError(refused)
 
 

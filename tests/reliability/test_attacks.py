@@ -228,6 +228,13 @@ def test_a_law_that_does_not_end_or_ends_the_program_is_one_sentence(
     assert "\n" not in str(refusal.value) and str(path) in str(refusal.value)
 
 
+def test_no_child_takes_modules_from_the_folder_it_works_in() -> None:
+    """Python's -P: a run directory, or the folder one stands in, may hold a numpy.py."""
+    started = [t for p in (ROOT / "pywet").rglob("*.py") for t in re.findall(r"sys.executable, .*", p.read_text())]
+    assert len([t for t in started if t.startswith('sys.executable, "-P", "-m"')]) >= 3
+    assert not [t for t in started if t.startswith('sys.executable, "-m"')]
+
+
 # --- the cache
 
 
