@@ -46,6 +46,7 @@ ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced o
 ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]
 JsonFile = Annotated[Path, typer.Argument(metavar="FILE", help="JSON description; the answer is JSON as well.")]
+Trust = Annotated[bool, typer.Option("--trust", help="Run the Python files of laws that it names; read them first.")]
 CONFIG = Path("config")
 
 
@@ -166,13 +167,16 @@ def view(
 
 
 @app.command()
-def timestep(run_dir: RunFolder) -> None:
+def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
     from pywet import advisor
+    from pywet.laws import own
     from pywet.scene import Scene
 
     showing.need_run(run_dir)
-    for line in advisor.advise(Scene.read(run_dir / "scene.json")).lines:
+    prepared = Scene.read(run_dir / "scene.json")
+    own.trust(prepared.effects.laws.values() if trust else ())
+    for line in advisor.advise(prepared).lines:
         out.print(line, soft_wrap=True, markup=False)
 
 
@@ -255,13 +259,16 @@ def agreement(
 def bridge(
     file: JsonFile,
     engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
+    trust: Trust = False,
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
     import json
 
     from pywet import bridge_query
+    from pywet.laws import own
 
     query = bridge_query.read(file)
+    own.trust(query.laws if trust else ())
     if engine is None:
         found = bridge_query.answer(query)
     elif engine == "liggghts":

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ctypes
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+from pywet import caches
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 
@@ -65,31 +65,23 @@ def pinned() -> dict[str, str]:
 
 
 def banner_version(program: str) -> str | None:
-    """Version in the first line that the engine prints; None when it does not start or says something else."""
+    """Version in the first line that the engine prints; None when it says something else."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
-        try:
-            done = subprocess.run(
-                [program, "-log", "none"],
-                input="\n",
-                cwd=folder,
-                capture_output=True,
-                text=True,
-                timeout=60,
-                check=False,
-            )
-        except (OSError, subprocess.TimeoutExpired):
-            return None
-    said = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", done.stdout)
-    return said.group(1) if said else None
+        said = build.said([program, "-log", "none"], "\n", Path(folder))
+    found = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", said)
+    return found.group(1) if found else None
 
 
 def _engine() -> Check:
     path = shutil.which("liggghts")
     if path is None:
         return Check("liggghts", None, None, build.ENGINE_VERSION, False)
-    version = banner_version(path)
+    try:
+        version, why = banner_version(path), "it does not start"
+    except PywetError as error:
+        version, why = None, str(error)
     if version is None:
-        mend = "it does not start; run `liggghts -h` to see why, or apt-get install --reinstall liggghts"
+        mend = f"{why}; run `liggghts -h` to see why, or apt-get install --reinstall liggghts"
         return Check("liggghts", path, None, build.ENGINE_VERSION, False, mend)
     return Check("liggghts", path, version, build.ENGINE_VERSION, version == build.ENGINE_VERSION, _other(path))
 
@@ -135,10 +127,10 @@ def _python_package(name: str, needed: str) -> Check:
 
 def _plugin() -> Check:
     try:
-        path = build.cache_folder() / f"libpywet-{build.source_hash()}.so"
+        path = build.kept()
     except PywetError as error:
         return Check("plugin", None, None, "a built one", False, str(error))
-    return Check("plugin", str(path) if path.exists() else None, None, "a built one", path.exists())
+    return Check("plugin", str(path) if path.exists() else None, None, "a built one", caches.whole(path))
 
 
 def _disk() -> Check:

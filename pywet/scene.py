@@ -6,11 +6,41 @@ files, decks or engines. It is written to `scene.json` in every run directory an
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+
+def _title(text: str) -> str:
+    """A name for people: it also stands in comments of decks and in file names' messages."""
+    if not text or len(text) > 80 or not text.isprintable() or text != text.strip():
+        raise ValueError("a name is one line of 1 to 80 printable characters without blanks at its ends")
+    return text
+
+
+def _law(text: str) -> str:
+    """A law's name, or path/to/file.py:function."""
+    if not text or len(text) > 1000 or not text.isprintable():
+        raise ValueError("a law's name, or path/to/file.py:function, on one line of at most 1000 characters")
+    return text
+
+
+def _inside(path: Path) -> Path:
+    """A path that an engine's script can hold and that stays inside the run directory."""
+    if path.is_absolute() or ".." in path.parts or not re.fullmatch(r"[A-Za-z0-9_./-]{1,200}", str(path)):
+        raise ValueError("a path inside the run directory: letters, digits, _, - and . between slashes, no ..")
+    return path
+
+
+Title = Annotated[str, AfterValidator(_title)]
+Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
+"""A name that becomes a folder or a file: letters, digits, _, - and ., not first of them a dot or a dash."""
+Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
+"""A name that an engine's script uses as a word of its own."""
+LawName = Annotated[str, AfterValidator(_law)]
+Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
@@ -26,7 +56,7 @@ class Strict(BaseModel):
 class SphereClass(Strict):
     """One size class of spheres of one material; its `type` (1, 2, …) is the index used by engines and logs."""
 
-    name: str
+    name: Title
     type: Annotated[int, Field(ge=1)]
     radius_m: Positive
     density_kg_per_m3: Positive
@@ -72,9 +102,9 @@ class Vibration(Strict):
 class WallMesh(Strict):
     """One closed surface, an STL file; its triangles are grouped into parts (a wire, a flat face)."""
 
-    name: str
+    name: Identifier
     holder: Holder
-    stl: Path
+    stl: Inside
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
     motion: Literal["fixed", "vibrates", "slides", "turns"] = "fixed"
     triangle_part: tuple[int, ...]
@@ -111,13 +141,13 @@ class Effects(Strict):
     """Which effects are simulated (the outcome of the effect plan), and by which laws."""
 
     bridges: bool
-    capillary: str | None = None
-    viscous_normal: str | None = None
-    viscous_tangential: str | None = None
-    rupture: str | None = None
-    dynamic_rupture: str | None = None
-    formation: str | None = None
-    transfer: str | None = None
+    capillary: LawName | None = None
+    viscous_normal: LawName | None = None
+    viscous_tangential: LawName | None = None
+    rupture: LawName | None = None
+    dynamic_rupture: LawName | None = None
+    formation: LawName | None = None
+    transfer: LawName | None = None
     wall_films: bool = True
     """Bridges between spheres and walls; off: the liquid never meets a wall."""
     rolling: bool = True
@@ -131,6 +161,11 @@ class Effects(Strict):
         if missing:
             raise ValueError(f"effects: bridges are on but no law is named for {', '.join(missing)}")
         return self
+
+    @property
+    def laws(self) -> dict[str, str]:
+        """The laws that are named, by kind."""
+        return {kind: law for kind, law in self if isinstance(law, str)}
 
 
 class Output(Strict):
@@ -147,10 +182,15 @@ class Output(Strict):
     """Whether a moist run adds up the work of every effect in every step, for `history/energy`."""
 
 
+RESERVED = ("gravity", "walls", "integrate", "pywet")
+RESERVED_STARTS = ("p_", "move_", "drive_")
+"""Words of the decks themselves, which no wall can have for its name."""
+
+
 class Scene(Strict):
     """Everything an engine needs to run one case."""
 
-    name: str
+    name: Title
     seed: int
     classes: tuple[SphereClass, ...]
     pairs: tuple[ContactPair, ...]
@@ -168,7 +208,7 @@ class Scene(Strict):
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     box_low_m: Vector
     box_high_m: Vector
-    spheres_file: Path
+    spheres_file: Inside
     """Parquet table of the spheres at the start: id, type, x, y, z [m] (and optional vx … wz)."""
     time_step_s: Positive
     duration_s: Positive
@@ -179,6 +219,12 @@ class Scene(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
+        walls = [w.name for w in self.walls]
+        taken = sorted({n for n in walls if walls.count(n) > 1 or n in RESERVED or n.startswith(RESERVED_STARTS)})
+        if taken:
+            raise ValueError(
+                f"scene {self.name}: the wall names {', '.join(taken)} are taken; expected one for each wall"
+            )
         types = [c.type for c in self.classes]
         if types != list(range(1, len(types) + 1)):
             raise ValueError(f"scene {self.name}: sphere types must be 1, 2, … in order, got {types}")

@@ -19,6 +19,7 @@ from pywet.geometry.solids import plate
 from pywet.geometry.stl import write_stl
 from pywet.geometry.surface import Surface, make_surface
 from pywet.history.initial import write_initial
+from pywet.laws import own
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
 PAPER = Effects(
@@ -92,8 +93,10 @@ def prepare(
 ) -> Scene:
     """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`.
 
-    `prisms` names the walls whose parts are prisms to the dry contact.
+    `prisms` names the walls whose parts are prisms to the dry contact. Laws of `effects` in files, `path/to/file.py:function`, may run from now on: the caller names them.
     """
+    named = {kind: own.placed(law) for kind, law in effects.laws.items()}
+    own.trust(named.values())
     fields: dict[str, Any] = {
         "name": "small",
         "seed": 0,
@@ -103,7 +106,7 @@ def prepare(
         "walls": tuple(wall_mesh(w, wall_angle_rad, w.name in prisms) for w in walls),
         "vibration": None,
         "slide": None,
-        "effects": effects,
+        "effects": effects.model_copy(update=named),
         "gravity_m_per_s2": gravity,
         "box_low_m": (-box, -box, -box),
         "box_high_m": (box, box, box),

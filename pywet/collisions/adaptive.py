@@ -10,55 +10,52 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from pywet.collisions import model
-from pywet.collisions.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY, TOO_SMALL, fingerprint, next_phase, scales
+from pywet.collisions.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY, TOO_SMALL, next_phase, scales
 from pywet.collisions.model import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U
+from pywet.machine_code import njit
 
 
-def _build(sources: str) -> tuple[Callable[..., Any], ...]:
-    """Compiled entry points; `sources` stands in numba's cache for the text of all that they call."""
-
-    @njit(cache=True, error_model="numpy")
-    def rates(phase: int, state: np.ndarray, p: Parameters) -> np.ndarray:
-        _ = sources
-        out = np.empty(SIZE)
-        model.rates(phase, state, p, out)
-        return out
-
-    @njit(cache=True, error_model="numpy")
-    def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
-        _ = sources
-        return model.events(phase, state, p)
-
-    @njit(cache=True, error_model="numpy")
-    def rupture(h: float, u: float, p: Parameters) -> float:
-        _ = sources
-        return model.rupture(h, u, p)
-
-    @njit(cache=True, error_model="numpy")
-    def start(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
-        _ = sources
-        atol = np.empty(SIZE)
-        return scales(phase, state, p, rtol, atol), atol
-
-    @njit(cache=True, error_model="numpy")
-    def follow(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
-        _ = sources
-        return next_phase(phase, which, state, p)
-
-    @njit(cache=True, error_model="numpy")
-    def volume(h: float, p: Parameters) -> float:
-        _ = sources
-        return model.bridge_volume(h, p)
-
-    return rates, events, rupture, start, follow, volume
+@njit(cache=True, error_model="numpy")
+def rates(phase: int, state: np.ndarray, p: Parameters) -> np.ndarray:
+    """Rates of the state."""
+    out = np.empty(SIZE)
+    model.rates(phase, state, p, out)
+    return out
 
 
-rates, events, rupture, start, follow, volume = _build(fingerprint())
+@njit(cache=True, error_model="numpy")
+def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
+    """Event functions of the phase."""
+    return model.events(phase, state, p)
+
+
+@njit(cache=True, error_model="numpy")
+def rupture(h: float, u: float, p: Parameters) -> float:
+    """Event function of rupture."""
+    return model.rupture(h, u, p)
+
+
+@njit(cache=True, error_model="numpy")
+def start(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
+    """Time scale [s] and absolute tolerances of a phase."""
+    atol = np.empty(SIZE)
+    return scales(phase, state, p, rtol, atol), atol
+
+
+@njit(cache=True, error_model="numpy")
+def follow(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
+    """The phase after an event."""
+    return next_phase(phase, which, state, p)
+
+
+@njit(cache=True, error_model="numpy")
+def volume(h: float, p: Parameters) -> float:
+    """Volume of the bridge."""
+    return model.bridge_volume(h, p)
 
 
 @dataclass

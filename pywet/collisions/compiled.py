@@ -6,17 +6,12 @@ error, and the state after an event is a state of the method.
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import numpy as np
-from numba import njit
 from scipy.integrate import DOP853
 
-from pywet.collisions import bridge, contact, drag, model
+from pywet.collisions import model
 from pywet.collisions.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U
+from pywet.machine_code import njit
 
 STAGES = 12
 A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
@@ -189,38 +184,22 @@ def next_phase(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
     return BRIDGE
 
 
-def _build(sources: str) -> Callable[..., Any]:
-    """Compile the outer loop. numba keeps machine code by the text of this function only; `sources` stands for all it calls."""
-
-    @njit(nogil=True, cache=True, error_model="numpy")
-    def collide(p: Parameters, state: np.ndarray, rtol: float, log: np.ndarray) -> tuple[int, int, int, int]:
-        """Run a collision; `log` gets one row per event (time, phase that ended, which event); (code, rows, steps, calls)."""
-        _ = sources
-        atol = np.empty(SIZE)
-        phase, time, steps, calls, rows = (ENTRY if p.wet else CONTACT), 0.0, 0, 0, 0
-        while phase != DONE:
-            state[S] = 0.0
-            scale = scales(phase, state, p, rtol, atol)
-            if phase == BRIDGE and model.rupture(state[H], state[U], p) >= 0.0:
-                code, which, spent, n, m = OK, PASSAGE, 0.0, 0, 0
-            else:
-                code, which, spent, n, m = run_phase(phase, state, p, rtol, atol, 1e-4 * scale)
-            time, steps, calls = time + spent, steps + n, calls + m
-            log[rows, 0], log[rows, 1], log[rows, 2] = time, phase, which
-            rows += 1
-            if code != OK:
-                return code, rows, steps, calls
-            phase = next_phase(phase, which, state, p)
-        return OK, rows, steps, calls
-
-    return collide
-
-
-def fingerprint() -> str:
-    """Hash of the sources that are compiled."""
-    modules = [Path(str(m.__file__)).read_bytes() for m in (bridge, contact, drag, model)]
-    return hashlib.sha256(b"".join([*modules, Path(__file__).read_bytes()])).hexdigest()
-
-
-collide = _build(fingerprint())
-"""collide(parameters, state, rtol, log): see `_build`."""
+@njit(nogil=True, cache=True, error_model="numpy")
+def collide(p: Parameters, state: np.ndarray, rtol: float, log: np.ndarray) -> tuple[int, int, int, int]:
+    """Run a collision; `log` gets one row per event (time, phase that ended, which event); (code, rows, steps, calls)."""
+    atol = np.empty(SIZE)
+    phase, time, steps, calls, rows = (ENTRY if p.wet else CONTACT), 0.0, 0, 0, 0
+    while phase != DONE:
+        state[S] = 0.0
+        scale = scales(phase, state, p, rtol, atol)
+        if phase == BRIDGE and model.rupture(state[H], state[U], p) >= 0.0:
+            code, which, spent, n, m = OK, PASSAGE, 0.0, 0, 0
+        else:
+            code, which, spent, n, m = run_phase(phase, state, p, rtol, atol, 1e-4 * scale)
+        time, steps, calls = time + spent, steps + n, calls + m
+        log[rows, 0], log[rows, 1], log[rows, 2] = time, phase, which
+        rows += 1
+        if code != OK:
+            return code, rows, steps, calls
+        phase = next_phase(phase, which, state, p)
+    return OK, rows, steps, calls

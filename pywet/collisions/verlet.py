@@ -6,15 +6,11 @@ exit, rupture and sticking are noticed at the end of the step in which they happ
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
-from numba import njit
 
 from pywet.collisions import model
-from pywet.collisions.compiled import fingerprint
 from pywet.collisions.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
+from pywet.machine_code import njit
 
 MOST = 20_000_000
 
@@ -38,33 +34,26 @@ def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
     return DONE if model.rupture(h, u, p) >= 0.0 else BRIDGE
 
 
-def _build(sources: str) -> Callable[..., Any]:
-    @njit(nogil=True, cache=True, error_model="numpy")
-    def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
-        """Advance `state` to the end: (steps, whether the end was reached)."""
-        _ = sources
-        out = np.empty(SIZE)
-        phase = ENTRY if p.wet else CONTACT
+@njit(nogil=True, cache=True, error_model="numpy")
+def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
+    """Advance `state` to the end: (steps, whether the end was reached)."""
+    out = np.empty(SIZE)
+    phase = ENTRY if p.wet else CONTACT
+    model.rates(phase, state, p, out)
+    for n in range(MOST):
+        for k in (U, V, W):
+            state[k] += 0.5 * step * out[k]
+        state[H] += step * state[U]
+        state[S] = state[S] + step * (state[V] + state[W]) if phase == CONTACT else 0.0
+        phase = phase_after(phase, state, p)
+        if phase == DONE:
+            return n + 1, True
         model.rates(phase, state, p, out)
-        for n in range(MOST):
-            for k in (U, V, W):
-                state[k] += 0.5 * step * out[k]
-            state[H] += step * state[U]
-            state[S] = state[S] + step * (state[V] + state[W]) if phase == CONTACT else 0.0
-            phase = phase_after(phase, state, p)
-            if phase == DONE:
-                return n + 1, True
-            model.rates(phase, state, p, out)
-            for k in (U, V, W):
-                state[k] += 0.5 * step * out[k]
-            for k in range(WORK, SIZE):
-                state[k] += step * out[k]
-        return MOST, False
-
-    return run
-
-
-run = _build(fingerprint())
+        for k in (U, V, W):
+            state[k] += 0.5 * step * out[k]
+        for k in range(WORK, SIZE):
+            state[k] += step * out[k]
+    return MOST, False
 
 
 def collide(p: Parameters, state: np.ndarray, step: float) -> tuple[np.ndarray, int]:

@@ -19,6 +19,7 @@ from pywet.config.messages import explain
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import PywetError
+from pywet.laws import own
 
 Model = TypeVar("Model", bound=BaseModel)
 FILES: dict[str, type[BaseModel]] = {
@@ -100,7 +101,7 @@ def load(config_dir: Path) -> Config:
     folder = Path(config_dir)
     config = Config(
         folder=folder,
-        settings=_read_yaml(folder / settings.FILE, Settings),
+        settings=_with_own_laws(_read_yaml(folder / settings.FILE, Settings)),
         materials=_read_yaml(folder / materials.FILE, Materials),
         scales=_read_yaml(folder / scales.FILE, Scales),
         cases=_read_cases(folder / cases_module.FILE),
@@ -153,6 +154,13 @@ def _read_cases(path: Path) -> dict[int, Case]:
     if not found:
         raise PywetError(f"{path} has no case, expected one row for each")
     return found
+
+
+def _with_own_laws(read: Settings) -> Settings:
+    """The same with whole paths for the laws in files of the user's own, which may run from now on."""
+    named = {kind: own.placed(law) for kind, law in read.laws.model_dump(exclude={"preset"}, exclude_none=True).items()}
+    own.trust(named.values())
+    return read.model_copy(update={"laws": read.laws.model_copy(update=named)})
 
 
 def _check_choice(config: Config) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import AngleEntry, CountEntry, PositiveEntry, RatioEntry
-from pywet.scene import Strict
+from pywet.scene import Strict, Word
 
 FILE = "scales.yaml"
 
@@ -62,4 +62,4 @@ class Scales(Strict):
     """The whole of scales.yaml."""
 
     apparatus: Apparatus
-    scales: Annotated[dict[str, Scale], Field(min_length=1)]
+    scales: Annotated[dict[Word, Scale], Field(min_length=1)]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pywet.config.entries import RatioEntry
-from pywet.scene import Strict
+from pywet.scene import LawName, Strict, Word
 
 FILE = "config.yaml"
 Switch = Literal["auto", True, False]
@@ -18,13 +18,13 @@ class LawSettings(Strict):
     """Force laws: a preset, and laws named for single effects instead of the preset's."""
 
     preset: Literal["paper", "exact"] = "paper"
-    capillary: str | None = None
-    viscous_normal: str | None = None
-    viscous_tangential: str | None = None
-    rupture: str | None = None
-    dynamic_rupture: str | None = None
-    formation: str | None = None
-    transfer: str | None = None
+    capillary: LawName | None = None
+    viscous_normal: LawName | None = None
+    viscous_tangential: LawName | None = None
+    rupture: LawName | None = None
+    dynamic_rupture: LawName | None = None
+    formation: LawName | None = None
+    transfer: LawName | None = None
 
 
 class EffectSettings(Strict):
@@ -76,7 +76,7 @@ class OutputSettings(Strict):
 class Settings(Strict):
     """The whole of config.yaml."""
 
-    scale: str
+    scale: Word
     cases: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(min_length=1)]
     ranks: Annotated[int, Field(ge=1)] = 1
     both_presets: bool = True

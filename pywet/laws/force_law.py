@@ -14,10 +14,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 from pywet.errors import PywetError
+from pywet.machine_code import numba
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,9 @@ class ForceLaw:
         return self._compile(lambda cache: numba.vectorize([self._signature], cache=cache)(self.python))
 
     def _compile(self, build: Callable[[bool], Any]) -> Any:
-        # numba caches next to the source, and finds again what can be imported by name
-        in_file = self.cached and Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
+        # numba finds again what can be imported by name; closures of one text would share a file and are left out
+        named = Path(self.python.__code__.co_filename).is_file() and self.__module__ in sys.modules
+        in_file = self.cached and named and self.python.__closure__ is None
         try:
             return build(in_file)
         except Exception as error:  # numba lets through whatever the user's text makes it raise

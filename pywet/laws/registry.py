@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
@@ -17,6 +15,7 @@ from pywet.laws import (
     capillary_fits,
     davis,
     formation,
+    own,
     rupture,
     transfer,
     transfer_exact,
@@ -145,12 +144,17 @@ def get(kind: str, name: str) -> Law:
     published = {p.name: p for p in entry_points(group=GROUP)}
     if name in published:
         functions = _load(published[name])
-    elif ".py:" in name:
-        functions = _from_file(name)
+    elif own.is_own(name):
+        functions = own.functions(kind, name)
     else:
         raise PywetError(
             f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function"
         )
+    return checked(kind, name, functions)
+
+
+def checked(kind: str, name: str, functions: Any) -> Law:
+    """A law made of what a file or a package gave, tried on the probe grid."""
     law = Law(name, kind, functions if isinstance(functions, tuple) else (functions,))
     _check_own(law)
     return law
@@ -164,7 +168,7 @@ def _check_kind(kind: str) -> None:
 def _load(point: EntryPoint) -> Any:
     try:
         return point.load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise PywetError(
             f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; mend or uninstall the package that "
             f"publishes it in the entry-point group {GROUP}"
@@ -194,22 +198,3 @@ def _check_own(law: Law) -> None:
         raise PywetError(f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}")
     for function, arguments in zip(law.functions, wanted, strict=True):
         check(function, arguments)
-
-
-def _from_file(name: str) -> ForceLaw | tuple[ForceLaw, ...]:
-    path, _, attribute = name.rpartition(":")
-    if not Path(path).is_file():
-        raise PywetError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function")
-    spec = importlib.util.spec_from_file_location(Path(path).stem, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        raise PywetError(f"law {name}: its file raises {type(error).__name__}: {error}; mend {path}") from error
-    if not hasattr(module, attribute):
-        raise PywetError(
-            f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law"
-        )
-    found: ForceLaw | tuple[ForceLaw, ...] = getattr(module, attribute)
-    return found

@@ -51,7 +51,7 @@ def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
         )
     with atomic_write(Path(picture)) as temporary:
         for extra in WINDOWS:
-            command = [sys.executable, "-m", "pywet.view.render", str(run.path), str(temporary), str(chosen)]
+            command = [sys.executable, "-P", "-m", "pywet.view.render", str(run.path), str(temporary), str(chosen)]
             environment = {**os.environ, **extra}
             drawn = subprocess.run(command, env=environment, capture_output=True, check=False)
             if drawn.returncode == 0 and temporary.exists():

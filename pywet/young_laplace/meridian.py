@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from pywet.machine_code import numba
 
 Floats = NDArray[np.float64]
 jit = numba.njit(cache=True, error_model="numpy")

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pywet import caches
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.young_laplace import branch
@@ -233,11 +233,6 @@ def _continue(values: Floats, first: int, end: int) -> None:
         values[m] = 3.0 * values[m - 1] - 3.0 * values[m - 2] + values[m - 3] if m < end + 3 else values[m - 1]
 
 
-def cache_folder() -> Path:
-    """Where tables are kept: $PYWET_CACHE or ~/.cache/pywet."""
-    return Path(os.environ.get("PYWET_CACHE") or Path.home() / ".cache" / "pywet")
-
-
 def _read(path: Path) -> list[Floats] | None:
     """Arrays of a file of the cache; None where there is none or it is damaged, so that the table is made anew."""
     shapes = ((X_NODES,), (Y_NODES, X_NODES), (Y_NODES, X_NODES), (Y_NODES, X_NODES, U_NODES))
@@ -253,7 +248,7 @@ def _read(path: Path) -> list[Floats] | None:
 def load(theta_small: float, theta_large: float, progress: Callable[[int, int], None] | None = None) -> Table:
     """The table from the cache, or built now and kept there; a damaged file is replaced."""
     key = f"{VERSION} {Y_NODES} {X_NODES} {U_NODES} {BEYOND} {BESIDE} {X_FIRST!r} {X_LAST!r} {theta_small!r} {theta_large!r}"
-    path = cache_folder() / f"young_laplace-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
+    path = caches.folder() / f"young_laplace-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
     held = _read(path)
     if held:
         return Table(theta_small, theta_large, *held)

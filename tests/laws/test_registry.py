@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from pywet.errors import PywetError
+from pywet.laws import own as files
 from pywet.laws import registry
 
 OWN = """
@@ -34,6 +35,7 @@ def undecorated(speed, viscosity, surface_tension):
 def own(tmp_path: Path) -> Path:
     path = tmp_path / "my_laws.py"
     path.write_text(OWN)
+    files.trust([f"{path}:steady"])
     return path
 
 
@@ -82,6 +84,7 @@ def test_wrong_names_are_answered_in_one_sentence(own: Path, kind: str, name: st
 def test_file_that_cannot_be_read_as_python(tmp_path: Path) -> None:
     path = tmp_path / "broken.py"
     path.write_text("def law(:\n")
+    files.trust([f"{path}:law"])
     with pytest.raises(PywetError, match=r"its file raises SyntaxError.*mend .*broken\.py"):
         registry.get("capillary", f"{path}:law")
 

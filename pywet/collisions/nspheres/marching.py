@@ -5,13 +5,10 @@ Where events are is the business of `events`, what happens at them that of `cont
 
 from __future__ import annotations
 
-import hashlib
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from pywet.collisions.nspheres.contacts import (
     CONTACT,
@@ -51,6 +48,7 @@ from pywet.collisions.nspheres.steppers import (
     set_scale,
     step,
 )
+from pywet.machine_code import njit
 
 DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
 PATIENCE = 1000
@@ -263,35 +261,18 @@ def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, mo
     return DONE
 
 
-def compile_march(sources: str) -> Any:
-    """The one compiled entry, kept in numba's cache under a key that holds `sources`."""
-
-    @njit(cache=True, nogil=True, error_model="numpy")
-    def march(stops: Any, gaps: Any, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int, every: bool) -> int:
-        if sources == "":
-            return STALLED
-        begin(s, w, gaps, polar)
-        out = np.empty(6)
-        for k in range(stops.size):
-            code = segment(stops[k], s, w, tab, method, polar, most, every)
-            if code != DONE:
-                return code
-            if not every:
-                trace(s, w, polar, out)
-        for p in range(gaps.size):
-            pair_geometry(w.y, s, p, w.slot[p], polar, w.final[p])
-        w.value[END] = kinetic_energy(w.y, s)
-        return DONE
-
-    return march
-
-
-def digest() -> str:
-    """Of the sources that `march` is made of."""
-    names = ("dynamics", "steppers", "contacts", "events", "marching")
-    return hashlib.sha256(b"".join((Path(__file__).parent / f"{n}.py").read_bytes() for n in names)).hexdigest()
-
-
-march = compile_march(digest())
-"""march(stops, gaps, system, work, tableau, method, polar, most, every): from the start to the last stop, a record at
-each stop or step."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def march(stops: Any, gaps: Any, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int, every: bool) -> int:
+    """From the start to the last of `stops`, a record at each stop or step; `gaps` of the pairs, system, work, tableau."""
+    begin(s, w, gaps, polar)
+    out = np.empty(6)
+    for k in range(stops.size):
+        code = segment(stops[k], s, w, tab, method, polar, most, every)
+        if code != DONE:
+            return code
+        if not every:
+            trace(s, w, polar, out)
+    for p in range(gaps.size):
+        pair_geometry(w.y, s, p, w.slot[p], polar, w.final[p])
+    w.value[END] = kinetic_energy(w.y, s)
+    return DONE

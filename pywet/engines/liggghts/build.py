@@ -8,11 +8,13 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from pywet import caches
 from pywet.errors import PywetError
 
 ENGINE_VERSION = "3.8.0"
@@ -20,17 +22,44 @@ SOURCES = Path(__file__).parent / "plugin"
 FLAGS = ["-std=c++17", "-O2", "-fPIC", "-shared", "-w", "-DOMPI_SKIP_MPICXX"]
 VISIBILITY = ["-fvisibility=hidden", "-fvisibility-inlines-hidden"]
 INCLUDE = Path("/usr/include/liggghts")
+ANSWER_S = 30.0
+"""Longest that a program may take to say its version [s]."""
+MEND = "run it in a terminal to see why, or reinstall its package"
+
+
+def said(command: list[str], given: str = "", folder: Path | None = None) -> str:
+    """What a program that has no work to do prints; `PywetError` where it does not start or does not end in time.
+
+    It has a process group of its own, so that all it started ends with it.
+    """
+    try:
+        child = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise PywetError(f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}") from error
+    try:
+        return child.communicate(given, timeout=ANSWER_S)[0]
+    except subprocess.TimeoutExpired as error:
+        os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
+        raise PywetError(
+            f"{command[0]} did not answer within {ANSWER_S:g} s; expected its version at once: {MEND}"
+        ) from error
 
 
 def package_version(package: str) -> str | None:
     """Installed version of a Debian package, None where it is not installed."""
-    try:
-        done = subprocess.run(
-            ["dpkg-query", "-W", "-f=${Status}|${Version}", package], capture_output=True, text=True, check=False
-        )
-    except FileNotFoundError:
+    if shutil.which("dpkg-query") is None:
         return None
-    status, _, version = done.stdout.partition("|")
+    status, _, version = said(["dpkg-query", "-W", "-f=${Status}|${Version}", package]).partition("|")
     return version if status.endswith("installed") and "not-installed" not in status else None
 
 
@@ -49,20 +78,6 @@ def engine_version() -> str:
     return version
 
 
-def cache_folder() -> Path:
-    """Folder of built plugins: $PYWET_CACHE, else the user's cache folder, else the system's temporary folder."""
-    chosen = os.environ.get("PYWET_CACHE")
-    home = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pywet"
-    try:
-        home.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=home):
-            return home
-    except OSError:
-        fallback = Path(tempfile.gettempdir()) / f"pywet-{os.getuid()}"
-        fallback.mkdir(parents=True, exist_ok=True)
-        return fallback
-
-
 def source_hash() -> str:
     """Hash over the sources, the flags and the versions of engine and compiler: the name of the cached library."""
     digest = hashlib.sha256()
@@ -79,22 +94,24 @@ def compiler_version() -> str:
         raise PywetError(
             "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`"
         )
-    return subprocess.run(["g++", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+    return said(["g++", "--version"]).partition("\n")[0]
+
+
+def kept() -> Path:
+    """Where the plugin of these sources is kept once it is built."""
+    return caches.folder() / f"libpywet-{source_hash()}.so"
 
 
 def plugin_path() -> Path:
-    """The plugin, built where it is not yet in the cache (about five seconds)."""
-    target = cache_folder() / f"libpywet-{source_hash()}.so"
-    if not target.exists():
+    """The plugin, built where it is not yet whole in the cache (about five seconds)."""
+    target = kept()
+    if not caches.whole(target):
         _compile(target)
     return target
 
 
 def _compile(target: Path) -> None:
-    mpi = [
-        subprocess.run(["mpicxx", f"--showme:{what}"], capture_output=True, text=True, check=True).stdout.split()
-        for what in ("compile", "link")
-    ]
+    mpi = [said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         built = Path(folder) / target.name
         command = ["g++", *FLAGS, *VISIBILITY, f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}"]
@@ -105,6 +122,7 @@ def _compile(target: Path) -> None:
             first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:300])
             raise PywetError(f"the plugin does not compile: {first}; expected headers of LIGGGHTS {ENGINE_VERSION}")
         built.rename(target)
+        caches.seal(target)
 
 
 def main() -> int:

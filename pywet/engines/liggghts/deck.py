@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ import pandas as pd
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import atomic_write, shown
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
@@ -201,7 +203,7 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
     if not inside.all():
         first = spheres.loc[~inside].iloc[0]
         raise PywetError(f"sphere {int(first['id'])} starts outside the box of scene {scene.name}; enlarge the box")
-    lines = [f"{scene.name}", "", f"{len(spheres)} atoms", f"{len(scene.classes) + 1} atom types", ""]
+    lines = ["spheres of pywet", "", f"{len(spheres)} atoms", f"{len(scene.classes) + 1} atom types", ""]
     for axis, low, high in zip("xyz", scene.box_low_m, scene.box_high_m, strict=True):
         lines.append(f"{low!r} {high!r} {axis}lo {axis}hi")
     lines += ["", "Atoms", ""]
@@ -218,13 +220,24 @@ def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
         temporary.write_text("\n".join(lines) + "\n")
 
 
-def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> Path:
+def _stl(wall: WallMesh, run_dir: Path, folder: Path) -> str:
     """The file of a mesh; where the plugin makes the contacts, one triangle that shows how it moves."""
     if not wall.prisms:
-        return (run_dir / wall.stl).resolve()
-    path = Path(f"{wall.name}.moves.stl")
-    write_first_triangle(run_dir / wall.stl, folder / path)
-    return path
+        return from_folder(run_dir / wall.stl, folder)
+    name = f"{wall.name}.moves.stl"
+    write_first_triangle(run_dir / wall.stl, folder / name)
+    return name
+
+
+def from_folder(path: Path, folder: Path) -> str:
+    """The way to a file from the engine's folder, in which it runs: whatever stands above both never meets its script."""
+    way = os.path.relpath(path.resolve(), folder.resolve())
+    if not re.fullmatch(r"[A-Za-z0-9_./-]+", way):
+        raise PywetError(
+            f"the path {shown(Path(way))} cannot stand in the engine's script; expected letters, digits, _, - and . "
+            "between slashes: rename what is below the run directory"
+        )
+    return way
 
 
 def write_deck(

@@ -265,7 +265,8 @@ def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | N
 
 def _command(task: Task) -> list[str]:
     if deck.attached(task.scene):
-        program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
+        # -P: it works in the run directory, where nothing may be taken for a module
+        program = [sys.executable, "-P", "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
     else:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     if task.ranks > 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as C
 import math
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -180,11 +181,11 @@ class Plugin:
 
     def attach(self, engine: C.c_void_p, folder: Path) -> None:
         """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""
-        self._check(self._library.pywet_attach(engine, b"pywet", str(folder).encode()))
+        self._check(self._library.pywet_attach(engine, b"pywet", os.fsencode(folder)))
 
     def resume(self, state: Path) -> None:
         """Go on from a checkpoint's state file."""
-        self._check(self._library.pywet_resume(str(state).encode()))
+        self._check(self._library.pywet_resume(os.fsencode(state)))
 
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import nnls
 
+from pywet import caches
 from pywet.config import Config
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.build import ENGINE_VERSION
@@ -30,7 +31,6 @@ from pywet.screening import cases
 from pywet.study.accuracy import runs, sieve
 from pywet.study.accuracy.knobs import Setting
 from pywet.study.accuracy.sieve import Size
-from pywet.young_laplace.table import cache_folder
 
 VERSION = 1
 """Part of the cache's key; to be raised with any change of the formula or of CALIBRATION."""
@@ -125,7 +125,7 @@ def _short(scene: str, size: Size, setting: Setting, config_dir: Path) -> dict[s
 
 def _path() -> Path:
     key = hashlib.sha256(f"{VERSION} {runs.machine()} {ENGINE_VERSION}".encode()).hexdigest()[:16]
-    return cache_folder() / f"cost-{key}.json"
+    return caches.folder() / f"cost-{key}.json"
 
 
 def kept() -> Coefficients | None:

@@ -1,0 +1,122 @@
+"""Laws in a file of the user's own, `path/to/file.py:function`: whose they are, and whether they come to an end.
+
+A run directory or a query may come from somebody else and name any file, so a file is run only if the user's own configuration
+names it, the user's own Python code uses it, or `--trust` was given: `trust` remembers its path and content. It is then tried
+once in a child process, because a law may loop for ever or end the program. What a law must be is in `registry.py`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import types
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from pywet import caches
+from pywet.errors import PywetError
+from pywet.files import one_line, read_json, read_text, write_json
+
+TRIAL_S = 120.0
+"""Longest that a file and its law on the probe grid may take, compilation included [s]."""
+CURE = "mend the law's name, path/to/file.py:function"
+
+
+def is_own(name: str) -> bool:
+    """Whether a law's name is that of a file and a function in it."""
+    return ".py:" in name
+
+
+def trust(names: Iterable[str | None]) -> None:
+    """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over."""
+    for name in names:
+        if name and is_own(name) and _path(name).is_file():
+            _mark(_path(name), read_text(_path(name), CURE)).touch()
+
+
+def placed(name: str) -> str:
+    """The name with its file's whole path, so that it holds in another working folder."""
+    return f"{_path(name)}:{name.rpartition(':')[2]}" if is_own(name) else name
+
+
+def functions(kind: str, name: str) -> Any:
+    """What the file calls by the law's name, once it is known that the file may run and comes to an end."""
+    path = _path(name)
+    if not path.is_file():
+        raise PywetError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function")
+    source = read_text(path, CURE)
+    if not _mark(path, source).exists():
+        raise PywetError(
+            f"law {name} was not run: {path} is not named by your own configuration, or has changed since; read the file, "
+            "then name it under laws in config.yaml or give --trust"
+        )
+    _try(kind, name, path, source)
+    return execute(name, source)
+
+
+def execute(name: str, source: bytes) -> Any:
+    """Run a file's text and return what it calls by the law's name; exceptions and `sys.exit` become a sentence."""
+    path, _, attribute = name.rpartition(":")
+    module = types.ModuleType(path)
+    module.__file__ = path
+    try:
+        exec(compile(source, path, "exec", dont_inherit=True), vars(module))
+    except (Exception, SystemExit) as error:
+        raise PywetError(
+            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; mend {path}"
+        ) from error
+    if not hasattr(module, attribute):
+        raise PywetError(
+            f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law"
+        )
+    return getattr(module, attribute)
+
+
+def _path(name: str) -> Path:
+    return Path(name.rpartition(":")[0]).absolute()
+
+
+def _mark(path: Path, source: bytes) -> Path:
+    """The empty file that says that this file may run."""
+    return caches.folder("trusted") / hashlib.sha256(os.fsencode(path) + b"\0" + source).hexdigest()
+
+
+def _try(kind: str, name: str, path: Path, source: bytes) -> None:
+    """Run the text and evaluate the law on the probe grid in a child process, once for each text."""
+    word = hashlib.sha256(f"{_mark(path, source).name} {kind} {name}".encode(errors="surrogateescape")).hexdigest()
+    answer = caches.folder("tried") / f"{word}.json"
+    if not answer.exists():
+        command = [sys.executable, "-P", "-m", "pywet.laws.own", kind, name, str(answer)]
+        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        try:
+            done = subprocess.run(command, input=source, timeout=TRIAL_S, check=False, **silent)
+        except subprocess.TimeoutExpired as error:
+            raise PywetError(
+                f"law {name} does not come to an end within {TRIAL_S:g} s on the probe grid; mend {path}"
+            ) from error
+        if not answer.exists():
+            raise PywetError(f"law {name} ends the program (exit code {done.returncode}); mend {path}")
+    refused = read_json(answer, "remove the file")
+    if refused:
+        answer.unlink(missing_ok=True)
+        raise PywetError(refused)
+
+
+def main() -> None:
+    """`python -m pywet.laws.own KIND NAME ANSWER < TEXT`: the trial; writes the sentence that refuses the law, or none."""
+    from pywet.laws import registry
+
+    kind, name, answer = sys.argv[1:]
+    refused = ""
+    try:
+        registry.checked(kind, name, execute(name, sys.stdin.buffer.read()))
+    except PywetError as error:
+        refused = str(error)
+    write_json(Path(answer), refused)
+
+
+if __name__ == "__main__":
+    main()
