@@ -5,7 +5,6 @@ The same inside the engine is in `bridge_engine.py`. No physics here: laws and t
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,6 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 from pywet import young_laplace
 from pywet.config.messages import explain
 from pywet.errors import PywetError
+from pywet.files import read_json
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
 from pywet.scene import NonNegative, Positive, Strict
@@ -88,14 +88,7 @@ class Query(Strict):
 
 def read(path: Path) -> Query:
     """Read and check a query."""
-    try:
-        given = json.loads(path.read_text())
-    except OSError as error:
-        raise PywetError(
-            f"{path} could not be read ({error.strerror}); expected a JSON file, see docs/bridge.md"
-        ) from error
-    except json.JSONDecodeError as error:
-        raise PywetError(f"{path} is not JSON ({error}); expected the form shown in docs/bridge.md") from error
+    given = read_json(path, "see the form in docs/bridge.md")
     try:
         query = Query.model_validate(given)
     except ValidationError as error:

@@ -15,19 +15,23 @@ from typer.core import TyperGroup
 
 from pywet import showing
 from pywet.errors import PywetError
+from pywet.files import one_line, refused
 from pywet.showing import err, out
 from pywet.study.app import app as study
 
 
 class Group(TyperGroup):
-    """Turns a `PywetError` of any command into one red sentence and exit code 1."""
+    """Turns a `PywetError` of any command, and what the operating system refuses, into one red sentence and exit code 1."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the chosen command."""
         try:
             return super().invoke(ctx)
-        except PywetError as error:
-            err.print(f"{error}", style="red", soft_wrap=True, markup=False)
+        except BrokenPipeError:
+            raise  # the reader of a pipe has gone: typer ends quietly
+        except (PywetError, OSError) as error:
+            said = refused(error) if isinstance(error, OSError) else one_line(error, 2000)
+            err.print(said, style="red", soft_wrap=True, markup=False)
             raise typer.Exit(1) from None
 
 

@@ -11,6 +11,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from pywet.files import read_model
+
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
@@ -192,4 +194,4 @@ class Scene(Strict):
     @classmethod
     def read(cls, path: Path) -> Scene:
         """Read `scene.json`."""
-        return cls.model_validate_json(Path(path).read_text())
+        return read_model(path, cls, "expected the scene of a run: build it again")

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pywet.errors import PywetError
+from pywet.files import read_json
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -54,11 +55,11 @@ def stage(folder: Path, stage: str, work: Any) -> None:
 
 def show_summary(folder: Path) -> None:
     """A few lines on a run; exit code 1 when its checks, ledger or replay object."""
-    import json
 
     from pywet.screening import verdict
+    from pywet.screening.shapes import Replay, Summary
 
-    summary = json.loads((folder / "summary.json").read_text())
+    summary = read_json(folder / "summary.json", shape=Summary)
     out.print(
         f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s"
     )
@@ -69,7 +70,7 @@ def show_summary(folder: Path) -> None:
     show_audit(folder)
     replayed = folder / "replay.json"
     if replayed.exists():
-        show_agreement(json.loads(replayed.read_text()))
+        show_agreement(read_json(replayed, shape=Replay))
     objections = verdict.objections(folder)
     if objections:
         raise PywetError("; ".join(objections))

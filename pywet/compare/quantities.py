@@ -7,7 +7,6 @@ left out. Each quantity has a scale [its unit], against which deviations and rou
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +18,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pywet.errors import PywetError
+from pywet.files import read_if_there, read_table
 from pywet.scene import Scene
+from pywet.screening.shapes import Replay, Summary
 
 Floats = NDArray[np.float64]
 TOUCHING = 1e-2
@@ -85,12 +86,11 @@ def read(run_dir: Path) -> RunData:
 
 def _table(run_dir: Path, name: str) -> pd.DataFrame | None:
     path = run_dir / f"{name}.parquet"
-    return pd.read_parquet(path) if path.exists() else None
+    return read_table(path) if path.exists() else None
 
 
 def _json(run_dir: Path, name: str) -> Any:
-    path = run_dir / name
-    return json.loads(path.read_text()) if path.exists() else None
+    return read_if_there(run_dir / name, shape={"summary.json": Summary, "replay.json": Replay}[name])
 
 
 def _number(name: str, unit: str, value: float, scale: float) -> Quantity:

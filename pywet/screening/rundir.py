@@ -6,7 +6,6 @@ every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-E
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there, read_table
 from pywet.history.schema import SPHERE
 from pywet.scene import Scene
 
@@ -60,12 +60,11 @@ class RunDir:
         path = self.path / f"{name}.parquet"
         if not path.exists():
             raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
-        return pd.read_parquet(path)
+        return read_table(path)
 
-    def json(self, name: str) -> Any:
-        """A JSON file by its path with suffix; None where it does not exist."""
-        path = self.path / name
-        return json.loads(path.read_text()) if path.exists() else None
+    def json(self, name: str, shape: Any) -> Any:
+        """A JSON file by its path with suffix, that fits the type `shape`; None where it does not exist."""
+        return read_if_there(self.path / name, AGAIN, shape)
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:

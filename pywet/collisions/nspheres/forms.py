@@ -101,7 +101,7 @@ FORMS: dict[str, type[ThreeEqualSpheres] | type[Spheres]] = {
 def parse(description: Any, where: str = "the description") -> Problem:
     """The problem a JSON description stands for."""
     form = description.get("form") if isinstance(description, dict) else None
-    if form not in FORMS:
+    if not isinstance(form, str) or form not in FORMS:
         raise PywetError(f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (docs/sphere_collisions.md)')
     model = FORMS[form]
     try:

@@ -13,7 +13,7 @@ import pandas as pd
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import atomic_write, read_table
 from pywet.laws import registry
 from pywet.motion import viblin_movers
 from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
@@ -252,7 +252,7 @@ def write_deck(
         "output_every": output_every(scene),
         "windows": windows.deck_lines(scene),
     }
-    write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
+    write_data(scene, read_table(run_dir / scene.spheres_file), folder / "particles.data")
     for name in ("setup", "run", "in"):
         text = environment.get_template(f"{name}.liggghts.j2").render(context)
         with atomic_write(folder / f"{name}.liggghts") as temporary:

@@ -26,7 +26,7 @@ from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
 from pywet.engines.liggghts.process import LOOP_TIME, Usage, execute, progress_bar
 from pywet.engines.liggghts.tables import prepare_laws
 from pywet.errors import PywetError
-from pywet.files import write_json, write_table
+from pywet.files import read_table, write_json, write_table
 from pywet.history import tables
 from pywet.motion import engine_displacement, slide_displacement
 from pywet.scene import Scene, WallMesh
@@ -166,7 +166,7 @@ def _finish(run_dir: Path, folder: Path, info: RunInfo) -> None:
 
 def ledger_error(run_dir: Path) -> float:
     """Largest relative error of the liquid's ledger over all outputs of a moist run."""
-    ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet")
+    ledger = read_table(run_dir / "history" / "ledger.parquet")
     held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
     initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
     return float(((held - ledger["initial"]).abs() / initial).max())
@@ -189,7 +189,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path, folder: Path, point: chec
     write_table(transfer_tables(scene), history / "transfer.parquet")
     if scene.walls:
         groups = wall_groups(scene)
-        parts = pd.read_parquet(history / "parts.parquet")
+        parts = read_table(history / "parts.parquet")
         parts["part_class"] = [
             groups[(np.inf if np.isnan(w) else w, a)]
             for w, a in zip(parts["half_width"], parts["contact_angle"], strict=True)

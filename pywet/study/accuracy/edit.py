@@ -53,8 +53,9 @@ def changed(config: Config, scale: str, levels: Levels) -> Config:
 
 def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
     """Copy a configuration folder and put the levels in, comments stay; raises `PywetError` when it does not read back."""
-    if target.exists() and any(target.iterdir()):
-        raise PywetError(f"{target} is not empty; expected a new folder for the configuration: name another")
+    if target.exists() and (not target.is_dir() or any(target.iterdir())):
+        what = "not empty" if target.is_dir() else "a file"
+        raise PywetError(f"{target} is {what}; expected a new folder for the configuration: name another")
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
         shutil.copyfile(source / name, target / name)
