@@ -20,7 +20,7 @@ from pyarrow.lib import ArrowException
 from pydantic import TypeAdapter, ValidationError
 
 from pywet.errors import PywetError
-from pywet.history.schema import INTEGER, NUMBER, expected_columns
+from pywet.history.schema import INTEGER, NUMBER, expected_columns, needs_rows
 
 Model = TypeVar("Model")
 AGAIN = "the run is not whole or was changed: run it again"
@@ -180,6 +180,8 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> 
     missing = [name for name in (*kinds, *columns) if name not in table.columns]
     if missing:
         raise PywetError(f"{shown(path)} has no column {', '.join(missing)}: {cure}")
+    if table.empty and needs_rows(path):
+        raise PywetError(f"{shown(path)} holds no row: {cure}")
     for name, kind in kinds.items():
         _check_column(table[name], kind, f"{shown(path)}: column {name}", cure)
     return table

@@ -101,7 +101,8 @@ def screening(results: Path) -> Source:
             continue
         found = [read_json(f, shape=Replay) for f in kept]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
-        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {sum(f.get('contacts', 0) for f in found)} contacts"
+        contacts = sum(f.get("contacts", 0) for f in found)
+        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {contacts} contacts"
         said += "; exact laws come from tables" if row == "screening_exact" else ""
         cells += _cells(row, found, f"../{kept[0].parent.parent.name}/report.html", said, names)
     return Source("screening", cells)

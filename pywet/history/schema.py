@@ -174,7 +174,27 @@ TABLES: dict[str, dict[str, str]] = {
 }
 """Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
 
+MAY_BE_EMPTY = {
+    "history/events",
+    "history/contacts",
+    "history/bridges",
+    "history/films",
+    "history/wall_films",
+    "mesh_motion",
+}
+"""Tables of a whole run that may have no row."""
+
 
 def expected_columns(path: Path) -> Mapping[str, str]:
     """What a table of a run directory must hold; nothing is known of other files."""
-    return TABLES.get(f"{path.parent.name}/{path.stem}", TABLES.get(path.stem, {}))
+    return TABLES.get(_name(path), {})
+
+
+def needs_rows(path: Path) -> bool:
+    """Whether a table of a run directory cannot be empty."""
+    return _name(path) in TABLES.keys() - MAY_BE_EMPTY
+
+
+def _name(path: Path) -> str:
+    inside = f"{path.parent.name}/{path.stem}"
+    return inside if inside in TABLES else path.stem

@@ -99,7 +99,12 @@ class RunDir:
 
     def holders(self, triangle: Ints) -> NDArray[np.object_]:
         """Holder of each triangle number."""
-        return np.asarray(self.triangles["holder"], dtype=object)[np.asarray(triangle, dtype=np.int64)]
+        known, wanted = np.asarray(self.triangles["holder"], dtype=object), np.asarray(triangle, dtype=np.int64)
+        if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
+            raise PywetError(
+                f"{self.path}: the liquid is on triangles that history/triangles.parquet does not have; run the case again"
+            )
+        return known[wanted]
 
     @cached_property
     def timeline(self) -> Timeline:
@@ -150,6 +155,11 @@ class Timeline:
         passed = np.logical_or.accumulate(below, axis=0)
         present = np.isfinite(z)
         types = spheres["type"].to_numpy(dtype=np.int64)
+        if not set(types) <= {c.type for c in scene.classes}:
+            raise PywetError(
+                f"{run.path}: history/spheres.parquet names types of spheres that scene.json does not have; "
+                "run the case again"
+            )
         initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
         film, shares = _liquid(run, steps, ids, initial)
         return cls(
