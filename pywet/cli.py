@@ -70,7 +70,7 @@ def laws(
 ) -> None:
     """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
-        out.print(str(showing.atlas(folder, stock)), soft_wrap=True)
+        out.print(str(showing.atlas(folder, stock)), soft_wrap=True, markup=False)
         return
     from pywet.laws import registry
 
@@ -163,10 +163,10 @@ def view(
 
     showing.need_run(run_dir)
     for path in vtk.write(run_dir):
-        out.print(str(path), soft_wrap=True)
+        out.print(str(path), soft_wrap=True, markup=False)
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
-    out.print(f"{picture} (drawn by {how})", soft_wrap=True)
+    out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
 
 
 @app.command()
@@ -209,7 +209,7 @@ def scene(
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
         out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
-    out.print(f"all tables are in {folder}", soft_wrap=True)
+    out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
 
 
 @app.command()
@@ -252,7 +252,7 @@ def agreement(
         with err.status(f"agreement: {name}"):
             found = sources.run(name, folder)
         out.print(f"{name:<12}{found.failed or f'{len(found.cells)} cells, {found.wall_s:.0f} s'}", soft_wrap=True)
-    out.print(str(page.make(folder)), soft_wrap=True)
+    out.print(str(page.make(folder)), soft_wrap=True, markup=False)
 
 
 @app.command()

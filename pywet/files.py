@@ -101,13 +101,15 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         raise ValueError(f"{word} is not a number that can be worked with")
 
     try:
-        content = text.decode("utf-8") if isinstance(text, bytes) else text
+        content = text.decode("utf-8-sig") if isinstance(text, bytes) else text
         deepest = max(itertools.accumulate((c in "[{") - (c in "]}") for c in content), default=0)
         if deepest > MAX_DEPTH:
             raise ValueError(f"it is nested {deepest} levels deep")
-        return json.loads(
+        found = json.loads(
             content, object_pairs_hook=no_twins, parse_int=number, parse_float=number, parse_constant=constant
         )
+        json.dumps(found, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
+        return found
     except UnicodeDecodeError as error:
         raise PywetError(f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}") from error
     except (ValueError, RecursionError) as error:
@@ -116,8 +118,13 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
 
 def one_line(error: object, most: int = 300) -> str:
     """An exception's text in one line of at most `most` characters."""
-    text = " ".join(str(error).split()) or type(error).__name__
+    text = _printable(" ".join(str(error).split())) or type(error).__name__
     return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def _printable(text: str) -> str:
+    """Control characters and lone surrogates as their escapes, so that a terminal shows and does not obey them."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def read_text(path: Path, cure: str) -> bytes:
@@ -132,7 +139,7 @@ def read_text(path: Path, cure: str) -> bytes:
 
 def shown(path: Path) -> str:
     """A path as a sentence can hold it: on one line, at most 200 characters."""
-    text = repr(str(path))[1:-1]
+    text = _printable(str(path))
     return text if len(text) <= 200 else f"{text[:80]}…{text[-80:]}"
 
 

@@ -61,7 +61,8 @@ def show_summary(folder: Path) -> None:
 
     summary = read_json(folder / "summary.json", shape=Summary)
     out.print(
-        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s"
+        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s",
+        markup=False,
     )
     end, coarse = summary["fraction_retained_end"], summary["coarse_share"]
     out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")

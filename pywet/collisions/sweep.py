@@ -36,7 +36,7 @@ ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual
 def read(path: Path) -> dict[str, Any]:
     """The content of an input file."""
     content: dict[str, Any] = read_json(
-        path, "expected an object with particle, wall, liquid and so on: see docs/wall_collision.md", dict[str, Any]
+        path, "describe particle, wall, liquid and so on as in docs/wall_collision.md", dict[str, Any]
     )
     return content
 
