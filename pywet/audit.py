@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pywet.files import read_if_there, read_model, write_json
 from pywet.screening.shapes import Contributions, Plan
@@ -27,7 +27,11 @@ MEASURES = {
 IMPULSE = "share of impulse"
 BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
-OK, SMALL, WRONG, UNKNOWN = "as planned", "small", "wrong", "not measured"
+Verdict = Literal["as planned", "small", "wrong", "not measured"]
+OK: Verdict = "as planned"
+SMALL: Verdict = "small"
+WRONG: Verdict = "wrong"
+UNKNOWN: Verdict = "not measured"
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class AuditRow:
     within: float | None
     measured: float | None
     tolerance: float
-    verdict: str
+    verdict: Verdict
     text: str
 
 
@@ -76,12 +80,12 @@ def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]
     entry = measured.get(OTHER_NAMES.get(effect, effect))
     key, name = MEASURES.get(effect, ("impulse_share", IMPULSE))
     # without liquid there is nothing that walls, sizes or stretched bridges could have done
-    return (entry[key] if entry is not None else 0.0 if effect in MEASURES else None), name
+    return (entry.get(key) if entry is not None else 0.0 if effect in MEASURES else None), name
 
 
 def _judge(
     row: dict[str, Any], value: float | None, predicted: float | None, within: float | None, tolerance: float
-) -> tuple[str, str]:
+) -> tuple[Verdict, str]:
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:

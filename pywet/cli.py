@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 
 from pywet import showing
 from pywet.errors import PywetError
-from pywet.files import one_line, refused
+from pywet.files import make_folder, one_line, refused
 from pywet.showing import err, out
 from pywet.study.app import app as study
 
@@ -70,6 +70,7 @@ def laws(
 ) -> None:
     """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
+        make_folder(folder)
         out.print(str(showing.atlas(folder, stock)), soft_wrap=True, markup=False)
         return
     from pywet.laws import registry
@@ -128,9 +129,9 @@ def run(
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
     if engine == "liggghts":
         showing.say_time(loaded, case, name)
-    showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
     showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
     showing.stage(folder, "replay", lambda: stages.replay(folder))
     showing.stage(folder, "results", lambda: stages.results(folder))
@@ -237,6 +238,7 @@ def digest(
     """Run reference scenes over their seeds and store their digests; refused when a replay disagrees."""
     from pywet.compare import command
 
+    make_folder(folder)
     command.renew(names or [], folder)
 
 
@@ -248,6 +250,7 @@ def agreement(
     """Make the table of agreement: every quantity by every program against the best truth, on one page."""
     from pywet.agreement import page, sources
 
+    make_folder(folder)
     for name in only or sources.SOURCES:
         with err.status(f"agreement: {name}"):
             found = sources.run(name, folder)

@@ -50,6 +50,13 @@ def atomic_write(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder before the work whose results go there; a sentence where it cannot be written to."""
+    with atomic_write(Path(path) / "writable") as temporary:
+        temporary.touch()
+    (Path(path) / "writable").unlink()
+
+
 def refused(error: OSError) -> str:
     """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
     where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
@@ -169,7 +176,8 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise PywetError(f"{shown(path)}: {shown(Path(where))}: {one_line(first['msg'])}: {cure}") from error
+        said = first["msg"].removeprefix("Value error, ")
+        raise PywetError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}") from error
 
 
 def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> pd.DataFrame:

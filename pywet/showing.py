@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from pywet.errors import PywetError
@@ -96,7 +97,7 @@ def show_agreement(replay_json: dict[str, Any]) -> None:
     rows = agreement(replay_json)
     for row in rows:
         verdict = "[green]agrees" if row.ok else "[red]disagrees"
-        table.add_row(row.quantity, str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
+        table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
     out.print(table)
     bad = [row.quantity for row in rows if not row.ok]
     if bad:

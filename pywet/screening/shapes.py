@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NotRequired  # pydantic asks for it below Python 3.12
+from typing import (
+    Annotated,
+    NotRequired,  # pydantic asks for it below Python 3.12
+)
 
+from pydantic import AfterValidator
 from typing_extensions import TypedDict
 
 
@@ -22,6 +26,13 @@ class BridgesOn(TypedDict):
     bridges: bool
 
 
+class Events(TypedDict):
+    """Of the liquid's events, what is shown."""
+
+    formations: int
+    ruptures: int
+
+
 class Summary(TypedDict):
     """summary.json."""
 
@@ -31,7 +42,11 @@ class Summary(TypedDict):
     fraction_retained_end: float
     coarse_share: float
     ledger_error: float | None
-    energy_J: dict[str, float | None] | None
+    energy_J: NotRequired[dict[str, float | None] | None]
+    particle_steps_per_s: float | None
+    initial_liquid_m3: float
+    liquid_end_m3: dict[str, float]
+    events: Events | None
     effects: BridgesOn
     checks: list[Check]
     versions: dict[str, str | None]
@@ -58,10 +73,23 @@ class Deviation(TypedDict):
     tolerance: float
 
 
+class Finding(TypedDict):
+    """What the diagnosis of a disagreement says."""
+
+    sentence: str
+
+
+class Diagnosis(TypedDict):
+    """What a disagreement comes from."""
+
+    findings: list[Finding]
+
+
 class Replay(TypedDict):
     """replay.json."""
 
     contacts: NotRequired[int]
+    diagnosis: NotRequired[Diagnosis | None]
     quantities: dict[str, Deviation]
 
 
@@ -93,7 +121,17 @@ class Contribution(TypedDict):
     energy_share: NotRequired[float | None]
 
 
+FORCES = ("weight", "contact_normal", "contact_tangential", "capillary", "viscous_normal", "viscous_tangential")
+
+
+def _with_forces(effects: dict[str, Contribution]) -> dict[str, Contribution]:
+    missing = [name for name in FORCES if name not in effects]
+    if missing:
+        raise ValueError(f"there is nothing of {', '.join(missing)}")
+    return effects
+
+
 class Contributions(TypedDict):
     """contributions.json."""
 
-    effects: dict[str, Contribution]
+    effects: Annotated[dict[str, Contribution], AfterValidator(_with_forces)]

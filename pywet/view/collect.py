@@ -70,6 +70,8 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
     summary = _json(run_dir / "summary.json", Summary)
     if summary is None or not stages.results_made(run_dir):
         return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan))
+    if case.liquid_percent > 0 and summary["ledger_error"] is None:
+        raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
     replay = _json(run_dir / "replay.json", Replay)
     return CaseResult(
         case,
