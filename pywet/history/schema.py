@@ -158,6 +158,7 @@ def _all(kind: str, *names: str) -> dict[str, str]:
 
 
 _CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
+_TIMES = ("time_s", "time_since_opening_s")
 _NAMED = _all(ANY, "mesh", "holder")
 TABLES: dict[str, dict[str, str]] = {
     **{f"history/{name}": _columns(record) for name, record in RAW.items()},
@@ -169,8 +170,8 @@ TABLES: dict[str, dict[str, str]] = {
         **_all(NUMBER, "time", *"xyz", *(f"{q}{axis}" for q in "vw" for axis in "xyz")),
     },
     "mesh_motion": {"step": INTEGER, "mesh": ANY, **_all(NUMBER, "dx", "dy", "dz")},
-    "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, "time_s", "fraction_retained")},
-    "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, "time_s", "total_m3", "initial_m3")},
+    "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, *_TIMES, "fraction_retained")},
+    "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
 }
 """Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
 
