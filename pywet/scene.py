@@ -144,7 +144,7 @@ class Scene(Strict):
 
     name: str
     seed: int
-    classes: tuple[SphereClass, ...]
+    classes: Annotated[tuple[SphereClass, ...], Field(min_length=1)]
     pairs: tuple[ContactPair, ...]
     liquid: Liquid | None
     walls: tuple[WallMesh, ...]

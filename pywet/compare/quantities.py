@@ -193,6 +193,6 @@ def _checks(run_dir: Path) -> Iterator[tuple[str, tuple[bool, float]]]:
     replay = _json(run_dir, "replay.json")
     if replay is not None:
         worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
-        yield "replay", (bool(replay["ok"]), float(worst))
+        yield "replay", (bool(replay.get("ok")), float(worst))
     for check in (_json(run_dir, "summary.json") or {}).get("checks", []):
         yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

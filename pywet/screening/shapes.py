@@ -88,6 +88,7 @@ class Diagnosis(TypedDict):
 class Replay(TypedDict):
     """replay.json."""
 
+    ok: NotRequired[bool]
     contacts: NotRequired[int]
     diagnosis: NotRequired[Diagnosis | None]
     quantities: dict[str, Deviation]
