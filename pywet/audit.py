@@ -8,13 +8,12 @@ against the measure only where no share was predicted: it need not be a share it
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_if_there, read_model, write_json
+from pywet.screening.shapes import Contributions, Plan
 
 FILE = "audit.json"
 WITHIN = 3.0
@@ -28,7 +27,11 @@ MEASURES = {
 IMPULSE = "share of impulse"
 BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
-OK, SMALL, WRONG, UNKNOWN = "as planned", "small", "wrong", "not measured"
+Verdict = Literal["as planned", "small", "wrong", "not measured"]
+OK: Verdict = "as planned"
+SMALL: Verdict = "small"
+WRONG: Verdict = "wrong"
+UNKNOWN: Verdict = "not measured"
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,16 @@ class AuditRow:
     within: float | None
     measured: float | None
     tolerance: float
-    verdict: str
+    verdict: Verdict
     text: str
+
+
+@dataclass(frozen=True)
+class _Audit:
+    """The content of audit.json."""
+
+    plan_right: bool
+    rows: list[AuditRow]
 
 
 def rows(plan: dict[str, Any], contributions: dict[str, Any]) -> list[AuditRow]:
@@ -69,12 +80,12 @@ def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]
     entry = measured.get(OTHER_NAMES.get(effect, effect))
     key, name = MEASURES.get(effect, ("impulse_share", IMPULSE))
     # without liquid there is nothing that walls, sizes or stretched bridges could have done
-    return (entry[key] if entry is not None else 0.0 if effect in MEASURES else None), name
+    return (entry.get(key) if entry is not None else 0.0 if effect in MEASURES else None), name
 
 
 def _judge(
     row: dict[str, Any], value: float | None, predicted: float | None, within: float | None, tolerance: float
-) -> tuple[str, str]:
+) -> tuple[Verdict, str]:
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
@@ -101,7 +112,10 @@ def write(run_dir: Path) -> list[AuditRow] | None:
     """Write audit.json; None (and no file) where there is no plan or nothing was measured."""
     folder = Path(run_dir)
     (folder / FILE).unlink(missing_ok=True)
-    plan, measured = _read(folder / "plan.json"), _read(folder / "contributions.json")
+    plan, measured = (
+        read_if_there(folder / name, f"run `pywet replay {folder}` again", shape)
+        for name, shape in (("plan.json", Plan), ("contributions.json", Contributions))
+    )
     if plan is None or measured is None:
         return None
     found = rows(plan, measured)
@@ -113,8 +127,8 @@ def write(run_dir: Path) -> list[AuditRow] | None:
 
 def read(run_dir: Path) -> list[AuditRow] | None:
     """The rows of audit.json, None where there is none."""
-    content = _read(Path(run_dir) / FILE)
-    return None if content is None else [AuditRow(**row) for row in content["rows"]]
+    path = Path(run_dir) / FILE
+    return read_model(path, _Audit, f"run `pywet replay {run_dir}` again").rows if path.exists() else None
 
 
 def lines(found: list[AuditRow]) -> list[str]:
@@ -128,12 +142,3 @@ def lines(found: list[AuditRow]) -> list[str]:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.2g}"
-
-
-def _read(path: Path) -> Any:
-    if not path.exists():
-        return None
-    try:
-        return json.loads(path.read_text())
-    except ValueError as error:
-        raise PywetError(f"{path} is not JSON ({error}); run `pywet replay {path.parent}` again") from error

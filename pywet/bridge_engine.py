@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from pywet import small
 from pywet.bridge_query import EXACT, Query, answer
 from pywet.errors import PywetError
+from pywet.files import read_table
 from pywet.history.initial import film_volume
 from pywet.history.schema import FORMATION, RUPTURE
 from pywet.laws import registry
@@ -87,7 +88,7 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
     )
     small.run(folder, bodies)
     history = folder / "history"
-    return pd.read_parquet(history / "contacts.parquet"), pd.read_parquet(history / "events.parquet")
+    return read_table(history / "contacts.parquet"), read_table(history / "events.parquet")
 
 
 def _thickness(query: Query) -> float:

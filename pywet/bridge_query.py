@@ -5,7 +5,6 @@ The same inside the engine is in `bridge_engine.py`. No physics here: laws and t
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,19 +15,29 @@ from pydantic import Field, ValidationError, model_validator
 from pywet import young_laplace
 from pywet.config.messages import explain
 from pywet.errors import PywetError
+from pywet.files import read_json
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
-from pywet.scene import NonNegative, Positive, Strict
+from pywet.scene import Strict
 
 EXACT = "young_laplace"
 DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "rupture": "willett_unequal"}
 """Laws of each kind where the file names none."""
 
 
+LENGTH = {"ge": 1e-9, "le": 10.0}
+"""From the size of molecules to beyond every grain [m]."""
+Radius = Annotated[float, Field(**LENGTH)]
+Volume = Annotated[float, Field(ge=1e-30, le=1e3)]
+Coefficient = Annotated[float, Field(ge=0, le=1e6)]
+Speed = Annotated[float, Field(ge=-1e6, le=1e6)]
+Separation = Annotated[float, Field(ge=-10.0, le=10.0)]
+
+
 class Body(Strict):
     """A sphere, or a large wall."""
 
-    radius_m: Positive | None = None
+    radius_m: Radius | None = None
     wall: Literal["large"] | None = None
     contact_angle_deg: Annotated[float, Field(ge=0, lt=90)]
 
@@ -53,11 +62,11 @@ class Query(Strict):
     """What is asked: two bodies, the liquid between them, separations and laws."""
 
     bodies: Annotated[tuple[Body, ...], Field(min_length=2, max_length=2)]
-    volume_m3: Positive
-    surface_tension_N_per_m: NonNegative
-    viscosity_Pa_s: NonNegative = 0.0
-    velocity_m_per_s: float = 0.0
-    separations_m: Annotated[tuple[float, ...], Field(min_length=1)]
+    volume_m3: Volume
+    surface_tension_N_per_m: Coefficient
+    viscosity_Pa_s: Coefficient = 0.0
+    velocity_m_per_s: Speed = 0.0
+    separations_m: Annotated[tuple[Separation, ...], Field(min_length=1, max_length=100_000)]
     laws: tuple[str, ...] = ()
 
     @model_validator(mode="after")
@@ -88,14 +97,7 @@ class Query(Strict):
 
 def read(path: Path) -> Query:
     """Read and check a query."""
-    try:
-        given = json.loads(path.read_text())
-    except OSError as error:
-        raise PywetError(
-            f"{path} could not be read ({error.strerror}); expected a JSON file, see docs/bridge.md"
-        ) from error
-    except json.JSONDecodeError as error:
-        raise PywetError(f"{path} is not JSON ({error}); expected the form shown in docs/bridge.md") from error
+    given = read_json(path, "see the form in docs/bridge.md")
     try:
         query = Query.model_validate(given)
     except ValidationError as error:
@@ -129,12 +131,12 @@ def answer(query: Query) -> dict[str, Any]:
             forces[name] = [None if b is None else b.force(sigma) for b in bridges]
         else:
             law = registry.get("capillary", name).functions[0]
-            forces[name] = _until(distances[rule], gaps, law(gaps, volume, ri, rj, ti, tj, sigma))
+            forces[name] = _until(distances[rule], gaps, law(gaps, volume, ri, rj, ti, tj, sigma), name)
     viscous = {}
     for name in query.named("viscous_normal"):
         law = registry.get("viscous_normal", name).functions[0]
         values = -law(gaps, volume, ri, rj, query.velocity_m_per_s, query.viscosity_Pa_s)
-        viscous[name] = _until(distances[rule], gaps, values + 0.0)
+        viscous[name] = _until(distances[rule], gaps, values + 0.0, name)
     factor = registry.get("dynamic_rupture", "pitois").functions[0]
     return {
         "force_N": forces,
@@ -142,7 +144,9 @@ def answer(query: Query) -> dict[str, Any]:
         "rupture_distance_m": distances,
         "rupture_kind": limit.kind,
         "rupture_used_m": {name: distances[EXACT if name == EXACT else rule] for name in (*forces, *viscous)},
-        "dynamic_rupture_factor": float(factor(abs(query.velocity_m_per_s), query.viscosity_Pa_s, sigma)),
+        "dynamic_rupture_factor": _finite(
+            float(factor(abs(query.velocity_m_per_s), query.viscosity_Pa_s, sigma)), "of dynamic rupture"
+        ),
         "transfer_ratio": {name: _share(query, name) for name in registry.TRANSFER},
         "half_filling_angle_deg": {
             "body_1": [_degrees(a) for a, _ in angles],
@@ -151,9 +155,18 @@ def answer(query: Query) -> dict[str, Any]:
     }
 
 
-def _until(rupture: float, gaps: np.ndarray, values: np.ndarray) -> list[float | None]:
+def _until(rupture: float, gaps: np.ndarray, values: np.ndarray, name: str) -> list[float | None]:
     """Values up to the rupture distance, None beyond."""
-    return [None if s > rupture else float(v) for s, v in zip(gaps, np.broadcast_to(values, gaps.shape), strict=True)]
+    pairs = zip(gaps, np.broadcast_to(values, gaps.shape), strict=True)
+    return [None if s > rupture else _finite(float(v), name) for s, v in pairs]
+
+
+def _finite(value: float, name: str) -> float:
+    if not math.isfinite(value):
+        raise PywetError(
+            f"law {name} gives {value} for this bridge; expected a number: mend the bodies, or leave it out"
+        )
+    return value
 
 
 def _degrees(angle: float) -> float | None:

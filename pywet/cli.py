@@ -15,19 +15,23 @@ from typer.core import TyperGroup
 
 from pywet import showing
 from pywet.errors import PywetError
+from pywet.files import make_folder, one_line, refused
 from pywet.showing import err, out
 from pywet.study.app import app as study
 
 
 class Group(TyperGroup):
-    """Turns a `PywetError` of any command into one red sentence and exit code 1."""
+    """Turns a `PywetError` of any command, and what the operating system refuses, into one red sentence and exit code 1."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the chosen command."""
         try:
             return super().invoke(ctx)
-        except PywetError as error:
-            err.print(f"{error}", style="red", soft_wrap=True, markup=False)
+        except BrokenPipeError:
+            raise  # the reader of a pipe has gone: typer ends quietly
+        except (PywetError, OSError) as error:
+            said = refused(error) if isinstance(error, OSError) else one_line(error, 2000)
+            err.print(said, style="red", soft_wrap=True, markup=False)
             raise typer.Exit(1) from None
 
 
@@ -67,7 +71,8 @@ def laws(
 ) -> None:
     """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
-        out.print(str(showing.atlas(folder, stock)), soft_wrap=True)
+        make_folder(folder)
+        out.print(str(showing.atlas(folder, stock)), soft_wrap=True, markup=False)
         return
     from pywet.laws import registry
 
@@ -125,9 +130,9 @@ def run(
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
     if engine == "liggghts":
         showing.say_time(loaded, case, name)
-    showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
     showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
     showing.stage(folder, "replay", lambda: stages.replay(folder))
     showing.stage(folder, "results", lambda: stages.results(folder))
@@ -160,10 +165,10 @@ def view(
 
     showing.need_run(run_dir)
     for path in vtk.write(run_dir):
-        out.print(str(path), soft_wrap=True)
+        out.print(str(path), soft_wrap=True, markup=False)
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
-    out.print(f"{picture} (drawn by {how})", soft_wrap=True)
+    out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
 
 
 @app.command()
@@ -209,7 +214,7 @@ def scene(
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
         out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
-    out.print(f"all tables are in {folder}", soft_wrap=True)
+    out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
 
 
 @app.command()
@@ -237,6 +242,7 @@ def digest(
     """Run reference scenes over their seeds and store their digests; refused when a replay disagrees."""
     from pywet.compare import command
 
+    make_folder(folder)
     command.renew(names or [], folder)
 
 
@@ -248,11 +254,12 @@ def agreement(
     """Make the table of agreement: every quantity by every program against the best truth, on one page."""
     from pywet.agreement import page, sources
 
+    make_folder(folder)
     for name in only or sources.SOURCES:
         with err.status(f"agreement: {name}"):
             found = sources.run(name, folder)
         out.print(f"{name:<12}{found.failed or f'{len(found.cells)} cells, {found.wall_s:.0f} s'}", soft_wrap=True)
-    out.print(str(page.make(folder)), soft_wrap=True)
+    out.print(str(page.make(folder)), soft_wrap=True, markup=False)
 
 
 @app.command()

@@ -1,6 +1,7 @@
 """Whole files or none: everything is written under a temporary name in the same folder and renamed at the end.
 
 And the one way to read a file back: `read_json`, `read_model`, `read_table` end a wrong one in a sentence, never a traceback.
+Tables carry check sums, so that a flipped bit is found.
 """
 
 from __future__ import annotations
@@ -13,13 +14,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import pandas as pd
 from pyarrow.lib import ArrowException
-from pydantic import BaseModel, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from pywet.errors import PywetError
+from pywet.history.schema import INTEGER, NUMBER, expected_columns, needs_rows
 
-Model = TypeVar("Model", bound=BaseModel)
+Model = TypeVar("Model")
+AGAIN = "the run is not whole or was changed: run it again"
+"""Where to mend a file that a run has written."""
 
 
 @contextmanager
@@ -33,11 +38,29 @@ def atomic_write(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     except OSError as error:
         raise PywetError(
-            f"{path} could not be written ({error.strerror}); expected a writable folder with free space"
+            f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
+            "expected a writable folder with free space"
         ) from error
+    except ValueError as error:
+        if "null" not in str(error):  # a path with a zero byte
+            raise
+        raise PywetError(f"{shown(path)} is no path ({error}); expected one without a zero byte") from error
     finally:
-        with suppress(NotADirectoryError):
+        with suppress(OSError, ValueError):
             temporary.unlink(missing_ok=True)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder before the work whose results go there; a sentence where it cannot be written to."""
+    with atomic_write(Path(path) / "writable") as temporary:
+        temporary.touch()
+    (Path(path) / "writable").unlink()
+
+
+def refused(error: OSError) -> str:
+    """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
+    where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
+    return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -50,7 +73,7 @@ def write_json(path: Path, value: Any) -> None:
 def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
     """Write a table as Parquet, and beside it as CSV where asked for."""
     with atomic_write(path) as temporary:
-        table.to_parquet(temporary, index=False)
+        table.to_parquet(temporary, index=False, write_page_checksum=True)
     if csv:
         with atomic_write(path.with_suffix(".csv")) as temporary:
             table.to_csv(temporary, index=False)
@@ -85,23 +108,30 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         raise ValueError(f"{word} is not a number that can be worked with")
 
     try:
-        content = text.decode("utf-8") if isinstance(text, bytes) else text
+        content = text.decode("utf-8-sig") if isinstance(text, bytes) else text
         deepest = max(itertools.accumulate((c in "[{") - (c in "]}") for c in content), default=0)
         if deepest > MAX_DEPTH:
             raise ValueError(f"it is nested {deepest} levels deep")
-        return json.loads(
+        found = json.loads(
             content, object_pairs_hook=no_twins, parse_int=number, parse_float=number, parse_constant=constant
         )
+        json.dumps(found, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
+        return found
     except UnicodeDecodeError as error:
         raise PywetError(f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}") from error
     except (ValueError, RecursionError) as error:
         raise PywetError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}") from error
 
 
-def one_line(error: object) -> str:
-    """An exception's text in one line of at most 300 characters."""
-    text = " ".join(str(error).split()) or type(error).__name__
-    return text if len(text) <= 300 else text[:299] + "…"
+def one_line(error: object, most: int = 300) -> str:
+    """An exception's text in one line of at most `most` characters."""
+    text = _printable(" ".join(str(error).split())) or type(error).__name__
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def _printable(text: str) -> str:
+    """Control characters and lone surrogates as their escapes, so that a terminal shows and does not obey them."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def read_text(path: Path, cure: str) -> bytes:
@@ -116,34 +146,81 @@ def read_text(path: Path, cure: str) -> bytes:
 
 def shown(path: Path) -> str:
     """A path as a sentence can hold it: on one line, at most 200 characters."""
-    text = repr(str(path))[1:-1]
+    text = _printable(str(path))
     return text if len(text) <= 200 else f"{text[:80]}…{text[-80:]}"
 
 
-def read_json(path: Path, cure: str) -> Any:
-    """A JSON file as Python values; see `parse_json`."""
-    return parse_json(read_text(path, cure), shown(path), cure)
+def read_json(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
+    """A JSON file as Python values that fit the type `shape`; see `parse_json`."""
+    value = parse_json(read_text(path, cure), shown(path), cure)
+    _fit(shape, value, path, cure)
+    return value
 
 
-def read_model(path: Path, model: type[Model], cure: str) -> Model:
-    """A JSON file as a pydantic model; the sentence names the first field that is wrong."""
-    value = read_json(path, cure)
+def read_if_there(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
+    """`read_json`, None where there is no such file."""
+    return read_json(path, cure, shape) if os.path.lexists(path) else None
+
+
+def read_model(path: Path, model: type[Model], cure: str = AGAIN) -> Model:
+    """A JSON file as a pydantic model or a dataclass; the sentence names the first field that is wrong."""
+    found: Model = _fit(model, read_json(path, cure), path, cure)
+    return found
+
+
+def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
+    if shape is Any:
+        return value
     try:
-        return model.model_validate_json(json.dumps(value))
+        return TypeAdapter(shape).validate_json(json.dumps(value))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise PywetError(f"{shown(path)}: {where}: {one_line(first['msg'])}: {cure}") from error
+        said = first["msg"].removeprefix("Value error, ")
+        raise PywetError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}") from error
 
 
-def read_table(path: Path, cure: str, columns: Collection[str] = ()) -> pd.DataFrame:
-    """A Parquet table that holds at least `columns`; a sentence where it is missing, damaged or lacks one."""
+def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> pd.DataFrame:
+    """A Parquet table that holds at least `columns`, and, where it is one of a run's, what `expected_columns` says.
+
+    A sentence where it is missing, damaged, lacks a column, or holds in it anything but finite numbers (integers).
+    """
+    path = Path(path)
     try:
-        table = pd.read_parquet(path)
+        table = pd.read_parquet(path, page_checksum_verification=True)
     except (OSError, ValueError, KeyError, TypeError, OverflowError, ArrowException) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
         raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
-    missing = [name for name in columns if name not in table.columns]
+    kinds = expected_columns(path)
+    missing = [name for name in (*kinds, *columns) if name not in table.columns]
     if missing:
         raise PywetError(f"{shown(path)} has no column {', '.join(missing)}: {cure}")
+    if table.empty and needs_rows(path):
+        raise PywetError(f"{shown(path)} holds no row: {cure}")
+    for name, kind in kinds.items():
+        _check_column(table[name], kind, f"{shown(path)}: column {name}", cure)
     return table
+
+
+def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
+    """A CSV table, with pandas' own options; a sentence where it is missing, empty or damaged."""
+    try:
+        table: pd.DataFrame = pd.read_csv(path, **how)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
+        raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
+    return table
+
+
+KINDS = {INTEGER: "iu", NUMBER: "iuf"}
+"""What a column is said to hold -> kinds of numpy's that are that."""
+
+
+def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
+    """Refuse text in place of numbers, fractions in place of integers, NaN and infinities."""
+    if not len(values) or kind not in KINDS:
+        return
+    if values.dtype.kind not in KINDS[kind]:
+        raise PywetError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
+    if kind == NUMBER and not np.isfinite(values.to_numpy(dtype=float)).all():
+        raise PywetError(f"{where} holds a value that is not finite, expected numbers: {cure}")

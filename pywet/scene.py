@@ -12,6 +12,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from pywet.files import read_model
+
 
 def _title(text: str) -> str:
     """A name for people: it also stands in comments of decks and in file names' messages."""
@@ -192,7 +194,7 @@ class Scene(Strict):
 
     name: Title
     seed: int
-    classes: tuple[SphereClass, ...]
+    classes: Annotated[tuple[SphereClass, ...], Field(min_length=1)]
     pairs: tuple[ContactPair, ...]
     liquid: Liquid | None
     walls: tuple[WallMesh, ...]
@@ -258,4 +260,4 @@ class Scene(Strict):
     @classmethod
     def read(cls, path: Path) -> Scene:
         """Read `scene.json`."""
-        return cls.model_validate_json(Path(path).read_text())
+        return read_model(path, cls, "expected the scene of a run: build it again")

@@ -16,7 +16,7 @@ import pandas as pd
 
 from pywet import advisor, small
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_table, write_json
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
@@ -106,12 +106,12 @@ def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
     steps = round((choice.seconds or 0.8 * r / speed) / step)
     _prepare(run_dir, choice, sphere, bodies, step, steps, log_every_step=True)
     small.run(run_dir, bodies, choice.ranks)
-    log, events = (pd.read_parquet(run_dir / "history" / f"{name}.parquet") for name in ("contacts", "events"))
+    log, events = (read_table(run_dir / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     broken = events[events["kind"] == 1]
     return {
         "largest_force_N": float(np.abs(log["force_i_z"]).max()),
         "rupture_distance_m": float(broken["separation"].iloc[0]) if len(broken) else math.nan,
-        "work_J": float(pd.read_parquet(run_dir / "history" / "energy.parquet")["drive"].iloc[-1]),
+        "work_J": float(read_table(run_dir / "history" / "energy.parquet")["drive"].iloc[-1]),
     }
 
 
@@ -129,9 +129,9 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
     steps = round((choice.seconds or (4.0 * gap + 2.0 * r) / speed) / step)
     _prepare(run_dir, choice, sphere, bodies, step, steps, stiffness=1e5)
     small.run(run_dir, bodies, choice.ranks)
-    end = pd.read_parquet(run_dir / "trajectory.parquet").query("step == step.max()").sort_values("id")["vz"].to_numpy()
-    energy = pd.read_parquet(run_dir / "history" / "energy.parquet").iloc[-1]
-    apart = pd.read_parquet(run_dir / "history" / "ledger.parquet")["bridge_count"].iloc[-1] == 0
+    end = read_table(run_dir / "trajectory.parquet").query("step == step.max()").sort_values("id")["vz"].to_numpy()
+    energy = read_table(run_dir / "history" / "energy.parquet").iloc[-1]
+    apart = read_table(run_dir / "history" / "ledger.parquet")["bridge_count"].iloc[-1] == 0
     return {
         "restitution": float(end[1] - end[0]) / (2.0 * v) if apart else 0.0,
         **{f"{name}_J": float(energy[name]) for name in ("contact", "capillary", "viscous_normal")},
@@ -150,9 +150,9 @@ def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
     steps = round((choice.seconds or 0.4) / step)
     _prepare(run_dir, choice, sphere, bodies, step, steps, walls=(vessel,), gravity=(0.0, 0.0, -9.81))
     small.run(run_dir, bodies, choice.ranks)
-    end = pd.read_parquet(run_dir / "trajectory.parquet").query("step == step.max()")
+    end = read_table(run_dir / "trajectory.parquet").query("step == step.max()")
     top = float(np.sort(end["z"].to_numpy())[-across * across // 2 :].mean()) + r
-    ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet").iloc[-1]
+    ledger = read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
     return {
         "solid_fraction": choice.spheres * 4.0 / 3.0 * math.pi * r**3 / (4.0 * half**2 * top),
         "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
@@ -179,9 +179,9 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
         run_dir, choice, sphere, bodies, step, steps, walls=walls, gravity=(0.0, -9.81, 0.0), rotation=turning
     )  # fmt: skip
     small.run(run_dir, bodies, choice.ranks)
-    centre = pd.read_parquet(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
+    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
     angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))[len(centre) // 2 :]
-    ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet").iloc[-1]
+    ledger = read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
     return {
         "dynamic_angle_deg": float(angle.mean()),
         "dynamic_angle_deviation_deg": float(angle.std()),

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from pywet.errors import PywetError
+from pywet.files import read_json
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -54,13 +56,14 @@ def stage(folder: Path, stage: str, work: Any) -> None:
 
 def show_summary(folder: Path) -> None:
     """A few lines on a run; exit code 1 when its checks, ledger or replay object."""
-    import json
 
     from pywet.screening import verdict
+    from pywet.screening.shapes import Replay, Summary
 
-    summary = json.loads((folder / "summary.json").read_text())
+    summary = read_json(folder / "summary.json", shape=Summary)
     out.print(
-        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s"
+        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s",
+        markup=False,
     )
     end, coarse = summary["fraction_retained_end"], summary["coarse_share"]
     out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
@@ -69,7 +72,7 @@ def show_summary(folder: Path) -> None:
     show_audit(folder)
     replayed = folder / "replay.json"
     if replayed.exists():
-        show_agreement(json.loads(replayed.read_text()))
+        show_agreement(read_json(replayed, shape=Replay))
     objections = verdict.objections(folder)
     if objections:
         raise PywetError("; ".join(objections))
@@ -94,7 +97,7 @@ def show_agreement(replay_json: dict[str, Any]) -> None:
     rows = agreement(replay_json)
     for row in rows:
         verdict = "[green]agrees" if row.ok else "[red]disagrees"
-        table.add_row(row.quantity, str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
+        table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
     out.print(table)
     bad = [row.quantity for row in rows if not row.ok]
     if bad:

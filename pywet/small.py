@@ -93,7 +93,8 @@ def prepare(
 ) -> Scene:
     """Write everything a small scene needs into `run_dir` and return it; `more` are further fields of `Scene`.
 
-    `prisms` names the walls whose parts are prisms to the dry contact. Laws of `effects` in files, `path/to/file.py:function`, may run from now on: the caller names them.
+    `prisms` names the walls whose parts are prisms to the dry contact. Laws of `effects` in files,
+    `path/to/file.py:function`, may run from now on: the caller names them.
     """
     named = {kind: own.placed(law) for kind, law in effects.laws.items()}
     own.trust(named.values())

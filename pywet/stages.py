@@ -6,7 +6,6 @@ case never stops the others, and the report can name it. Used by the command lin
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 import traceback
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_model, refused, write_json
 
 NEEDS = {"scene": None, "simulate": "scene", "replay": "simulate", "results": "simulate", "vtk": "simulate"}
 """Stage -> the stage without which it cannot be done; in the order they run."""
@@ -35,8 +34,11 @@ class Status:
 
     @classmethod
     def read(cls, path: Path) -> Status:
-        """Read a status file."""
-        return cls(**json.loads(Path(path).read_text()))
+        """Read a status file; a damaged one counts as that of a failed stage, which is tried again."""
+        try:
+            return read_model(path, cls, "run the case again")
+        except PywetError as error:
+            return cls(Path(path).stem, False, 0.0, Path(path).stem, str(error))
 
 
 def status_path(run_dir: Path, stage: str) -> Path:
@@ -78,6 +80,8 @@ def _run(work: Callable[[], Any]) -> str | None:
         work()
     except PywetError as error:
         return str(error)
+    except OSError as error:
+        return refused(error)
     except Exception as error:
         traceback.print_exc()
         return f"fault in the program, {type(error).__name__}: {error} (traceback in the log)"

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pywet import audit
+from pywet.screening.shapes import FORCES
 
 TOLERANCE = 0.01
 
@@ -67,7 +68,7 @@ def test_file(tmp_path: Path) -> None:
     (tmp_path / "plan.json").write_text(json.dumps({"rows": [planned(on=False)]}))
     assert audit.write(tmp_path) is None and audit.read(tmp_path) is None
     entry = {"acting": False, "impulse_share": 0.3}
-    effects = dict.fromkeys(("capillary", "viscous_normal", "viscous_tangential"), entry)
+    effects = dict.fromkeys(FORCES, entry)
     (tmp_path / "contributions.json").write_text(json.dumps({"effects": effects}))
     found = audit.write(tmp_path)
     assert found == audit.read(tmp_path)

@@ -171,7 +171,7 @@ A_WALL = {"wall": "large", "contact_angle_deg": 30}
         (changed(separations_m=[]), ["separations_m", "1"]),
         (changed(laws=["rabinowitsch"]), ["no law named rabinowitsch", "rabinovich", "mend laws"]),
         (changed(viscosity_mPas=1.0), ["viscosity_mPas", "not known", "viscosity_Pa_s"]),
-        ("{bodies: 2}", ["is not JSON", "docs/bridge.md"]),
+        ("{bodies: 2}", ["is not the JSON", "line 1", "docs/bridge.md"]),
         ("[]", ["content"]),
     ],
 )

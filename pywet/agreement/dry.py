@@ -32,6 +32,7 @@ from pywet.agreement.model import (
 )  # fmt: skip
 from pywet.agreement.replayed import classes, momenta
 from pywet.errors import PywetError
+from pywet.files import read_table
 from pywet.scene import ContactPair
 
 R, STIFFNESS, RESTITUTION, FRICTION, SPEED = 2.5e-3, 1e7, 0.8, 0.3, 0.2
@@ -137,7 +138,7 @@ def _truths(row: str) -> Iterator[Cell]:
 
 def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell]:
     """Deviation after the impact; momentum of the sliding impact."""
-    table = pd.read_parquet(folder / "trajectory.parquet")
+    table = read_table(folder / "trajectory.parquet")
     found, link = read(table), f"runs/{folder.name}/"
     note = f"{PARTS} steps in the contact, first order in the step"
     if row == "restitution":
@@ -190,6 +191,6 @@ def _yade(folder: Path, angle_deg: float) -> None:
     from pywet.engines.yade import driver
 
     bodies = prepare(folder, angle_deg)
-    spheres = pd.read_parquet(folder / "spheres.parquet")
+    spheres = read_table(folder / "spheres.parquet")
     assert len(bodies) == len(spheres)
     driver.run(folder, progress=False)

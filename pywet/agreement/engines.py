@@ -32,6 +32,7 @@ from pywet.agreement.model import (
 from pywet.compare import statistics, verdict
 from pywet.compare.statistics import Sample
 from pywet.errors import PywetError
+from pywet.files import read_table
 
 HOW = "run `snakemake --cores 2 engines`, then `snakemake --cores 2 agreement`"
 EMPTY = {
@@ -108,7 +109,7 @@ def _pair(
 
 def _band(runs: list[Path]) -> dict[str, Any]:
     """Mean, least and largest fraction retained over time."""
-    tables = [pd.read_parquet(r / "results" / "fraction_retained.parquet") for r in runs]
+    tables = [read_table(r / "results" / "fraction_retained.parquet") for r in runs]
     values = np.array([t["fraction_retained"].to_numpy(float) for t in tables])
     return {
         "time": tables[0]["time_since_opening_s"].tolist(),
@@ -121,7 +122,7 @@ def _band(runs: list[Path]) -> dict[str, Any]:
 def _beds(crosscheck: Path) -> Iterator[Cell]:
     """Beds settled in all programs from the same places, one row of bed.parquet per program and seed."""
     files = sorted(crosscheck.glob("bed/seed*/bed.parquet"))
-    table = pd.concat([pd.read_parquet(f) for f in files]) if files else pd.DataFrame({"engine": []})
+    table = pd.concat([read_table(f) for f in files]) if files else pd.DataFrame({"engine": []})
     for rows, programs in ((MOIST, PROGRAMS), (DRY_BED, DRY_PROGRAMS)):
         for row, column in rows.items():
             values = {c: table.loc[table["engine"] == name, column].to_numpy(float) if files else np.array([])
@@ -137,7 +138,7 @@ def _beds(crosscheck: Path) -> Iterator[Cell]:
 def _contacts(crosscheck: Path) -> Iterator[Cell]:
     """Restitution and friction of a screening case's contacts at its own time step, against the configured ones."""
     file = crosscheck / "contacts" / "rows.parquet"
-    table = pd.read_parquet(file) if file.exists() else pd.DataFrame({"quantity": [], "engine": []})
+    table = read_table(file) if file.exists() else pd.DataFrame({"quantity": [], "engine": []})
     for row, start in CONTACTS.items():
         yield truth(row, EXACT, "the coefficient that is configured")
         yield impossible(row, REFERENCE, "a dry run on the stock program logs no contacts")

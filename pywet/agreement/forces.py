@@ -36,6 +36,7 @@ from pywet.agreement.stock import LAWS, SCAN, Stock, scans
 from pywet.bridge_query import Query
 from pywet.engines.stock.liggghts import liggghts_drag
 from pywet.errors import PywetError
+from pywet.files import read_table
 from pywet.history.schema import FORMATION, RUPTURE
 from reference_impl import bridge as own_bridge
 from reference_impl import laws
@@ -151,7 +152,7 @@ def _engine(
 
 def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
     """Volume of the new bridge against what the law draws from the films at the start."""
-    films = pd.read_parquet(folder / "history" / "spheres.parquet")["film"].to_numpy(float)
+    films = read_table(folder / "history" / "spheres.parquet")["film"].to_numpy(float)
     drawn = sum(laws.drawn_from_sphere(laws.SPHERE, float(film), R, R, 0.0) for film in films)
     volume = events.loc[events["kind"] == FORMATION, "volume"].to_numpy(float)[:1]
     note = "event log; which volumes the films of every formation give is replayed in the rows above"

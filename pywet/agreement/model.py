@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -12,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet.files import write_json
+from pywet.files import read_model, write_json
 
 Floats = NDArray[np.float64]
 EXACT, REFERENCE, LIGGGHTS, YADE, WASHINO, EASO = "exact", "reference", "liggghts", "yade", "washino", "easo"
@@ -62,9 +61,7 @@ class Source:
     @classmethod
     def read(cls, path: Path) -> Source:
         """Back from JSON."""
-        raw = json.loads(path.read_text())
-        raw["cells"] = [Cell(**c) for c in raw["cells"]]
-        return cls(**raw)
+        return read_model(path, cls, "remove it and make the table of agreement again")
 
 
 def measured(

@@ -5,7 +5,6 @@ Source `screening`: what the replay said of the moist screening cases that have 
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,7 +28,9 @@ from pywet.agreement.model import (
     truth,
 )  # fmt: skip
 from pywet.agreement.rows import NO_LOG, NO_MIGRATION, OWN_REASONS, QUANTITIES, REPLAY_REASONS
+from pywet.files import read_json, read_table
 from pywet.scene import ContactPair, Effects, Liquid, Scene, SphereClass
+from pywet.screening.shapes import Replay
 from reference_impl.replay import replay
 
 R = 2.5e-3
@@ -98,9 +99,10 @@ def screening(results: Path) -> Source:
                 reasons = {**REPLAY_REASONS, **OWN_REASONS.get(key, {})}
                 cells += [impossible(f"{key}_{row}", column, why) for column, why in reasons.items()]
             continue
-        found = [json.loads(f.read_text()) for f in kept]
+        found = [read_json(f, shape=Replay) for f in kept]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
-        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {sum(f['contacts'] for f in found)} contacts"
+        contacts = sum(f.get("contacts", 0) for f in found)
+        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {contacts} contacts"
         said += "; exact laws come from tables" if row == "screening_exact" else ""
         cells += _cells(row, found, f"../{kept[0].parent.parent.name}/report.html", said, names)
     return Source("screening", cells)
@@ -195,7 +197,7 @@ def _throw(folder: Path, kinds: list[SphereClass], effects: Effects) -> None:
 
 def _kept(row: str, folder: Path, kinds: list[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
     """Linear (0) or angular (1) momentum over a run."""
-    table = pd.read_parquet(folder / "trajectory.parquet")
+    table = read_table(folder / "trajectory.parquet")
     *both, sizes = momenta(table, kinds)
     lost = np.linalg.norm(both[which] - both[which][0], axis=1)
     times = [f"t = {1e3 * t:.0f} ms" for t in np.unique(table["time"])]
@@ -222,7 +224,7 @@ def _bed_energy(folder: Path) -> Iterator[Cell]:
 
 def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
     """Budget of energy at every output: an identity of the integrator, half kicks at both ends included."""
-    energy = pd.read_parquet(folder / "history" / "energy.parquet")
+    energy = read_table(folder / "history" / "energy.parquet")
     moving = energy["kinetic"] + energy["spin"]
     works = energy[list(WORKS)]
     left = (moving - moving.iloc[0] - works.sum(axis=1) - energy["half_kick"]).to_numpy(float)
@@ -253,7 +255,7 @@ def _split(folder: Path) -> Iterator[Cell]:
         steps=10,
     )
     small.run(folder, bodies)
-    nodes = pd.read_parquet(folder / "history" / "transfer.parquet")
+    nodes = read_table(folder / "history" / "transfer.parquet")
     nodes = nodes[(nodes["type_i"] == 1) & (nodes["type_j"] == 2) & (nodes["v_star"] > 1e-4)].iloc[::12]
     from pywet import young_laplace
     from reference_impl import bridge
@@ -274,6 +276,6 @@ def _split(folder: Path) -> Iterator[Cell]:
 
 def _places(folder: Path) -> dict[str, Any]:
     """Spheres of the settled bed for the picture."""
-    table = pd.read_parquet(folder / "trajectory.parquet").query("step == step.max()")
-    radius = json.loads((folder / "scene.json").read_text())["classes"][0]["radius_m"]
+    table = read_table(folder / "trajectory.parquet").query("step == step.max()")
+    radius = Scene.read(folder / "scene.json").classes[0].radius_m
     return {"radius": radius, "at": table[["x", "y", "z"]].to_numpy(float).tolist()}

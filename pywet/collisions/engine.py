@@ -18,6 +18,7 @@ from pywet import small
 from pywet.collisions import wall
 from pywet.collisions.problem import Liquid, Problem
 from pywet.errors import PywetError
+from pywet.files import read_table
 from pywet.scene import ContactPair, Effects, SphereClass
 from pywet.scene import Liquid as SceneLiquid
 
@@ -123,12 +124,12 @@ def _scene_liquid(liquid: Liquid | None, thickness: float) -> SceneLiquid | None
 def _read(folder: Path, case: Problem, wet: bool) -> EngineRun:
     """State in the last step of the bridge, or at the end of a dry run."""
     if not wet:
-        end = pd.read_parquet(folder / "trajectory.parquet").sort_values("step").iloc[-1]
+        end = read_table(folder / "trajectory.parquet").sort_values("step").iloc[-1]
         return EngineRun(
             float(end["vz"]) / case.normal_velocity_m_per_s, float(end["vx"]), -float(end["wy"]), None, None
         )
-    log = pd.read_parquet(folder / "history" / "contacts.parquet").sort_values("step")
-    events = pd.read_parquet(folder / "history" / "events.parquet")
+    log = read_table(folder / "history" / "contacts.parquet").sort_values("step")
+    events = read_table(folder / "history" / "events.parquet")
     first: Any = log[log["step"] <= _rupture_step(events)]
     last = first.iloc[-1]
     stays = 1 not in set(events["kind"])

@@ -9,7 +9,7 @@ import pandas as pd
 
 from pywet.collisions import curves, effects, figures, study, twin
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import atomic_write, read_csv
 from pywet.view import page
 
 
@@ -77,7 +77,7 @@ def write(folder: Path, names: Sequence[str] = tuple(TABLES)) -> None:
         if name in DRAWN:
             body = page.picture_file(folder / f"{name}.svg", CAPTIONS[name])
         else:
-            body = page.paragraph(CAPTIONS[name]) + _as_table(pd.read_csv(folder / f"{name}.csv"))
+            body = page.paragraph(CAPTIONS[name]) + _as_table(read_csv(folder / f"{name}.csv"))
         body += f'<p class="soft"><a href="{name}.csv">values</a></p>'
         sections.append(page.Section(TITLES[name], body, name))
     page.write(folder / "index.html", "Wet collisions with a wall", LEAD, sections, footer="snakemake wall_collision")

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pywet.collisions import contact
 from pywet.collisions.model import Parameters
 
-Positive = Annotated[float, Field(gt=0, le=1e30, allow_inf_nan=False)]
+Positive = Annotated[float, Field(ge=1e-30, le=1e30, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5)]
 Restitution = Annotated[float, Field(ge=0, le=1)]
 Integrator = Literal["compiled", "DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA"]
@@ -105,7 +105,7 @@ class Problem(Strict):
     partner: Partner | None = None
     liquid: Liquid | None
     friction: Annotated[float, Field(ge=0, le=100)]
-    normal_velocity_m_per_s: Annotated[float, Field(gt=0, le=1e4)]
+    normal_velocity_m_per_s: Annotated[float, Field(ge=1e-9, le=1e4)]
     angle_deg: Annotated[float, Field(ge=0, lt=90)] = 0.0
     omega_rad_per_s: Annotated[float, Field(ge=-1e9, le=1e9)] = 0.0
     gravity_m_per_s2: Annotated[float, Field(ge=0, le=1e4)] = 9.81

@@ -7,7 +7,6 @@ a few spheres, adaptive steps.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from pywet.collisions.nspheres.forms import parse
 from pywet.collisions.nspheres.outcome import describe, mechanism, outcome, wet_restitution
 from pywet.collisions.nspheres.problem import Problem
 from pywet.collisions.nspheres.simulate import METHODS, Run, run
-from pywet.errors import PywetError
+from pywet.files import read_json, shown
 
 __all__ = [
     "METHODS",
@@ -48,12 +47,4 @@ def collide(description: dict[str, Any], where: str = "the description") -> dict
 
 def collide_file(path: Path) -> dict[str, Any]:
     """Run the description in a JSON file."""
-    try:
-        text = path.read_text()
-    except OSError as error:
-        raise PywetError(f"{path} could not be read ({error.strerror}); expected a JSON file") from error
-    try:
-        description = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise PywetError(f"{path} is no JSON ({error.msg} in line {error.lineno}); mend it there") from error
-    return collide(description, str(path))
+    return collide(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))

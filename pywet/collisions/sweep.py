@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
-import json
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -15,6 +15,7 @@ from pywet.collisions import wall
 from pywet.collisions.problem import Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
+from pywet.files import read_json
 
 MOST = 1_000_000
 RESULTS = (
@@ -34,19 +35,9 @@ ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual
 
 def read(path: Path) -> dict[str, Any]:
     """The content of an input file."""
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise PywetError(
-            f"{path} could not be read ({why}), expected a JSON file that describes a collision"
-        ) from error
-    except json.JSONDecodeError as error:
-        raise PywetError(f"{path} is not JSON in line {error.lineno}: {error.msg}; mend it there") from error
-    if not isinstance(content, dict):
-        raise PywetError(
-            f"{path} holds {type(content).__name__}, expected an object with particle, wall, liquid and so on"
-        )
+    content: dict[str, Any] = read_json(
+        path, "describe particle, wall, liquid and so on as in docs/wall_collision.md", dict[str, Any]
+    )
     return content
 
 
@@ -67,7 +58,7 @@ def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict
     """Each combination of the lists' values: (what was chosen by dotted key, the input with it)."""
     places = swept(content)
     for chosen in itertools.product(*(values for _, values in places)):
-        given = json.loads(json.dumps(content))
+        given = copy.deepcopy(content)
         for (keys, _), value in zip(places, chosen, strict=True):
             inner = given
             for key in keys[:-1]:

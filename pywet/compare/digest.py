@@ -7,7 +7,6 @@ tolerance of the quantity's scale.
 
 from __future__ import annotations
 
-import json
 import platform
 import shutil
 import subprocess
@@ -22,7 +21,7 @@ from scipy import stats
 
 from pywet.compare.quantities import RunData, read
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_if_there, read_model, write_json
 from pywet.scenes import RESULT
 
 TIMES = 5
@@ -87,7 +86,7 @@ def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
 def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
     """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
     found, result = numbers_of(read(run_dir)), Path(run_dir) / RESULT
-    told = json.loads(result.read_text()) if result.exists() else {}
+    told = read_if_there(result, shape=dict[str, Any]) or {}
     numbers = {
         f"result {k}": (float(v), abs(float(v)) or 1.0, "") for k, v in told.items() if isinstance(v, int | float)
     }
@@ -150,9 +149,7 @@ def load(path: Path) -> Digest:
     """Read one."""
     if not Path(path).exists():
         raise PywetError(f"there is no digest {path}; expected one of tests/data/digests/*.json")
-    raw: dict[str, Any] = json.loads(Path(path).read_text())
-    raw["numbers"] = {k: Number(**v) for k, v in raw["numbers"].items()}
-    return Digest(**raw)
+    return read_model(path, Digest, "make it again with `pywet digest`")
 
 
 def allowed(digest: Digest, number: Number) -> float:

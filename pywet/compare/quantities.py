@@ -7,7 +7,6 @@ left out. Each quantity has a scale [its unit], against which deviations and rou
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +18,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pywet.errors import PywetError
+from pywet.files import read_if_there, read_table
 from pywet.scene import Scene
+from pywet.screening.shapes import Replay, Summary
 
 Floats = NDArray[np.float64]
 TOUCHING = 1e-2
@@ -85,12 +86,11 @@ def read(run_dir: Path) -> RunData:
 
 def _table(run_dir: Path, name: str) -> pd.DataFrame | None:
     path = run_dir / f"{name}.parquet"
-    return pd.read_parquet(path) if path.exists() else None
+    return read_table(path) if path.exists() else None
 
 
 def _json(run_dir: Path, name: str) -> Any:
-    path = run_dir / name
-    return json.loads(path.read_text()) if path.exists() else None
+    return read_if_there(run_dir / name, shape={"summary.json": Summary, "replay.json": Replay}[name])
 
 
 def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
@@ -193,6 +193,6 @@ def _checks(run_dir: Path) -> Iterator[tuple[str, tuple[bool, float]]]:
     replay = _json(run_dir, "replay.json")
     if replay is not None:
         worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
-        yield "replay", (bool(replay["ok"]), float(worst))
+        yield "replay", (bool(replay.get("ok")), float(worst))
     for check in (_json(run_dir, "summary.json") or {}).get("checks", []):
         yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from pywet import config, scenes, stages
 from pywet.compare import digest
 from pywet.compare.digest import Digest
 from pywet.errors import PywetError
-from pywet.files import write_json, write_table
+from pywet.files import read_table, write_json, write_table
 from pywet.history.initial import sphere_table
 from pywet.screening import cases
 
@@ -70,7 +69,7 @@ def screening(seed: int, folder: Path) -> Numbers:
     """Case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
     loaded = config.load(Path(__file__).parents[2] / "config").with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
-    spheres = pd.read_parquet(folder / scene.spheres_file)
+    spheres = read_table(folder / scene.spheres_file)
     spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
     spheres["id"] = np.arange(1, len(spheres) + 1)
     classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)

@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 from pywet.config.loading import FILES
-from pywet.files import write_json
+from pywet.files import read_json, write_json
 
 
 def schemas() -> dict[str, dict[str, Any]]:
@@ -37,7 +36,7 @@ def stale(folder: Path) -> list[str]:
     old = []
     for name, schema in schemas().items():
         path = Path(folder) / name
-        if not path.is_file() or json.loads(path.read_text()) != schema:
+        if not path.is_file() or read_json(path) != schema:
             old.append(name)
     return old
 

@@ -23,7 +23,7 @@ from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
 from pywet.engines.yade import moist
 from pywet.errors import PywetError
-from pywet.files import write_table
+from pywet.files import read_table, write_table
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import make_surface
 from pywet.scene import Output, Scene
@@ -101,7 +101,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     ours = folder / "pywet"
     scene = prepare(ours, bed)
     small.run(ours, [])
-    ledger = pd.read_parquet(ours / "history" / "ledger.parquet").iloc[-1]
+    ledger = read_table(ours / "history" / "ledger.parquet").iloc[-1]
     standing = int(ledger["bridge_count"])
     volume = float(ledger["bridges"]) / max(standing, 1)
     found.append({"engine": OURS, **measure(ours), "bridges_per_sphere": 2.0 * standing / bed.spheres})
@@ -130,7 +130,7 @@ def measure(run_dir: Path) -> dict[str, float]:
     Two spheres count as in contact at a gap below a hundredth of the radius.
     """
     scene = Scene.read(run_dir / "scene.json")
-    table = pd.read_parquet(run_dir / "trajectory.parquet")
+    table = read_table(run_dir / "trajectory.parquet")
     end = table[table["step"] == table["step"].max()]
     r = scene.classes[0].radius_m
     at = end[["x", "y", "z"]].to_numpy(float)

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pywet import config, small, stages
+from pywet.files import read_table
 from pywet.screening import cases
 
 SPEED = 0.3
@@ -116,7 +116,7 @@ def _prepare(made: cases.Ingredients, path: Path, spheres: list[small.Sphere], s
 
 def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndarray]:
     """Relative speed after over before, of each pair at each instant of touch."""
-    table = pd.read_parquet(path / "trajectory.parquet")
+    table = read_table(path / "trajectory.parquet")
     end = table[table["step"] == table["step"].max()].set_index("id")["vz"]
     found: dict[tuple[int, int], list[float]] = {}
     for s in sites:
@@ -127,7 +127,7 @@ def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndar
 
 def _friction(path: Path) -> dict[int, float]:
     """Loss of speed per time over g, of each class, from the second half of the run."""
-    table = pd.read_parquet(path / "trajectory.parquet")
+    table = read_table(path / "trajectory.parquet")
     found = {}
     for kind, rows_of in table.groupby("type"):
         late = rows_of.iloc[len(rows_of) // 2 :]

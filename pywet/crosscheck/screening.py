@@ -16,7 +16,7 @@ import pandas as pd
 
 from pywet import config as settings
 from pywet.errors import PywetError
-from pywet.files import write_json, write_table
+from pywet.files import read_table, write_json, write_table
 from pywet.geometry.surface import Floats
 from pywet.scene import Scene
 
@@ -66,7 +66,7 @@ def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:
 
 def read(run_dirs: list[Path]) -> tuple[Floats, Floats]:
     """Times [s] since the slide opened, shape (T,), and fraction retained of each run, shape (runs, T)."""
-    tables = [pd.read_parquet(Path(d) / "results" / "fraction_retained.parquet") for d in run_dirs]
+    tables = [read_table(Path(d) / "results" / "fraction_retained.parquet") for d in run_dirs]
     times = tables[0]["time_since_opening_s"].to_numpy()
     if any(len(t) != len(times) or not np.allclose(t["time_since_opening_s"], times) for t in tables):
         raise PywetError("the runs to compare have different output times; give runs of one case and scale")

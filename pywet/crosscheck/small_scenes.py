@@ -9,7 +9,7 @@ import pandas as pd
 
 from pywet.crosscheck import bed, contacts, pictures, pulls
 from pywet.errors import PywetError
-from pywet.files import write_table
+from pywet.files import read_table, write_table
 
 
 def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
@@ -27,10 +27,10 @@ def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
     elif what == "contacts":
         write_table(pd.DataFrame(contacts.rows(Path("config"), outputs[0].parent)), outputs[0], csv=True)
     elif what == "beds":
-        tables = [pd.read_parquet(path) for path in inputs]
+        tables = [read_table(path) for path in inputs]
         write_table(pd.DataFrame(bed.rows(tables)), outputs[0], csv=True)
         pictures.bed(pd.concat(tables), outputs[1])
     elif what == "all":
-        write_table(pd.concat([pd.read_parquet(p) for p in inputs], ignore_index=True), outputs[0], csv=True)
+        write_table(pd.concat([read_table(p) for p in inputs], ignore_index=True), outputs[0], csv=True)
     else:
         raise PywetError(f"the small scene {what} was asked for; expected pulls, contacts, bed, beds or all")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from functools import cache
 from pathlib import Path
+
+from pywet.files import read_json
 
 STORED = Path(__file__).with_name("costs.json")
 
@@ -14,10 +15,10 @@ def measured_costs() -> dict[str, float]:
     """Effect -> processor time it adds, over that of the same run without it; median over the scenes that use it."""
     if not STORED.exists():
         return {}
-    found: dict[str, float] = json.loads(STORED.read_text())["added"]
+    found: dict[str, float] = read_json(STORED)["added"]
     return found
 
 
 def provenance() -> str:
     """Where, when and how the stored costs were measured."""
-    return str(json.loads(STORED.read_text())["provenance"]) if STORED.exists() else "not measured"
+    return str(read_json(STORED)["provenance"]) if STORED.exists() else "not measured"

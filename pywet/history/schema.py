@@ -12,6 +12,9 @@ n points from j to i. Forces and torques act on i (torque_j on j). Velocities ar
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 FORMATION, RUPTURE = 0, 1
@@ -146,3 +149,64 @@ RAW = {
     "wire_springs": WIRE_SPRING,
 }
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""
+
+INTEGER, NUMBER, ANY = "integer", "number", "anything"
+
+
+def _columns(record: np.dtype) -> dict[str, str]:
+    """Columns of the table of a record type."""
+    found = {}
+    for name in record.names or ():
+        field = record[name]
+        kind = INTEGER if field.base.kind == "i" else NUMBER
+        found.update({f"{name}_{axis}": kind for axis in "xyz"} if field.shape else {name: kind})
+    found.pop("pad", None)
+    return found
+
+
+def _all(kind: str, *names: str) -> dict[str, str]:
+    return dict.fromkeys(names, kind)
+
+
+_CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
+_TIMES = ("time_s", "time_since_opening_s")
+_NAMED = _all(ANY, "mesh", "holder")
+TABLES: dict[str, dict[str, str]] = {
+    **{f"history/{name}": _columns(record) for name, record in RAW.items()},
+    "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},
+    "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *_CORNERS)},
+    "history/parts": {"part": INTEGER, **_NAMED, "half_width": ANY, **_all(NUMBER, "contact_angle", "area")},
+    "trajectory": {
+        **_all(INTEGER, "step", "id", "type"),
+        **_all(NUMBER, "time", *"xyz", *(f"{q}{axis}" for q in "vw" for axis in "xyz")),
+    },
+    "mesh_motion": {"step": INTEGER, "mesh": ANY, **_all(NUMBER, "dx", "dy", "dz")},
+    "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, *_TIMES, "fraction_retained")},
+    "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
+}
+"""Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
+
+MAY_BE_EMPTY = {
+    "history/events",
+    "history/contacts",
+    "history/bridges",
+    "history/films",
+    "history/wall_films",
+    "mesh_motion",
+}
+"""Tables of a whole run that may have no row."""
+
+
+def expected_columns(path: Path) -> Mapping[str, str]:
+    """What a table of a run directory must hold; nothing is known of other files."""
+    return TABLES.get(_name(path), {})
+
+
+def needs_rows(path: Path) -> bool:
+    """Whether a table of a run directory cannot be empty."""
+    return _name(path) in TABLES.keys() - MAY_BE_EMPTY
+
+
+def _name(path: Path) -> str:
+    inside = f"{path.parent.name}/{path.stem}"
+    return inside if inside in TABLES else path.stem

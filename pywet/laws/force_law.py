@@ -107,6 +107,8 @@ class ForceLaw:
 
 def force_law(function: Callable[..., float]) -> ForceLaw:
     """Make a law of a plain function of floats."""
+    if not inspect.isfunction(function):
+        raise PywetError(f"@force_law stands above {function!r}; expected a plain function of floats: mend it there")
     return ForceLaw(function)
 
 

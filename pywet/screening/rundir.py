@@ -6,7 +6,6 @@ every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-E
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there, read_table
 from pywet.history.schema import SPHERE
 from pywet.scene import Scene
 
@@ -60,12 +60,11 @@ class RunDir:
         path = self.path / f"{name}.parquet"
         if not path.exists():
             raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
-        return pd.read_parquet(path)
+        return read_table(path)
 
-    def json(self, name: str) -> Any:
-        """A JSON file by its path with suffix; None where it does not exist."""
-        path = self.path / name
-        return json.loads(path.read_text()) if path.exists() else None
+    def json(self, name: str, shape: Any) -> Any:
+        """A JSON file by its path with suffix, that fits the type `shape`; None where it does not exist."""
+        return read_if_there(self.path / name, AGAIN, shape)
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:
@@ -100,7 +99,12 @@ class RunDir:
 
     def holders(self, triangle: Ints) -> NDArray[np.object_]:
         """Holder of each triangle number."""
-        return np.asarray(self.triangles["holder"], dtype=object)[np.asarray(triangle, dtype=np.int64)]
+        known, wanted = np.asarray(self.triangles["holder"], dtype=object), np.asarray(triangle, dtype=np.int64)
+        if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
+            raise PywetError(
+                f"{self.path}: the liquid is on triangles that history/triangles.parquet does not have; run the case again"
+            )
+        return known[wanted]
 
     @cached_property
     def timeline(self) -> Timeline:
@@ -151,6 +155,11 @@ class Timeline:
         passed = np.logical_or.accumulate(below, axis=0)
         present = np.isfinite(z)
         types = spheres["type"].to_numpy(dtype=np.int64)
+        if not set(types) <= {c.type for c in scene.classes}:
+            raise PywetError(
+                f"{run.path}: history/spheres.parquet names types of spheres that scene.json does not have; "
+                "run the case again"
+            )
         initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
         film, shares = _liquid(run, steps, ids, initial)
         return cls(

@@ -11,6 +11,7 @@ from typing import Any
 from pywet.files import write_json
 from pywet.screening import results
 from pywet.screening.rundir import RunDir
+from pywet.screening.shapes import EngineRun, Replay
 
 WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
 """Columns of history/energy that add up to the change of kinetic energy."""
@@ -31,7 +32,7 @@ def versions() -> dict[str, str]:
 def summarise(run: RunDir) -> dict[str, Any]:
     """The content of summary.json; times in seconds, volumes in m3, masses in kg."""
     scene, line = run.scene, run.timeline
-    engine: dict[str, Any] = run.json("engine/run.json") or {}
+    engine: dict[str, Any] = run.json("engine/run.json", EngineRun) or {}
     wall = float(engine.get("wall_s") or 0.0)
     steps = scene.steps - int(engine.get("resumed_at_step") or 0)
     retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
@@ -135,5 +136,5 @@ def _events(run: RunDir) -> dict[str, int] | None:
 
 def _replay(run: RunDir) -> dict[str, Any] | None:
     """What the replay said, without its worst contacts; None before a replay (and for a dry run, which has none)."""
-    found = run.json("replay.json")
+    found = run.json("replay.json", Replay)
     return None if found is None else {k: v for k, v in found.items() if not isinstance(v, dict | list)}

@@ -5,10 +5,13 @@ The only module that knows the layout of replay.json, which `reference_impl` wri
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there
+from pywet.screening.shapes import Replay, Summary
 
 LEDGER_TOLERANCE = 1e-12
 """Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
@@ -51,14 +54,17 @@ def agreement(replay: dict[str, Any]) -> list[Agreement]:
 
 def objections(run_dir: Path) -> list[str]:
     """One sentence for everything that does not hold; empty for a run that may be believed."""
-    summary = _read(run_dir / "summary.json")
+    try:
+        summary = read_if_there(run_dir / "summary.json", AGAIN, Summary)
+        replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    except PywetError as unreadable:
+        return [str(unreadable)]
     if summary is None:
         return ["there is no summary.json"]
     found = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
     error = summary["ledger_error"]
     if error is not None and not error <= LEDGER_TOLERANCE:
         found.append(f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}")
-    replay = _read(run_dir / "replay.json")
     rows = agreement(replay) if replay else []
     if summary["effects"]["bridges"] and not rows:
         found.append("the run was not replayed")
@@ -68,7 +74,3 @@ def objections(run_dir: Path) -> list[str]:
         if not r.ok
     ]
     return found
-
-
-def _read(path: Path) -> Any:
-    return json.loads(path.read_text()) if path.exists() else None

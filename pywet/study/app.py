@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from pywet.files import make_folder
+
 app = typer.Typer(no_args_is_help=True, help="Studies: what accuracy costs, what stays stable, which effects count.")
 
 
@@ -20,6 +22,7 @@ def effects(
     """Which effects a scene calls for: the plan against everything on and against each effect left out; one page."""
     from pywet.study.effects import study
 
+    make_folder(out_dir)
     for line in study.run(out_dir, seeds, size, scene):
         typer.echo(line)
 
@@ -46,6 +49,7 @@ def accuracy(
     """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
     from pywet.study.accuracy import command, runs
 
+    make_folder(folder)
     if anew:
         runs.forget(folder, size)
     page = command.show(folder, size, store) if show else command.study(folder, size, config, store)
@@ -63,4 +67,5 @@ def stability(
 
     from pywet.study.stability import command
 
+    make_folder(folder)
     typer.echo(str(command.study(cases, seed, folder, Console(stderr=True))))

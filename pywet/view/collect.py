@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,10 @@ import pandas as pd
 
 from pywet import audit, stages
 from pywet.config.cases import Case
+from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there, read_table
 from pywet.screening import verdict
+from pywet.screening.shapes import Contributions, Plan, Replay, Summary
 
 
 @dataclass(frozen=True)
@@ -56,28 +58,37 @@ def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
 
 
 def collect_run(run_dir: Path, case: Case) -> CaseResult:
-    """Read one run directory."""
+    """Read one run directory; one that cannot be read is a failed case."""
+    try:
+        return _collect_run(Path(run_dir), case)
+    except PywetError as error:
+        return CaseResult(case, (str(error),))
+
+
+def _collect_run(run_dir: Path, case: Case) -> CaseResult:
     found = tuple(stages.problems(run_dir))
-    summary = _json(run_dir / "summary.json")
+    summary = _json(run_dir / "summary.json", Summary)
     if summary is None or not stages.results_made(run_dir):
-        return CaseResult(case, found, plan=_json(run_dir / "plan.json"))
-    replay = _json(run_dir / "replay.json")
+        return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan))
+    if case.liquid_percent > 0 and summary["ledger_error"] is None:
+        raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
+    replay = _json(run_dir / "replay.json", Replay)
     return CaseResult(
         case,
         found,
         summary=summary,
-        plan=_json(run_dir / "plan.json"),
+        plan=_json(run_dir / "plan.json", Plan),
         agreement=tuple(verdict.agreement(replay)) if replay else (),
         retained=_table(run_dir / "results" / "fraction_retained.parquet"),
         liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
-        contributions=_json(run_dir / "contributions.json"),
+        contributions=_json(run_dir / "contributions.json", Contributions),
         audit=tuple(audit.read(run_dir) or ()),
     )
 
 
-def _json(path: Path) -> Any:
-    return json.loads(path.read_text()) if path.exists() else None
+def _json(path: Path, shape: Any) -> Any:
+    return read_if_there(path, AGAIN, shape)
 
 
 def _table(path: Path) -> pd.DataFrame | None:
-    return pd.read_parquet(path) if path.exists() else None
+    return read_table(path) if path.exists() else None

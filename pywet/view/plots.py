@@ -47,6 +47,7 @@ STYLE: dict[str, Any] = {
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
     "text.color": INK,
+    "text.parse_math": False,  # a material's name is no formula
     "grid.color": GRID,
     "grid.linewidth": 0.7,
     "legend.frameon": False,
@@ -172,7 +173,7 @@ def _name_failed(axes: Axes, group: Sequence[CaseResult]) -> None:
 def _label_fraction(axes: Axes) -> None:
     axes.set_ylim(0.0, 1.03)
     axes.set_xlim(left=0.0)
-    axes.set_ylabel("fraction retained $Y$")
+    axes.set_ylabel("fraction retained Y")
     axes.set_xlabel("time since the slide opened in s")
     axes.label_outer()
     _legend(axes)

@@ -84,8 +84,9 @@ def test_screening_takes_the_worst_case_of_each_preset(tmp_path: Path) -> None:
         folder = tmp_path / "smoke" / name
         synthetic.make(folder)
         quantities = {
-            "capillary": {"largest": largest, "count": 10, "median": 0.0, "worst": {"step": 1, "i": 2, "j": 3}}
-        }
+            "capillary": {"scale": "1", "tolerance": 1e-9, "largest": largest, "count": 10, "median": 0.0,
+                          "worst": {"step": 1, "i": 2, "j": 3}}
+        }  # fmt: skip
         (folder / "replay.json").write_text(json.dumps({"contacts": 10, "quantities": quantities}))
     cells = {(c.row, c.column): c for c in replayed.screening(tmp_path).cells}
     force = cells["force_screening", LIGGGHTS]

@@ -120,7 +120,7 @@ def test_a_mistake_is_one_sentence(runner: CliRunner, tmp_path: Path, path: str,
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("{", "is not JSON in line 1"), ("[1]", "holds list, expected an object"), (None, "could not be read")],
+    [("{", "line 1 column 2"), ("[1]", "describe particle, wall"), (None, "could not be read")],
 )
 def test_a_file_that_is_no_input(runner: CliRunner, tmp_path: Path, text: str | None, said: str) -> None:
     file = tmp_path / "case.json"

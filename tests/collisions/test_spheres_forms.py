@@ -85,7 +85,7 @@ def test_a_mistake_is_one_sentence(given: Any, said: str) -> None:
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize(("text", "said"), [("{", "is no JSON"), (None, "could not be read")])
+@pytest.mark.parametrize(("text", "said"), [("{", "is not the JSON"), (None, "could not be read")])
 def test_a_file_that_is_no_json(tmp_path: Path, text: str | None, said: str) -> None:
     path = tmp_path / "a.json"
     if text is not None:

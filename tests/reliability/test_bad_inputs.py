@@ -5,8 +5,9 @@ A row:  name: what is wrong
                                               {run} a made run directory (where `made` asks for one)
         config: {materials.yaml: [old, new]}  optional: one replacement in a file of the copy (must be found)
         write: {query.json: text}             optional: files in {here}; `hex: …` for bytes, `repeat: [text, n]` for long ones
-        made: moist                           optional: moist or dry, a synthetic finished run in {run}
-        damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, or {write: …} as above
+        made: moist                           optional: moist or dry, a synthetic finished run in {run}; {twin} is another
+        damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, {write: …} as above, or of a
+                                              table: {without: column}, {only: rows}, {set: {column: value}}
         exit: 1
         says: [words]                         all must be in standard error or output
 """
@@ -18,10 +19,12 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import pytest
 import yaml
 from typer.testing import CliRunner
 
+from pywet import stages
 from pywet.cli import app
 from tests.screening import synthetic
 
@@ -36,10 +39,13 @@ ROWS = [
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("made")
-    return {
+    found = {
         "moist": synthetic.make(folder / "case02", moist=True),
         "dry": synthetic.make(folder / "case01", moist=False),
     }
+    for run in found.values():
+        stages.results(run)
+    return found
 
 
 def content(value: Any) -> bytes:
@@ -61,9 +67,12 @@ def damage(path: Path, how: Any) -> None:
         path.unlink()
         if how == "folder":
             path.mkdir()
-    else:
+    elif "write" in how:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content(how["write"]))
+    else:
+        table = pd.read_parquet(path).iloc[: how.get("only")].drop(columns=how.get("without", []))
+        table.assign(**how.get("set", {})).to_parquet(path)
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -82,7 +91,8 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
         shutil.copytree(made[row["made"]], run)
     for name, how in row.get("damage", {}).items():
         damage(run / name, how)
-    arguments = [str(a).format(here=here, config=config, run=run) for a in row["run"]]
+    twin = made.get(row.get("made", ""))
+    arguments = [str(a).format(here=here, config=config, run=run, twin=twin) for a in row["run"]]
     result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, arguments)
     said = result.stderr + result.stdout
     assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)

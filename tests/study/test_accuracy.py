@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -343,7 +344,10 @@ def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypa
         if len(done) == 3:
             raise KeyboardInterrupt
         done.append(run.name)
-        return {"setting": run.setting.as_dict(), "size": size}
+        return kept(run, size)
+
+    def kept(run: runs.Run, size: str) -> dict[str, Any]:
+        return {**asdict(run), "setting": run.setting.as_dict(), "size": size, "failed": None}
 
     monkeypatch.setattr(runs, "do", do)
     wanted = [r.name for r in runs.design("dry", 10007, "quick")]
@@ -351,9 +355,7 @@ def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypa
         runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     first, done = done, []
     (tmp_path / "runs" / "quick" / f"{first[0]}.json").write_text('{"setting"')
-    monkeypatch.setattr(
-        runs, "do", lambda run, size, _: done.append(run.name) or {"setting": run.setting.as_dict(), "size": size}
-    )
+    monkeypatch.setattr(runs, "do", lambda run, size, _: done.append(run.name) or kept(run, size))
     runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     assert done == [first[0], *wanted[3:]]
 

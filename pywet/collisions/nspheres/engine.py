@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib import pyplot as plt
 
 from pywet import small
 from pywet.collisions.nspheres.equal import three_equal_spheres
 from pywet.collisions.nspheres.plots import BLUE, GREY, RED, save
 from pywet.collisions.nspheres.simulate import Run, run
-from pywet.files import atomic_write, write_json
+from pywet.files import atomic_write, read_table, write_json
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 RADIUS, DENSITY, SPEED, H_A = 1e-3, 2000.0, 0.4, 0.01
@@ -115,7 +114,7 @@ def dry(partner: int, stiffness: float) -> ContactPair:
 
 def read(run_dir: Path, delta: float, wall_s: float, steps: int) -> Twin:
     """The trajectory in the model's units, back in its plane."""
-    table = pd.read_parquet(run_dir / "trajectory.parquet").sort_values(["step", "id"])
+    table = read_table(run_dir / "trajectory.parquet").sort_values(["step", "id"])
     at, v = (table[[f"{q}{axis}" for axis in "xyz"]].to_numpy().reshape(-1, 3, 3) for q in ("", "v"))
     moments = table["time"].to_numpy().reshape(-1, 3)[:, 0]
     return Twin(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s, steps)

@@ -5,16 +5,26 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from pywet.collisions.nspheres.equal import three_equal_spheres
 from pywet.collisions.nspheres.problem import Problem
 from pywet.config.messages import explain
 from pywet.errors import PywetError
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
+LEAST, MOST = 1e-30, 1e12
+"""Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
+
+
+def _sized(value: float) -> float:
+    if value != 0.0 and not LEAST <= abs(value) <= MOST:
+        raise ValueError(f"0 or a number of size {LEAST:g} to {MOST:g}")
+    return value
+
+
+Number = Annotated[float, AfterValidator(_sized)]
+Positive = Annotated[Number, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
 
 
 class Strict(BaseModel):
@@ -101,7 +111,7 @@ FORMS: dict[str, type[ThreeEqualSpheres] | type[Spheres]] = {
 def parse(description: Any, where: str = "the description") -> Problem:
     """The problem a JSON description stands for."""
     form = description.get("form") if isinstance(description, dict) else None
-    if form not in FORMS:
+    if not isinstance(form, str) or form not in FORMS:
         raise PywetError(f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (docs/sphere_collisions.md)')
     model = FORMS[form]
     try:

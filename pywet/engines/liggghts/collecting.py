@@ -17,7 +17,7 @@ import pandas as pd
 
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
-from pywet.files import read_json, write_json, write_table
+from pywet.files import read_json, read_table, write_json, write_table
 from pywet.history import tables
 from pywet.motion import engine_displacement, slide_displacement
 from pywet.scene import Scene, WallMesh
@@ -47,9 +47,7 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
         return spheres, None
     tables.convert(folder, made / "history")
     for name in ("ledger", "energy", "films"):
-        planned(
-            pd.read_parquet(made / "history" / f"{name}.parquet", columns=["step"])["step"], scene, f"the log {name}"
-        )
+        planned(read_table(made / "history" / f"{name}.parquet")["step"], scene, f"the log {name}")
     return spheres, ledger_error(made)
 
 
@@ -109,7 +107,7 @@ def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
 
 def ledger_error(run_dir: Path) -> float:
     """Largest relative error of the liquid's ledger over all outputs of a moist run."""
-    ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet")
+    ledger = read_table(run_dir / "history" / "ledger.parquet")
     held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
     initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
     return float(((held - ledger["initial"]).abs() / initial).max())

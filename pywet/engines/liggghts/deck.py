@@ -15,7 +15,7 @@ import pandas as pd
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
-from pywet.files import atomic_write, shown
+from pywet.files import atomic_write, read_table, shown
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
@@ -288,7 +288,7 @@ def write_deck(
         "output_every": every,
         "windows": windows.deck_lines(scene),
     }
-    write_data(scene, pd.read_parquet(run_dir / scene.spheres_file), folder / "particles.data")
+    write_data(scene, read_table(run_dir / scene.spheres_file), folder / "particles.data")
     begin = {
         "restart_file": resume.engine.relative_to(folder) if resume else None,
         "at": done,

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pywet import advisor
 from pywet.engines.liggghts import checkpoint, collecting, deck, windows
@@ -27,7 +26,7 @@ from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
 from pywet.engines.liggghts.process import LOOP_TIME, Usage, execute, progress_bar
 from pywet.engines.liggghts.tables import prepare_laws
 from pywet.errors import NotWhole, PywetError
-from pywet.files import write_json, write_table
+from pywet.files import read_table, write_json, write_table
 from pywet.history import tables
 from pywet.scene import Scene
 
@@ -127,7 +126,7 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
     point = _begin(task, passed)
     if not collecting.belongs(task.run_dir, task.mark):
         tables.forget(task.run_dir)
-    spheres = len(pd.read_parquet(task.run_dir / scene.spheres_file, columns=["id"]))
+    spheres = len(read_table(task.run_dir / scene.spheres_file))
     recorder = checkpoint.Recorder(folder, scene, deck.attached(scene), spheres, point)
     started = time.monotonic()
     with progress_bar(scene, task.progress) as report:
@@ -231,7 +230,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
     write_table(transfer_tables(scene), history / "transfer.parquet")
     if scene.walls:
         groups = wall_groups(scene)
-        parts = pd.read_parquet(history / "parts.parquet")
+        parts = read_table(history / "parts.parquet")
         parts["part_class"] = [
             groups[(np.inf if np.isnan(w) else w, a)]
             for w, a in zip(parts["half_width"], parts["contact_angle"], strict=True)

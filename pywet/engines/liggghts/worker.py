@@ -7,7 +7,6 @@ rank runs this program.
 from __future__ import annotations
 
 import ctypes as C
-import json
 import os
 import sys
 import time
@@ -19,6 +18,7 @@ import pandas as pd
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME, die_with_parent
 from pywet.errors import PywetError
+from pywet.files import read_json, read_table
 from pywet.scene import Scene
 
 LIBRARY = "libliggghts.so.3"
@@ -33,13 +33,13 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
 def run(run_dir: Path, folder: Path) -> None:
     """Read the scene, set the engine up, attach the plugin, run all stages."""
     scene = Scene.read(run_dir / "scene.json")
-    schedule = json.loads((folder / "schedule.json").read_text())
+    schedule = read_json(folder / "schedule.json")
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
-    nodes = corner_points(pd.read_parquet(history / "triangles.parquet")) if scene.walls else {}
-    spheres = pd.read_parquet(history / "spheres.parquet")
-    transfer = pd.read_parquet(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
+    nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
+    spheres = read_table(history / "spheres.parquet")
+    transfer = read_table(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
     os.chdir(folder)
     words = [b"pywet", b"-log", b"log.liggghts", b"-screen", b"screen.log"]
     engine = C.c_void_p()

@@ -16,6 +16,7 @@ import pandas as pd
 
 from pywet.engines.stock.points import Floats, checked, expressible, gaps, run_program, with_force
 from pywet.errors import PywetError
+from pywet.files import read_json
 
 YADE_LAWS = ("Willett_numeric", "Willett_analytic", "Weigert", "Rabinovich", "Lambert", "Soulie")
 SCRIPT = Path(__file__).with_name("in_yade.py")
@@ -56,4 +57,4 @@ def _measure(table: pd.DataFrame, law: str) -> Floats:
         result = folder / "forces.json"
         if not result.exists():
             raise PywetError(f"YADE ended without a result for the law {law}; expected YADE 2023.02a of Debian 12")
-        return np.array(json.loads(result.read_text()), dtype=float)
+        return np.array(read_json(result), dtype=float)

@@ -6,7 +6,6 @@ first and renamed when the run is complete. The program runs in_yade.py; no modu
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
@@ -26,7 +25,7 @@ from pywet.engines.liggghts.process import die_with_parent, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError
-from pywet.files import write_json, write_table
+from pywet.files import read_json, read_table, write_json, write_table
 from pywet.geometry.stl import read_stl
 from pywet.history import tables
 from pywet.scene import Scene
@@ -111,7 +110,7 @@ def check_engine() -> str:
 
 def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
     """The scene as plain numbers for in_yade.py, walls cut into convex solids; without contacts."""
-    spheres = pd.read_parquet(run_dir / scene.spheres_file)
+    spheres = read_table(run_dir / scene.spheres_file)
     names = ["id", "type", *"xyz", "vx", "vy", "vz", "wx", "wy", "wz"]
     for name in names:
         if name not in spheres.columns:
@@ -237,5 +236,5 @@ def _collect(scene: Scene, run_dir: Path, folder: Path) -> None:
     table.insert(1, "time", table["step"] * scene.time_step_s)
     write_table(table.sort_values(["step", "id"], ignore_index=True), run_dir / "trajectory.parquet")
     (folder / "frames.bin").unlink()
-    moved = json.loads((folder / "walls.json").read_text())
+    moved = read_json(folder / "walls.json")
     write_table(pd.DataFrame(moved, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")

@@ -8,7 +8,6 @@ one number per material; scenes with one class of spheres can be given exactly.
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from pywet.engines.stock.yade import YADE_LAWS
 from pywet.engines.yade.contacts import effective_mass
 from pywet.engines.yade.driver import build_task, check_engine, execute, finish
 from pywet.errors import PywetError
+from pywet.files import read_json
 from pywet.scene import ContactPair, Scene
 
 
@@ -63,7 +63,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
         "materials": materials(scene),
     }
     wall = execute(run_dir, scene, task, progress)
-    found = json.loads((run_dir / "engine.partial" / "bridges.json").read_text())
+    found = read_json(run_dir / "engine.partial" / "bridges.json")
     info = {"engine": "YADE", "engine_version": version, "wall_s": wall, "steps": scene.steps}
     finish(run_dir, {**info, "spheres": len(task["spheres"]), "ranks": 1, "law": liquid.law})
     return pd.DataFrame(found, columns=["volume", "gap", "wall", "rupture"])

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pywet import bridge_query, scenes, small
 from pywet.effects import PRESETS
+from pywet.files import read_table
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
 from pywet.history.schema import LARGE_WALL, SPHERE
@@ -83,12 +83,12 @@ def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sph
 
 def restitutions(folder: Path) -> list[float]:
     """Speed of parting over that of approach, of each pair; 0 for a pair that stays together."""
-    end = pd.read_parquet(folder / "trajectory.parquet").query("step == step.max()").sort_values("id")
+    end = read_table(folder / "trajectory.parquet").query("step == step.max()").sort_values("id")
     v, z = end["vz"].to_numpy(), end["z"].to_numpy()
     held: set[int] = set()
     bridges = folder / "history" / "bridges.parquet"
     if bridges.exists():
-        table = pd.read_parquet(bridges)
+        table = read_table(bridges)
         held = set(table[table["step"] == table["step"].max()]["i"]) if len(table) else set()
     found = []
     for k in range(0, len(v), 2):
@@ -119,11 +119,11 @@ def pulled(folder: Path) -> dict[str, float]:
 
     Not the force at touch: lubrication there is as large as the first step lets it be.
     """
-    log, events = (pd.read_parquet(folder / "history" / f"{name}.parquet") for name in ("contacts", "events"))
+    log, events = (read_table(folder / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     return {
         "pull_force": float(np.interp(glass(2).radius_m / 50.0, log["separation"], log["force_i_z"].abs())),
         "pull_rupture": float(events[events["kind"] == 1]["separation"].iloc[0]),
-        "pull_work": float(pd.read_parquet(folder / "history" / "energy.parquet")["drive"].iloc[-1]),
+        "pull_work": float(read_table(folder / "history" / "energy.parquet")["drive"].iloc[-1]),
     }
 
 
@@ -147,8 +147,8 @@ def prepare_bed(folder: Path, setting: Setting, seed: int, seconds: float = 0.12
 def settled(folder: Path) -> dict[str, float]:
     """Mean height over the diameter, bridges per sphere and the part of the liquid in them, over the last quarter."""
     scene = Scene.read(folder / "scene.json")
-    at = pd.read_parquet(folder / "trajectory.parquet")
-    ledger = pd.read_parquet(folder / "history" / "ledger.parquet")
+    at = read_table(folder / "trajectory.parquet")
+    ledger = read_table(folder / "history" / "ledger.parquet")
     late = ledger[ledger["step"] >= 0.75 * scene.steps]
     height = at[at["step"] >= 0.75 * scene.steps]["z"].mean()
     return {

@@ -8,7 +8,6 @@ tighter one does, and so never costs more.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
+from pywet.files import read_json
 from pywet.study.accuracy import knobs
 from pywet.study.accuracy.errors import GROUPS, WET_SCENES
 
@@ -69,13 +69,10 @@ def parse(text: str) -> float:
 @cache
 def stored(path: Path = STORED) -> dict[str, Any]:
     """The stored table of the study."""
-    try:
-        return dict(json.loads(path.read_text()))
-    except (OSError, ValueError) as error:
-        raise PywetError(
-            f"the table of the accuracy study could not be read from {path.name} ({error}); make it with "
-            "`pywet study accuracy --store`"
-        ) from error
+    found: dict[str, Any] = read_json(
+        path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
+    )
+    return found
 
 
 def for_scale(scale: str, path: Path = STORED) -> tuple[dict[str, Any], tuple[str, ...]]:

@@ -95,6 +95,8 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     unknown = [g for g in groups if g not in GROUPS]
     if unknown:
         raise PywetError(f"--of {unknown[0]} given, expected some of {', '.join(GROUPS)}")
+    if write is not None:
+        edit.new_folder(write)
     table, turned = choice.for_scale(scale)
     moist = config.case(case).liquid_percent > 0
     chosen = choice.choose(table, share, moist, groups, turned)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import datetime
 import hashlib
-import json
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -25,7 +24,8 @@ from pywet import caches
 from pywet.config import Config
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.build import ENGINE_VERSION
-from pywet.files import write_json
+from pywet.errors import PywetError
+from pywet.files import read_model, write_json
 from pywet.geometry import build_apparatus
 from pywet.screening import cases
 from pywet.study.accuracy import runs, sieve
@@ -131,9 +131,8 @@ def _path() -> Path:
 def kept() -> Coefficients | None:
     """The coefficients in the cache; None where there are none or they are damaged."""
     try:
-        held = json.loads(_path().read_text())
-        return Coefficients(tuple(held["values"]), tuple(held["start"]), held["misfit"])
-    except (OSError, ValueError, KeyError, TypeError):
+        return read_model(_path(), Coefficients)
+    except PywetError:
         return None
 
 

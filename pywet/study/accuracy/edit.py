@@ -51,10 +51,16 @@ def changed(config: Config, scale: str, levels: Levels) -> Config:
     return replace(config, settings=now.model_copy(update={"time_step": step, "laws": laws}), scales=scales)
 
 
+def new_folder(target: Path) -> None:
+    """Refuse a folder that something would be lost in."""
+    if target.exists() and (not target.is_dir() or any(target.iterdir())):
+        what = "not empty" if target.is_dir() else "a file"
+        raise PywetError(f"{target} is {what}; expected a new folder for the configuration: name another")
+
+
 def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
     """Copy a configuration folder and put the levels in, comments stay; raises `PywetError` when it does not read back."""
-    if target.exists() and any(target.iterdir()):
-        raise PywetError(f"{target} is not empty; expected a new folder for the configuration: name another")
+    new_folder(target)
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
         shutil.copyfile(source / name, target / name)

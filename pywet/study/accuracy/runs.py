@@ -6,7 +6,6 @@ meets all of them. Each run leaves one small JSON file; its run directory is rem
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import re
@@ -15,14 +14,14 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired
 
-import pandas as pd
+from typing_extensions import TypedDict
 
 from pywet import small
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_json, read_table, write_json
 from pywet.scene import Scene
 from pywet.study.accuracy import bodies, knobs, sieve
 from pywet.study.accuracy.knobs import Level, Setting
@@ -106,11 +105,26 @@ def missing(folder: Path, scene: str, seed: int, size: str) -> list[Run]:
     return [r for r in design(scene, seed, size) if not _there(r.file(folder, size), r, size)]
 
 
+class Kept(TypedDict):
+    """What is kept of a run, as far as every reader needs it."""
+
+    scene: str
+    seed: int
+    knob: str
+    level: Any
+    size: str
+    setting: dict[str, Any]
+    failed: str | None
+    quantities: NotRequired[dict[str, float | None]]
+    curve: NotRequired[dict[str, Any] | list[Any]]
+    samples: NotRequired[dict[str, list[float]]]
+
+
 def _there(path: Path, run: Run, size: str) -> bool:
     """Whether a file holds this run; one of other settings is done again."""
     try:
-        kept = json.loads(path.read_text())
-    except (OSError, ValueError):
+        kept = read_json(path, shape=Kept)
+    except PywetError:
         return False
     return bool(kept["setting"] == run.setting.as_dict() and kept["size"] == size)
 
@@ -182,7 +196,7 @@ def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
     scene = Scene.read(folder / "scene.json")
     count = 0.0
     if scene.effects.bridges:
-        count = float(pd.read_parquet(folder / "history" / "ledger.parquet")["bridge_count"].mean())
+        count = float(read_table(folder / "history" / "ledger.parquet")["bridge_count"].mean())
     return {
         "wall_s": info.wall_s,
         "cpu_s": info.cpu_s,
@@ -203,7 +217,7 @@ def load(folder: Path, size: str) -> Iterator[dict[str, Any]]:
         for run in design(scene, seed, size):
             path = run.file(folder, size)
             if _there(path, run, size):
-                yield json.loads(path.read_text())
+                yield read_json(path)
 
 
 def forget(folder: Path, size: str) -> None:

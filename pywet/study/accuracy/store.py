@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import datetime
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from statistics import fmean, median
 from typing import Any
 
-from pywet.files import write_json
+from pywet.errors import PywetError
+from pywet.files import read_json, write_json
 from pywet.screening.summary import versions
 from pywet.study.accuracy import choice, cost, errors, knobs, runs, sieve
 
@@ -114,8 +114,8 @@ def spread(kept: list[errors.Kept]) -> dict[str, dict[str, list[float]]]:
 def write(result: dict[str, Any], path: Path = choice.STORED) -> Path:
     """Put a study's table into the stored one, in the place of its scale."""
     try:
-        whole = json.loads(path.read_text())
-    except (OSError, ValueError):
+        whole = read_json(path, shape=dict[str, dict[str, Any]])
+    except PywetError:  # none yet
         whole = {"scales": {}}
     whole["scales"][result["provenance"]["scale"]] = rounded(result)
     write_json(path, whole)

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
+from pywet.files import read_table
 from pywet.scene import Scene
 
 ABSOLUTE = {
@@ -38,7 +39,7 @@ TOUCH = 0.02
 
 def last(run_dir: Path) -> pd.DataFrame:
     """The spheres at the end, by id."""
-    table = pd.read_parquet(run_dir / "trajectory.parquet")
+    table = read_table(run_dir / "trajectory.parquet")
     return table[table["step"] == table["step"].max()].sort_values("id").reset_index(drop=True)
 
 
@@ -50,14 +51,14 @@ def scene_of(run_dir: Path) -> Scene:
 def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
     """Where the liquid is at the end; all of it on the spheres where nothing moves it."""
     scene = scene_of(run_dir)
-    spheres = pd.read_parquet(run_dir / "history" / "spheres.parquet")
+    spheres = read_table(run_dir / "history" / "spheres.parquet")
     found = {"liquid_in_bridges": 0.0, "liquid_on_walls": 0.0, "bridges_per_sphere": 0.0}
     total = float(spheres["film"].sum())
     small = spheres.loc[spheres["type"] == 1, "id"]
     found["liquid_on_small"] = float(spheres.loc[spheres["type"] == 1, "film"].sum()) / total if total else 0.0
     if scene.effects.bridges and total:
-        ledger = pd.read_parquet(run_dir / "history" / "ledger.parquet").iloc[-1]
-        films = pd.read_parquet(run_dir / "history" / "films.parquet")
+        ledger = read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
+        films = read_table(run_dir / "history" / "films.parquet")
         films = films[films["step"] == films["step"].max()]
         found["liquid_in_bridges"] = float(ledger["bridges"]) / total
         found["liquid_on_walls"] = float(ledger["walls"]) / total
@@ -68,7 +69,7 @@ def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
 
 def settled(run_dir: Path) -> dict[str, float]:
     """Mean height and spheres in touch, over the last three outputs."""
-    scene, table = scene_of(run_dir), pd.read_parquet(run_dir / "trajectory.parquet")
+    scene, table = scene_of(run_dir), read_table(run_dir / "trajectory.parquet")
     radius = {c.type: c.radius_m for c in scene.classes}
     heights, touching = [], []
     for step in sorted(table["step"].unique())[-3:]:
@@ -83,7 +84,7 @@ def settled(run_dir: Path) -> dict[str, float]:
 
 def cooled(run_dir: Path) -> dict[str, float]:
     """Kinetic energy left and speed across x of two clouds that flew through each other."""
-    table = pd.read_parquet(run_dir / "trajectory.parquet")
+    table = read_table(run_dir / "trajectory.parquet")
     energy = (table[["vx", "vy", "vz"]] ** 2).sum(axis=1).groupby(table["step"]).sum().to_numpy()
     end = last(run_dir)
     return {
@@ -105,14 +106,14 @@ def rebound(run_dir: Path) -> dict[str, float]:
 
 def turning(run_dir: Path) -> dict[str, float]:
     """Angle of the bed in a drum about z, mean over the second half: that of its centre of mass against gravity [deg]."""
-    centre = pd.read_parquet(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
+    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
     angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))
     return {"dynamic_angle": float(angle[len(angle) // 2 :].mean())}
 
 
 def sieved(run_dir: Path) -> dict[str, float]:
     """Fraction retained at the end, and the time until half of the undersize has passed (the run's end if it has not)."""
-    scene, table = scene_of(run_dir), pd.read_parquet(run_dir / "trajectory.parquet")
+    scene, table = scene_of(run_dir), read_table(run_dir / "trajectory.parquet")
     mass = table["type"].map({c.type: c.mass_kg for c in scene.classes})
     under = table["type"].map({c.type: c.passes_aperture for c in scene.classes})
     through = table["z"] < scene.screen_z_m - max(c.radius_m for c in scene.classes)

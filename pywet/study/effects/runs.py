@@ -5,7 +5,6 @@ What each run gave is kept in a file of its own; a study that was cut off goes o
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
+from typing_extensions import TypedDict
 
 from pywet import small
 from pywet.config.entries import RatioEntry
@@ -21,7 +20,8 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.effects import EffectPlan, plan
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.plugin_api import transfer_tables
-from pywet.files import write_json
+from pywet.errors import PywetError
+from pywet.files import read_if_there, read_table, write_json
 from pywet.scene import Effects, Output, Scene
 from pywet.study.effects.bodies import Setup, time_step
 from pywet.study.effects.scenes import SCENES, StudyScene
@@ -94,6 +94,39 @@ def absent(setup: Setup) -> set[str]:
     return found
 
 
+class Record(TypedDict):
+    """What is kept of a run, as far as it is read back."""
+
+    scene: str
+    seed: int
+    variant: str
+    effects: dict[str, Any]
+    wanted: dict[str, float | None]
+    cpu_s: float
+    loop_cpu_s: float | None
+    wall_s: float
+    steps: int
+    spheres: int
+    plugin: bool
+    shares: dict[str, float | None] | None
+    plan: list[dict[str, Any]]
+
+
+class Records(TypedDict):
+    """The file of a scene and seed."""
+
+    records: list[Record]
+
+
+def _kept(path: Path) -> dict[str, Any] | None:
+    """The record of a run that was done; None where there is none or it is damaged, so that the run is done again."""
+    try:
+        found: dict[str, Any] | None = read_if_there(path, shape=Record)
+    except PywetError:
+        return None
+    return found
+
+
 def run_all(name: str, seed: int, size: float, folder: Path, only: set[str] | None = None,
             say: Callable[[str], None] = lambda text: None) -> list[dict[str, Any]]:  # fmt: skip
     """All variants of a scene with one seed; equal choices run once. Records are kept in `folder`/SCENE/SEED/."""
@@ -109,7 +142,7 @@ def run_all(name: str, seed: int, size: float, folder: Path, only: set[str] | No
         path = kept / f"{variant.name.replace(' ', '_')}.json"
         if key in done:
             record = {**done[key], "variant": variant.name}
-        elif path.exists() and (kept_record := json.loads(path.read_text()))["effects"] == variant.effects.model_dump():
+        elif (kept_record := _kept(path)) and kept_record["effects"] == variant.effects.model_dump():
             record = kept_record
         else:
             say(f"{name}, seed {seed}: {variant.name}")
@@ -185,9 +218,9 @@ def measured_shares(scene: Scene, run_dir: Path) -> dict[str, float] | None:
     """Shares of sum |F| dt by weight and bridge forces, from the sampled steps; None for a run without bridges."""
     if not scene.effects.bridges:
         return None
-    log = pd.read_parquet(run_dir / "history" / "contacts.parquet")
+    log = read_table(run_dir / "history" / "contacts.parquet")
     gravity = float(np.linalg.norm(scene.gravity_m_per_s2))
-    spheres = pd.read_parquet(run_dir / "history" / "spheres.parquet")
+    spheres = read_table(run_dir / "history" / "spheres.parquet")
     mass = float(spheres["type"].map({c.type: c.mass_kg for c in scene.classes}).sum())
     side = np.sqrt(sum(log[f"viscous_tangential_{axis}"] ** 2 for axis in "xyz"))
     total = {
@@ -204,8 +237,8 @@ def plugin_arrays(scene: Scene, run_dir: Path) -> int:
     """Bytes that the plugin keeps for this scene at its end; 0 where it is not loaded."""
     if not scene.effects.bridges:
         return 0
-    bridges = int(pd.read_parquet(run_dir / "history" / "ledger.parquet")["bridge_count"].max())
-    triangles = len(pd.read_parquet(run_dir / "history" / "triangles.parquet")) if scene.walls else 0
+    bridges = int(read_table(run_dir / "history" / "ledger.parquet")["bridge_count"].max())
+    triangles = len(read_table(run_dir / "history" / "triangles.parquet")) if scene.walls else 0
     spheres = sum(c.count for c in scene.classes)
     nodes = len(transfer_tables(scene)) if scene.effects.transfer == "half" else 201 * len(scene.classes) ** 2
     return (

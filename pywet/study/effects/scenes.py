@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from pywet import config
 from pywet.effects import Surroundings
-from pywet.files import write_json, write_table
+from pywet.files import read_table, write_json, write_table
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import make_surface
 from pywet.history.initial import sphere_table
@@ -190,7 +189,7 @@ def tiny_screening(seed: int, size: float) -> Setup:
 
     def build(effects: Effects, run_dir: Path) -> Scene:
         scene = cases.build(loaded, 2, "smoke", run_dir)
-        spheres = pd.read_parquet(run_dir / scene.spheres_file)
+        spheres = read_table(run_dir / scene.spheres_file)
         random = np.random.default_rng(seed)
         rows = [i for kind, n in keep.items() for i in random.permutation(spheres.index[spheres["type"] == kind])[:n]]
         spheres = spheres.loc[sorted(rows)].reset_index(drop=True)

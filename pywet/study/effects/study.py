@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_json, write_json
 from pywet.study.effects import runs, verdict
 from pywet.study.effects.scenes import SCENES
 
@@ -44,7 +43,7 @@ def read(paths: list[Path]) -> dict[str, list[dict[str, Any]]]:
     """Scene -> its records."""
     found: dict[str, list[dict[str, Any]]] = {}
     for path in paths:
-        for record in json.loads(Path(path).read_text())["records"]:
+        for record in read_json(path, "remove it and run the study again", runs.Records)["records"]:
             found.setdefault(record["scene"], []).append(record)
     return {name: found[name] for name in SCENES if name in found}
 

@@ -13,11 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from pywet import small
-from pywet.files import write_table
+from pywet.files import read_table, write_table
 from pywet.geometry.surface import Surface, make_surface
 from pywet.motion import peak_speed
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
@@ -181,7 +180,7 @@ def prepare(batch: Batch, run_dir: Path) -> Scene:
         ),
     )
     path = run_dir / "history" / "spheres.parquet"
-    table = pd.read_parquet(path)
+    table = read_table(path)
     table["film"] = [body.film for cell in batch.cells for body in cell.bodies]
     write_table(table, path)
     return scene

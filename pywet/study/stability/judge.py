@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pywet.files import read_table
 from pywet.history.schema import FORMATION, SPHERE
 from pywet.laws import registry
 from pywet.study.stability.cells import Batch
@@ -61,11 +62,11 @@ class Run:
     def __init__(self, batch: Batch, run_dir: Path) -> None:
         self.batch, self.folder = batch, run_dir
         history = run_dir / "history"
-        self.trajectory = pd.read_parquet(run_dir / "trajectory.parquet")
-        self.events = pd.read_parquet(history / "events.parquet")
-        self.bridges = pd.read_parquet(history / "bridges.parquet")
-        self.films = pd.read_parquet(history / "films.parquet")
-        spheres = pd.read_parquet(history / "spheres.parquet")
+        self.trajectory = read_table(run_dir / "trajectory.parquet")
+        self.events = read_table(history / "events.parquet")
+        self.bridges = read_table(history / "bridges.parquet")
+        self.films = read_table(history / "films.parquet")
+        spheres = read_table(history / "spheres.parquet")
         self.first = np.concatenate([[0.0], spheres["film"].to_numpy(float)])
         kinds = np.concatenate([[1], spheres["type"].to_numpy(int)])
         self.kind = kinds
@@ -256,7 +257,7 @@ def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
 
 def budget(run_dir: Path) -> dict[str, float]:
     """The run's own books: what the integrator's identity leaves over, and the normal drag's work (never above zero)."""
-    energy = pd.read_parquet(run_dir / "history" / "energy.parquet")
+    energy = read_table(run_dir / "history" / "energy.parquet")
     works = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
     moved = energy["kinetic"] + energy["spin"]
     left = moved - moved.iloc[0] - energy[works].sum(axis=1) - energy["half_kick"]

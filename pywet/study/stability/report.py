@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import atomic_write, read_csv
 from pywet.study.stability import figures, hard, sweep
 from pywet.study.stability.maps import MAPS, Map
 from pywet.view import page
@@ -46,7 +46,7 @@ def table_of(chart: Map, folder: Path) -> pd.DataFrame:
     missing = [p for p in paths if not p.exists()]
     if missing:
         raise PywetError(f"{missing[0]} is missing; expected every row of the map {chart.name}: run the study again")
-    return pd.concat([pd.read_csv(p, keep_default_na=False, na_values=["nan"]) for p in paths], ignore_index=True)
+    return pd.concat([read_csv(p, keep_default_na=False, na_values=["nan"]) for p in paths], ignore_index=True)
 
 
 def score(table: pd.DataFrame) -> dict[str, int]:
@@ -96,7 +96,7 @@ def map_sections(folder: Path) -> list[page.Section]:
 def hard_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     """Hard scenes, one row each."""
     table = pd.concat(
-        [pd.read_csv(folder / "hard" / f"{n}.csv", keep_default_na=False) for n in hard.SCENES], ignore_index=True
+        [read_csv(folder / "hard" / f"{n}.csv", keep_default_na=False) for n in hard.SCENES], ignore_index=True
     )
     _write(table, folder / "hard_scenes.csv")
     rows: list[list[page.Cell | str]] = []
@@ -120,7 +120,7 @@ def hard_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
 
 def case_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     """The campaign."""
-    cases = pd.read_csv(folder / "cases.csv", keep_default_na=False)
+    cases = read_csv(folder / "cases.csv", keep_default_na=False)
     counts = pd.crosstab(cases["kind"], cases["state"])
     rows: list[list[page.Cell | str]] = [
         [page.Cell(str(k), left=True), *(str(v) if v else "" for v in counts.loc[k])] for k in counts.index

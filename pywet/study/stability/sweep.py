@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import atomic_write, read_csv
 from pywet.study.stability import campaign, judge, running
 from pywet.study.stability.cells import Batch
 
@@ -101,7 +101,7 @@ def collect(paths: list[Path], out: Path) -> pd.DataFrame:
     """All cases in one table."""
     if not paths:
         raise PywetError(f"there are no batches to collect into {out}; expected at least one: ask for one case or more")
-    table = pd.concat([pd.read_csv(p, keep_default_na=False) for p in paths], ignore_index=True)
+    table = pd.concat([read_csv(p, keep_default_na=False) for p in paths], ignore_index=True)
     with atomic_write(out) as temporary:
         table.to_csv(temporary, index=False)
     return table

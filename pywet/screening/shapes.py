@@ -1,0 +1,138 @@
+"""What must be in the JSON files of a run directory that are read back; further keys are allowed. For `files.read_json`."""
+
+from __future__ import annotations
+
+from typing import (
+    Annotated,
+    NotRequired,  # pydantic asks for it below Python 3.12
+)
+
+from pydantic import AfterValidator
+from typing_extensions import TypedDict
+
+
+class Check(TypedDict):
+    """A check of the results."""
+
+    name: str
+    ok: bool
+    value: float
+    text: str
+
+
+class BridgesOn(TypedDict):
+    """Of the effects, what is asked of a summary."""
+
+    bridges: bool
+
+
+class Events(TypedDict):
+    """Of the liquid's events, what is shown."""
+
+    formations: int
+    ruptures: int
+
+
+class Summary(TypedDict):
+    """summary.json."""
+
+    spheres: dict[str, int]
+    steps: int
+    wall_s: float
+    fraction_retained_end: float
+    coarse_share: float
+    ledger_error: float | None
+    energy_J: NotRequired[dict[str, float | None] | None]
+    particle_steps_per_s: float | None
+    initial_liquid_m3: float
+    liquid_end_m3: dict[str, float]
+    events: Events | None
+    effects: BridgesOn
+    checks: list[Check]
+    versions: dict[str, str | None]
+
+
+class EngineRun(TypedDict, total=False):
+    """engine/run.json."""
+
+    wall_s: float | None
+    resumed_at_step: int | None
+    ranks: int
+    engine: str
+    engine_version: str
+    plugin_hash: str | None
+
+
+class Deviation(TypedDict):
+    """One quantity of replay.json."""
+
+    scale: str
+    count: int
+    largest: float
+    median: float
+    tolerance: float
+
+
+class Finding(TypedDict):
+    """What the diagnosis of a disagreement says."""
+
+    sentence: str
+
+
+class Diagnosis(TypedDict):
+    """What a disagreement comes from."""
+
+    findings: list[Finding]
+
+
+class Replay(TypedDict):
+    """replay.json."""
+
+    ok: NotRequired[bool]
+    contacts: NotRequired[int]
+    diagnosis: NotRequired[Diagnosis | None]
+    quantities: dict[str, Deviation]
+
+
+class PlanRow(TypedDict):
+    """One effect of plan.json."""
+
+    effect: str
+    on: bool
+    quantity: str
+    number: float
+    threshold: float
+    predicted_share: NotRequired[float | None]
+    predicted_within: NotRequired[float | None]
+
+
+class Plan(TypedDict):
+    """plan.json."""
+
+    rows: list[PlanRow]
+
+
+class Contribution(TypedDict):
+    """What one effect did."""
+
+    acting: bool
+    impulse_share: float | None
+    liquid_share: NotRequired[float | None]
+    mean_stretch: NotRequired[float | None]
+    energy_share: NotRequired[float | None]
+
+
+FORCES = ("weight", "contact_normal", "contact_tangential", "capillary", "viscous_normal", "viscous_tangential")
+
+
+def _with_forces(effects: dict[str, Contribution]) -> dict[str, Contribution]:
+    missing = [name for name in FORCES if name not in effects]
+    if missing:
+        raise ValueError(f"there is nothing of {', '.join(missing)}")
+    return effects
+
+
+class Contributions(TypedDict):
+    """contributions.json."""
+
+    effects: Annotated[dict[str, Contribution], AfterValidator(_with_forces)]
