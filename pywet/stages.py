@@ -7,6 +7,7 @@ case never stops the others, and the report can name it. Used by the command lin
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 import time
 import traceback
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import one_line, write_json
 
 NEEDS = {"scene": None, "simulate": "scene", "replay": "simulate", "results": "simulate", "vtk": "simulate"}
 """Stage -> the stage without which it cannot be done; in the order they run."""
@@ -95,6 +96,7 @@ def build(
     from pywet import config
     from pywet.screening import cases
 
+    check_engine(engine, ranks=1)
     loaded = config.load(config_dir)
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if engine == "yade":
@@ -102,20 +104,29 @@ def build(
     cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
 
 
+def check_engine(engine: str, ranks: int) -> None:
+    """Refuse an engine that there is not, and ranks where it has none; before anything is built."""
+    if engine not in ("liggghts", "yade"):
+        raise PywetError(f"there is no engine {one_line(engine)}; expected liggghts or yade")
+    if engine == "yade" and ranks > 1:
+        raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
+    if ranks > 1 and shutil.which("mpirun") is None:
+        raise PywetError(
+            f"{ranks} ranks were asked for but there is no mpirun; expected Debian's openmpi-bin: `make setup`"
+        )
+
+
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
     """Stage simulate: run the engine, liggghts or yade."""
+    check_engine(engine, ranks)
     if engine == "yade":
         from pywet.engines.yade import driver as yade
 
-        if ranks > 1:
-            raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
         yade.run(run_dir, progress=progress)
-    elif engine == "liggghts":
+    else:
         from pywet.engines.liggghts import driver
 
         driver.run(run_dir, ranks=ranks, progress=progress)
-    else:
-        raise PywetError(f"there is no engine {engine}; expected liggghts or yade")
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:

@@ -144,8 +144,14 @@ BAD = [
     ),
     pytest.param(
         "materials.yaml",
-        _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
+        _set(*SIZE, "density_kg_per_m3", "value", to=2500),
         "mass_g 0.0935 and density_kg_per_m3 times volume",
+        id="density of another material",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
+        "density_kg_per_m3.value is 1.358, expected 10 to 25000 kg/m3 unless `unusual: why` beside it says so",
         id="density in g/cm3",
     ),
     pytest.param(

@@ -222,7 +222,7 @@ def _command(scene: Scene, run_dir: Path, folder: Path, ranks: int) -> list[str]
     if scene.effects.bridges:
         program = [sys.executable, "-m", "pywet.engines.liggghts.worker", str(run_dir), str(folder)]
     else:
-        program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
+        program = ["stdbuf", "-oL", PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts"]  # an abort flushes nothing
     if ranks > 1:
         return ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(ranks), *program]
     return program
