@@ -50,10 +50,8 @@ class Config:
     def scale(self, name: str) -> Scale:
         """A scale by name."""
         if name not in self.scales.scales:
-            have = _join(self.scales.scales)
-            raise PywetError(
-                f"there is no scale {one_line(name) if name else '(empty)'} in {self.folder / scales.FILE}, expected one of {have}"
-            )
+            have, given = _join(self.scales.scales), one_line(name) if name else "(empty)"
+            raise PywetError(f"there is no scale {given} in {self.folder / scales.FILE}, expected one of {have}")
         return self.scales.scales[name]
 
     def case(self, number: int) -> Case:
