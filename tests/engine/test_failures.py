@@ -157,7 +157,11 @@ def test_film_below_zero_is_named(tmp_path: Path) -> None:
     names = {"a": "film_volume_i, radius_i, radius_j", "b": "film_volume_i, radius_i, half_width"}
     names |= {"c": "film_thickness, radius_i", "d": "film_thickness, radius_i, half_width"}
     for name, arguments in names.items():
-        value = "0.1 * film_volume_i if radius_i < 2.1e-3 or radius_i > 4e-3 else -0.05 * film_volume_i" if name == "a" else "0.0"
+        value = (
+            "0.1 * film_volume_i if radius_i < 2.1e-3 or radius_i > 4e-3 else -0.05 * film_volume_i"
+            if name == "a"
+            else "0.0"
+        )
         text += f'@force_law\ndef {name}({arguments}):\n    """Test."""\n    return {value}\n\n'
     path.write_text(text + "laws = (a, b, c, d)\n")
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(2, (0.0, 0.0, R + 2e-3))]
