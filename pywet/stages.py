@@ -107,7 +107,7 @@ def build(
 def check_engine(engine: str, ranks: int) -> None:
     """Refuse an engine that there is not, and ranks where it has none; before anything is built."""
     if engine not in ("liggghts", "yade"):
-        raise PywetError(f"there is no engine {one_line(engine)}; expected liggghts or yade")
+        raise PywetError(f"there is no engine {one_line(engine) if engine else '(empty)'}; expected liggghts or yade")
     if engine == "yade" and ranks > 1:
         raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
     if ranks > 1 and shutil.which("mpirun") is None:
