@@ -7,7 +7,6 @@ case never stops the others, and the report can name it. Used by the command lin
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 import time
 import traceback
@@ -110,10 +109,6 @@ def check_engine(engine: str, ranks: int) -> None:
         raise PywetError(f"there is no engine {one_line(engine) if engine else '(empty)'}; expected liggghts or yade")
     if engine == "yade" and ranks > 1:
         raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
-    if ranks > 1 and shutil.which("mpirun") is None:
-        raise PywetError(
-            f"{ranks} ranks were asked for but there is no mpirun; expected Debian's openmpi-bin: `make setup`"
-        )
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:

@@ -134,7 +134,8 @@ def _read_text(path: Path) -> str:
 class _Loader(yaml.SafeLoader):
     """YAML whose keys are text as it was written, each once in its group."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+    def compose_mapping_node(self, anchor: str | None) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)
         seen = set()
         for key, _ in node.value:
             if not isinstance(key, yaml.ScalarNode):
@@ -142,6 +143,9 @@ class _Loader(yaml.SafeLoader):
             if key.value in seen:
                 raise ConstructorError(None, None, f"the key {key.value} is given twice", key.start_mark)
             seen.add(key.value)
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         self.flatten_mapping(node)
         return {str(key.value): self.construct_object(value, deep=deep) for key, value in node.value}
 

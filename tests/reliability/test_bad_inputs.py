@@ -4,7 +4,8 @@ A row:  name: what is wrong
         run: [plan, "2"]                      arguments of `pywet`; {here} is an empty folder, {config} a copy of config/,
                                               {run} a made run directory (where `made` asks for one)
         config: {materials.yaml: [old, new]}  optional: one replacement in a file of the copy (must be found)
-        write: {query.json: text}             optional: files in {here}; `hex: …` for bytes, `repeat: [text, n]` (or some of these) for long ones
+        write: {query.json: text}             optional: files in {here}; `hex: …` for bytes, `repeat: [text, n]` for long ones
+                                              (or `repeat: [[text, n], …]`)
         made: moist                           optional: moist or dry, a synthetic finished run in {run}
         damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, or {write: …} as above
         exit: 1

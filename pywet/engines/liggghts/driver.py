@@ -81,7 +81,7 @@ def run(
     """
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
-    version = _check_engine()
+    version = _check_engine(ranks)
     if not allow_unstable:
         advisor.refuse_unstable(scene)
     plugin = plugin_path() if scene.effects.bridges else None
@@ -172,9 +172,11 @@ def ledger_error(run_dir: Path) -> float:
     return float(((held - ledger["initial"]).abs() / initial).max())
 
 
-def _check_engine() -> str:
+def _check_engine(ranks: int) -> str:
     if shutil.which(PROGRAM) is None:
         raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
+    if ranks > 1 and shutil.which("mpirun") is None:
+        raise PywetError(f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`")
     version = package_version("liggghts")
     if version is not None and not version.startswith(ENGINE_VERSION):
         raise PywetError(
