@@ -134,7 +134,7 @@ def _read_text(path: Path) -> str:
 class _Loader(yaml.SafeLoader):
     """YAML whose keys are text as it was written, each once in its group."""
 
-    def compose_mapping_node(self, anchor: str | None) -> yaml.MappingNode:
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
         node = super().compose_mapping_node(anchor)
         seen = set()
         for key, _ in node.value:
