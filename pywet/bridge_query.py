@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from pywet import young_laplace
+from pywet.config.entries import Excusable
 from pywet.config.messages import explain
 from pywet.errors import PywetError
 from pywet.files import read_json
@@ -58,7 +59,7 @@ class Body(Strict):
         return math.radians(self.contact_angle_deg)
 
 
-class Query(Strict):
+class Query(Excusable):
     """What is asked: two bodies, the liquid between them, separations and laws."""
 
     bodies: Annotated[tuple[Body, ...], Field(min_length=2, max_length=2)]

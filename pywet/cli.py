@@ -16,6 +16,8 @@ from typer.core import TyperGroup
 from pywet import showing
 from pywet.errors import PywetError
 from pywet.files import make_folder, one_line, refused
+from pywet.options import STEP, case_number, number
+from pywet.ranges import LIMITS, SCENE
 from pywet.showing import err, out
 from pywet.study.app import app as study
 
@@ -45,7 +47,8 @@ collide = typer.Typer(cls=Group, no_args_is_help=True, help="Collisions of a few
 app.add_typer(collide, name="collide")
 app.add_typer(study, name="study")
 
-CaseNumber = Annotated[int, typer.Argument(metavar="CASE", help="Number of the case in cases.csv.")]
+CaseNumber = Annotated[int, case_number()]
+Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]
 ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]
@@ -99,7 +102,7 @@ def plan(
     from pywet.screening import cases
 
     loaded = settings.load(config)
-    name = scale or loaded.settings.scale
+    name = loaded.settings.scale if scale is None else scale
     lines = cases.effect_plan(loaded, case, name).lines
     if accuracy is not None:
         from pywet.study.accuracy import command
@@ -113,20 +116,21 @@ def plan(
 def run(
     case: CaseNumber,
     scale: ScaleName = None,
-    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of the engine.")] = 1,
+    ranks: Ranks = 1,
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/SCALE/caseNN.")] = None,
     engine: Annotated[str, typer.Option(help="liggghts, or yade: dry cases, no rolling resistance.")] = "liggghts",
     config: ConfigDir = CONFIG,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Of the first arrangement; default: that of config.yaml.")
+        int | None, number("--seed", LIMITS["seed"], "Of the first arrangement; default: that of config.yaml")
     ] = None,
 ) -> None:
     """Run one case: build, simulate, replay, results."""
     from pywet import config as settings
     from pywet import stages
 
+    stages.check_engine(engine, ranks)
     loaded = settings.load(config)
-    name = scale or loaded.settings.scale
+    name = loaded.settings.scale if scale is None else scale
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
@@ -158,7 +162,7 @@ def replay(
 
 @app.command()
 def view(
-    run_dir: RunFolder, step: Annotated[int | None, typer.Option(help="Output step of the picture.")] = None
+    run_dir: RunFolder, step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None
 ) -> None:
     """Write the VTK time series of a run and a picture of it."""
     from pywet.view import render, vtk
@@ -189,14 +193,16 @@ def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
 def scene(
     name: Annotated[str, typer.Argument(metavar="NAME", help="pull, collision, bed or drum.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/NAME.")] = None,
-    moisture: Annotated[float, typer.Option(min=0, help="Liquid over the mass of the spheres [%].")] = 1.0,
-    viscosity: Annotated[float, typer.Option(min=0, help="Viscosity of the liquid [Pa s].")] = 1e-3,
-    spheres: Annotated[int, typer.Option(min=1, help="Number of spheres (bed, drum).")] = 500,
-    speed: Annotated[float | None, typer.Option(help="Speed of pull or collision [m/s].")] = None,
-    rpm: Annotated[float, typer.Option(help="Turns of the drum per minute.")] = 20.0,
-    seconds: Annotated[float | None, typer.Option(help="Simulated time [s].")] = None,
-    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of the engine.")] = 1,
-    seed: Annotated[int, typer.Option(help="Of the first places of the spheres (bed, drum).")] = 1,
+    moisture: Annotated[
+        float, number("--moisture", SCENE["moisture_percent"], "Liquid over the mass of the spheres")
+    ] = 1.0,
+    viscosity: Annotated[float, number("--viscosity", SCENE["viscosity_Pa_s"], "Viscosity of the liquid")] = 1e-3,
+    spheres: Annotated[int, number("--spheres", SCENE["spheres"], "Number of spheres of bed and drum")] = 500,
+    speed: Annotated[float | None, number("--speed", SCENE["speed_m_per_s"], "Speed of pull or collision")] = None,
+    rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Turns of the drum")] = 20.0,
+    seconds: Annotated[float | None, number("--seconds", SCENE["seconds"], "Simulated time")] = None,
+    ranks: Ranks = 1,
+    seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
 ) -> None:
     """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
     from pywet import scenes

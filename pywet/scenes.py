@@ -19,10 +19,13 @@ from pywet.errors import PywetError
 from pywet.files import read_table, write_json
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
+from pywet.ranges import SCENE
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 from pywet.screening.amounts import common_film_thickness
 
 RESULT = "scene_result.json"
+FIT_IN_DRUM = 44
+"""From this number on the spheres' lattice fits into the drum that is made for them."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,11 @@ class Choice:
     ranks: int = 1
     seed: int = 1
     viscous_integration: str = "semi_implicit"
+
+    def __post_init__(self) -> None:
+        for name, limits in SCENE.items():
+            if getattr(self, name) is not None:
+                limits.read(name, getattr(self, name))
 
 
 def glass(choice: Choice, count: int) -> SphereClass:
@@ -244,7 +252,8 @@ def _in_drum(choice: Choice, radius: float, width: float) -> list[small.Sphere]:
     at = np.array([(x, y, h) for x, y in grid for h in z])[: choice.spheres]
     if len(at) < choice.spheres:
         raise PywetError(
-            f"{choice.spheres} spheres do not fit into the drum of {radius:g} m, only {len(at)}; lower spheres"
+            f"{choice.spheres} spheres do not fit into their drum of {radius:g} m, only {len(at)}; expected {FIT_IN_DRUM} "
+            "or more: mend spheres"
         )
     at += random.uniform(-0.05, 0.05, at.shape) * choice.radius_m
     return [small.Sphere(1, (float(x), float(y), float(h))) for x, y, h in at]
@@ -264,6 +273,10 @@ def _prepare(
     log_every_step: bool = False,
     rotation: Rotation | None = None,
 ) -> Scene:
+    if steps < 1:
+        raise PywetError(
+            f"{choice.seconds or 0:g} s are less than half a time step of {step:g} s; expected more: raise --seconds"
+        )
     reach = 1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)])
     output = Output(
         interval_s=max(1, steps // 50) * step,

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.files import read_model, refused, write_json
+from pywet.files import one_line, read_model, refused, write_json
 
 NEEDS = {"scene": None, "simulate": "scene", "replay": "simulate", "results": "simulate", "vtk": "simulate"}
 """Stage -> the stage without which it cannot be done; in the order they run."""
@@ -99,6 +99,7 @@ def build(
     from pywet import config
     from pywet.screening import cases
 
+    check_engine(engine, ranks=1)
     loaded = config.load(config_dir)
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if engine == "yade":
@@ -106,20 +107,25 @@ def build(
     cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
 
 
+def check_engine(engine: str, ranks: int) -> None:
+    """Refuse an engine that there is not, and ranks where it has none; before anything is built."""
+    if engine not in ("liggghts", "yade"):
+        raise PywetError(f"there is no engine {one_line(engine) if engine else '(empty)'}; expected liggghts or yade")
+    if engine == "yade" and ranks > 1:
+        raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
+
+
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
     """Stage simulate: run the engine, liggghts or yade."""
+    check_engine(engine, ranks)
     if engine == "yade":
         from pywet.engines.yade import driver as yade
 
-        if ranks > 1:
-            raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
         yade.run(run_dir, progress=progress)
-    elif engine == "liggghts":
+    else:
         from pywet.engines.liggghts import driver
 
         driver.run(run_dir, ranks=ranks, progress=progress, keep=True)
-    else:
-        raise PywetError(f"there is no engine {engine}; expected liggghts or yade")
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:

@@ -144,8 +144,14 @@ BAD = [
     ),
     pytest.param(
         "materials.yaml",
-        _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
+        _set(*SIZE, "density_kg_per_m3", "value", to=2500),
         "mass_g 0.0935 and density_kg_per_m3 times volume",
+        id="density of another material",
+    ),
+    pytest.param(
+        "materials.yaml",
+        _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
+        "density_kg_per_m3.value is 1.358, expected 10 to 25000 kg/m3 unless `unusual: why` beside it says so",
         id="density in g/cm3",
     ),
     pytest.param(
@@ -263,3 +269,24 @@ def test_an_unreadable_file_is_one_sentence(tmp_path: Path, text: str | None, sa
         path.write_text(text)
     with pytest.raises(PywetError, match=says):
         load(tmp_path)
+
+
+def test_what_is_unusual_is_taken_with_a_reason(tmp_path: Path) -> None:
+    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "materials.yaml"
+    path.write_text(path.read_text().replace("value: 0.07275", "value: 1.8, unusual: molten iron in argon"))
+    assert load(tmp_path).materials.liquid.surface_tension_N_per_m.value == 1.8
+
+
+def test_anchors_and_merged_keys_are_no_duplicates(tmp_path: Path) -> None:
+    """What a merge brings may be replaced; a table saved by a spreadsheet may begin with a byte order mark."""
+    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "scales.yaml"
+    text = path.read_text().replace("  smoke:\n", "  smoke: &smoke\n")
+    path.write_text(
+        f"{text}  wide:\n    <<: *smoke\n    width_mm: {{value: 70, source: assumption, reason: wider than smoke}}\n"
+    )
+    table = tmp_path / "cases.csv"
+    table.write_bytes(b"\xef\xbb\xbf" + table.read_bytes())
+    scales = load(tmp_path).scales.scales
+    assert (scales["wide"].width_mm.value, scales["wide"].wire_sides) == (70, scales["smoke"].wire_sides)

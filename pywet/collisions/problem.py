@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from pywet.collisions import contact
 from pywet.collisions.model import Parameters
+from pywet.config.entries import Excusable
+from pywet.scene import Strict
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5)]
@@ -21,13 +23,7 @@ RTOL = 1e-9
 STEEPEST_DEG = 170.0
 
 
-class Strict(BaseModel):
-    """Unknown keys are mistakes."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Wall(Strict):
+class Wall(Excusable):
     """An elastic half-space that does not move."""
 
     youngs_modulus_Pa: Positive
@@ -49,12 +45,12 @@ class Partner(Wall):
     density_kg_per_m3: Positive
 
 
-class Liquid(Strict):
+class Liquid(Excusable):
     """The layer on the wall and the bridge that it forms."""
 
     density_kg_per_m3: Positive
     viscosity_Pa_s: Positive
-    surface_tension_N_per_m: Annotated[float, Field(ge=0, le=1e3)]
+    surface_tension_N_per_m: Annotated[float, Field(ge=0, le=1e30)]
     layer_thickness_m: Annotated[float, Field(gt=0, le=1)]
     contact_angle_deg: Annotated[float, Field(ge=0, le=90)] = 15.0
     half_filling_angle_deg: Annotated[float, Field(gt=0, le=90)]
@@ -104,7 +100,7 @@ class Problem(Strict):
     wall: Wall | None = None
     partner: Partner | None = None
     liquid: Liquid | None
-    friction: Annotated[float, Field(ge=0, le=100)]
+    friction: Annotated[float, Field(ge=0, le=10)]
     normal_velocity_m_per_s: Annotated[float, Field(ge=1e-9, le=1e4)]
     angle_deg: Annotated[float, Field(ge=0, lt=90)] = 0.0
     omega_rad_per_s: Annotated[float, Field(ge=-1e9, le=1e9)] = 0.0

@@ -6,13 +6,14 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from pywet.scene import Positive, Strict
+from pywet.config.entries import Limited
+from pywet.scene import Positive
 
 FILE = "cases.csv"
 CLASS_NAMES = ("small", "near_mesh", "large")
 
 
-class Case(Strict):
+class Case(Limited):
     """One screening case: what is screened on what, how moist, how strongly shaken."""
 
     case: Annotated[int, Field(ge=1)]

@@ -2,11 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, Field, model_validator
+from pydantic_core import PydanticCustomError
 
+from pywet.ranges import LIMITS
 from pywet.scene import NonNegative, Positive, Strict
+
+Why = Annotated[str, Field(min_length=10)] | None
+"""Why a value outside the range of its key is meant."""
+
+
+class Limited(Strict):
+    """Its numbers, bare or as entries, are within the ranges of their keys or have `unusual` beside them."""
+
+    @model_validator(mode="after")
+    def _plausible(self) -> Self:
+        for name, given in self:
+            limits, holder = LIMITS.get(name), given if isinstance(given, BaseModel) else self
+            value = getattr(given, "value", given)
+            if limits is None or not isinstance(value, (int, float)) or value in limits:
+                continue
+            if getattr(holder, "unusual", None) is None:
+                key = name if holder is self else f"{name}.value"
+                excuse = " unless `unusual: why` beside it says so" if "unusual" in type(holder).model_fields else ""
+                raise PydanticCustomError(
+                    "implausible", "to be in range", {"key": key, "value": value, "expected": f"{limits}{excuse}"}
+                )
+        return self
+
+
+class Excusable(Limited):
+    """A group of bare numbers with a place to say why one is outside its range."""
+
+    unusual: Why = None
 
 
 class Sourced(Strict):
@@ -16,6 +46,7 @@ class Sourced(Strict):
     table: Annotated[int, Field(ge=1)] | None = None
     section: str | None = None
     reason: Annotated[str, Field(min_length=10)] | None = None
+    unusual: Why = None
 
     @model_validator(mode="after")
     def _origin(self) -> Sourced:
@@ -49,6 +80,18 @@ class RatioEntry(Entry):
     """Above zero, up to one."""
 
     value: Annotated[float, Field(gt=0, le=1)]
+
+
+class FrictionEntry(Entry):
+    """Zero to ten."""
+
+    value: Annotated[float, Field(ge=0, le=10)]
+
+
+class PoissonEntry(Entry):
+    """Above -1, up to 0.5 (incompressible)."""
+
+    value: Annotated[float, Field(gt=-1, le=0.5)]
 
 
 class AngleEntry(Entry):

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
+from yaml.constructor import ConstructorError
 
 from pywet.config import cases as cases_module
 from pywet.config import materials, scales, settings
@@ -19,6 +20,7 @@ from pywet.config.messages import explain
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import PywetError
+from pywet.files import one_line, read_text
 from pywet.laws import own
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -49,8 +51,8 @@ class Config:
     def scale(self, name: str) -> Scale:
         """A scale by name."""
         if name not in self.scales.scales:
-            have = _join(self.scales.scales)
-            raise PywetError(f"there is no scale {name} in {self.folder / scales.FILE}, expected one of {have}")
+            have, given = _join(self.scales.scales), one_line(name) if name else "(empty)"
+            raise PywetError(f"there is no scale {given} in {self.folder / scales.FILE}, expected one of {have}")
         return self.scales.scales[name]
 
     def case(self, number: int) -> Case:
@@ -121,21 +123,43 @@ def parse(model: type[Model], data: Any, where: str) -> Model:
 
 
 def _read_text(path: Path) -> str:
+    data = read_text(path, "a folder of the configuration has it")
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise PywetError(f"{path} could not be read ({why}), expected a file of the configuration folder") from error
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise PywetError(
+            f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding"
+        ) from error
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML whose keys are text as it was written, each once in its group."""
+
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)
+        seen = set()
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise ConstructorError(None, None, "a key is a list or a group, expected a word", key.start_mark)
+            if key.value in seen:
+                raise ConstructorError(None, None, f"the key {key.value} is given twice", key.start_mark)
+            seen.add(key.value)
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        self.flatten_mapping(node)
+        return {str(key.value): self.construct_object(value, deep=deep) for key, value in node.value}
 
 
 def _read_yaml(path: Path, model: type[Model]) -> Model:
     try:
-        data = yaml.safe_load(_read_text(path))
-    except yaml.YAMLError as error:
+        data = yaml.load(_read_text(path), _Loader)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: a date or number that is none
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""
-        problem = getattr(error, "problem", None) or "it cannot be parsed"
-        raise PywetError(f"{path} is not YAML{line}: {problem}; mend it there") from error
+        raise PywetError(
+            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; mend it there"
+        ) from error
     if not isinstance(data, dict):
         raise PywetError(f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}")
     return parse(model, data, str(path))
@@ -143,14 +167,28 @@ def _read_yaml(path: Path, model: type[Model]) -> Model:
 
 def _read_cases(path: Path) -> dict[int, Case]:
     found: dict[int, Case] = {}
-    for line, row in enumerate(csv.DictReader(_read_text(path).splitlines()), start=2):
-        where = f"{path} line {line}"
-        if None in row or None in row.values():
-            raise PywetError(f"{where} has too many or too few columns, expected {', '.join(Case.model_fields)}")
-        case = parse(Case, row, where)
-        if case.case in found:
-            raise PywetError(f"{where}: case {case.case} is given twice, expected another number for each row")
-        found[case.case] = case
+    wanted = ", ".join(Case.model_fields)
+    rows = csv.DictReader(_read_text(path).splitlines())
+    try:
+        header = [name.strip() for name in rows.fieldnames or ()]
+        if sorted(header) != sorted(Case.model_fields):
+            raise PywetError(
+                f"{path} has the columns {one_line(', '.join(header)) or 'none'}, expected {wanted}, each once, with commas "
+                "between them"
+            )
+        rows.fieldnames = header
+        for row in rows:
+            where = f"{path} line {rows.line_num}"
+            if None in row or None in row.values():
+                raise PywetError(
+                    f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)"
+                )
+            case = parse(Case, row, where)
+            if case.case in found:
+                raise PywetError(f"{where}: case {case.case} is given twice, expected another number for each row")
+            found[case.case] = case
+    except csv.Error as error:
+        raise PywetError(f"{path} line {rows.line_num} is not CSV ({error}); mend it there") from error
     if not found:
         raise PywetError(f"{path} has no case, expected one row for each")
     return found

@@ -7,7 +7,17 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from pywet.config.entries import AngleEntry, Entry, MaterialEntry, NonNegativeEntry, PositiveEntry, RatioEntry
+from pywet.config.entries import (
+    AngleEntry,
+    Entry,
+    FrictionEntry,
+    Limited,
+    MaterialEntry,
+    NonNegativeEntry,
+    PoissonEntry,
+    PositiveEntry,
+    RatioEntry,
+)
 from pywet.errors import PywetError
 from pywet.scene import Strict
 
@@ -16,7 +26,7 @@ MASS_MISFIT = 0.1
 """Relative misfit allowed between mass and density times volume where the mass has no tolerance."""
 
 
-class Size(Strict):
+class Size(Limited):
     """One size of spheres. The simulation takes diameter and density; the mass must agree with them."""
 
     diameter_mm: PositiveEntry
@@ -45,32 +55,32 @@ class Size(Strict):
         return self
 
 
-class SphereMaterial(Strict):
+class SphereMaterial(Limited):
     """A material of spheres; the linear contact law does not use Young's modulus and Poisson's ratio."""
 
     sizes: Annotated[tuple[Size, ...], Field(min_length=1)]
     youngs_modulus_Pa: PositiveEntry
-    poissons_ratio: PositiveEntry
+    poissons_ratio: PoissonEntry
     stiffness_sphere_sphere_N_per_m: PositiveEntry
     stiffness_sphere_wall_N_per_m: PositiveEntry
     contact_angle_deg: AngleEntry
 
 
-class WallMaterial(Strict):
+class WallMaterial(Limited):
     """A material of walls."""
 
     density_kg_per_m3: PositiveEntry
     youngs_modulus_Pa: PositiveEntry
-    poissons_ratio: PositiveEntry
+    poissons_ratio: PoissonEntry
     contact_angle_deg: AngleEntry
 
 
-class Contact(Strict):
+class Contact(Limited):
     """Dry contact of a sphere material with a partner (its own kind or a wall material)."""
 
     sphere: str
     partner: str
-    friction: NonNegativeEntry
+    friction: FrictionEntry
     rolling_friction_m: NonNegativeEntry
     restitution: RatioEntry
 
@@ -80,7 +90,7 @@ class Contact(Strict):
         return self.friction.value, self.rolling_friction_m.value, self.restitution.value
 
 
-class LiquidData(Strict):
+class LiquidData(Limited):
     """The liquid."""
 
     surface_tension_N_per_m: PositiveEntry
@@ -88,7 +98,7 @@ class LiquidData(Strict):
     density_kg_per_m3: PositiveEntry
 
 
-class Screen(Strict):
+class Screen(Limited):
     """One screen: aperture and wire."""
 
     aperture_mm: PositiveEntry
@@ -104,7 +114,7 @@ class Screen(Strict):
         return self
 
 
-class Stroke(Strict):
+class Stroke(Limited):
     """Measured amplitudes of the screen for an amplitude set at the machine."""
 
     set_amplitude_mm: PositiveEntry
@@ -113,7 +123,7 @@ class Stroke(Strict):
     z_amplitude_mm: NonNegativeEntry
 
 
-class Motion(Strict):
+class Motion(Limited):
     """Motion of the vibrating parts: x_k(t) = amplitude_k sin(2 pi f t + phase_k)."""
 
     frequency_Hz: PositiveEntry
@@ -123,7 +133,7 @@ class Motion(Strict):
     z_phase_deg: Entry
 
 
-class Feed(Strict):
+class Feed(Limited):
     """How much is screened: `class_mass_g` of `reference_material` in each class; of others the same volume."""
 
     class_mass_g: PositiveEntry
@@ -143,7 +153,7 @@ class WallMaterials(Strict):
     collecting_bin: MaterialEntry
 
 
-class Materials(Strict):
+class Materials(Limited):
     """The whole of materials.yaml."""
 
     spheres: dict[str, SphereMaterial]

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import difflib
+import re
 import types
 import typing
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+
+from pywet.files import one_line
+from pywet.ranges import comma
 
 Loc = tuple[int | str, ...]
 
@@ -24,20 +28,34 @@ def explain(error: ValidationError, model: type[BaseModel], where: str) -> str:
 
 def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
     loc: Loc = problem["loc"]
-    key = ".".join(str(k) for k in loc) or "the content"
-    if problem["type"] == "extra_forbidden":
+    key = one_line(".".join(str(k) for k in loc)) if loc else "the content"
+    kind, given = problem["type"], _shown(problem["input"])
+    if kind == "extra_forbidden" and problem["input"] is None and re.fullmatch(r"\d+([eE][-+]?\d+)?", str(loc[-1])):
+        parent = ".".join(str(k) for k in loc[:-1])
+        return f"{parent} has {loc[-1]} behind a comma, expected a number with a decimal point, such as 0.{loc[-1]}"
+    if kind == "extra_forbidden":
         missing = _missing_beside(loc, problems)
         known = missing or list(getattr(_model_at(model, loc[:-1]), "model_fields", {}))
         close = difflib.get_close_matches(str(loc[-1]), known, n=1, cutoff=0.4)
         return f"key {key} is not known, expected {close[0] if close else 'one of ' + ', '.join(known)}"
-    if problem["type"] == "missing":
+    if kind == "missing":
         return f"key {key} is missing, expected {_kind(model, loc)}"
-    if problem["type"] == "model_type":
-        return f"{key} is {problem['input']!r}, expected {_kind(model, loc)}"
-    if problem["type"] == "value_error":
+    if kind == "model_type":
+        return f"{key} is {given}, expected {_kind(model, loc)}"
+    if kind == "value_error":
         return f"{key} is not consistent, expected {problem['msg'].removeprefix('Value error, ')}"
-    expected = problem["msg"].removeprefix("Input should be ").replace("Input should have", "to have")
-    return f"{key} is {problem['input']!r}, expected {expected[0].lower()}{expected[1:]}"
+    if kind in ("implausible", "switch"):
+        said = problem["ctx"]
+        key = ".".join(str(k) for k in (*loc, said["key"]))
+        return f"{key} is {_shown(said['value'])}, expected {said.get('expected') or 'a number or text, not a switch'}"
+    expected = one_line(problem["msg"].removeprefix("Input should be ").replace("Input should have", "to have"))
+    return f"{key} is {given}{comma(problem['input'])}, expected {expected[0].lower()}{expected[1:]}"
+
+
+def _shown(value: Any) -> str:
+    """What was given, on one line and not at length."""
+    text = one_line(repr(value))
+    return text if len(text) <= 80 else f"{text[:79]}…"
 
 
 def _missing_beside(loc: Loc, problems: list[Any]) -> list[str]:

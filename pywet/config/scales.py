@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from pywet.config.entries import AngleEntry, CountEntry, PositiveEntry, RatioEntry
+from pywet.config.entries import AngleEntry, CountEntry, Limited, PositiveEntry, RatioEntry
 from pywet.scene import Strict, Word
 
 FILE = "scales.yaml"
 
 
-class Apparatus(Strict):
+class Apparatus(Limited):
     """Dimensions of the tower around the screen."""
 
     side_wall_height_mm: PositiveEntry
@@ -27,7 +27,7 @@ class Apparatus(Strict):
     clearance_mm: PositiveEntry
 
 
-class Scale(Strict):
+class Scale(Limited):
     """One scale. A square sieve's width is rounded to whole pitches of its screen; mass goes with the sieve's area."""
 
     shape: Literal["square", "cylinder"]
@@ -46,6 +46,8 @@ class Scale(Strict):
         opens, duration = self.slide_opens_at_s.value, self.duration_s.value
         if opens >= duration:
             raise ValueError(f"slide_opens_at_s ({opens:g}) below duration_s ({duration:g})")
+        if self.output_interval_s.value > duration:
+            raise ValueError(f"output_interval_s ({self.output_interval_s.value:g}) at most duration_s ({duration:g})")
         return self
 
     def sieve_width_m(self, pitch_m: float) -> float:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from pywet.config.entries import RatioEntry
+from pywet.config.entries import Limited, RatioEntry
 from pywet.scene import LawName, Strict, Word
 
 FILE = "config.yaml"
@@ -58,7 +59,7 @@ class TimeStepSettings(Strict):
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
 
 
-class OutputSettings(Strict):
+class OutputSettings(Limited):
     """Windows of steps in which every bridge is logged in every step; the interval of results belongs to the scale.
 
     window_trajectories: whether the motion of all spheres is recorded there too, so that the replay can close Newton's law.
@@ -73,7 +74,7 @@ class OutputSettings(Strict):
     energy: bool = False
 
 
-class Settings(Strict):
+class Settings(Limited):
     """The whole of config.yaml."""
 
     scale: Word
@@ -86,3 +87,10 @@ class Settings(Strict):
     effects: EffectSettings
     time_step: TimeStepSettings
     output: OutputSettings = OutputSettings()
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Settings:
+        number, times = Counter(self.cases).most_common(1)[0]
+        if times > 1:
+            raise ValueError(f"each case once in cases ({number} is there {times} times)")
+        return self

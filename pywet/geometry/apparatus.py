@@ -128,48 +128,56 @@ def _check_numbers(spec: ApparatusSpec) -> None:
     for f in fields(spec):
         value = getattr(spec, f.name)
         if isinstance(value, (int, float)) and not (math.isfinite(value) and value > 0):
-            raise PywetError(f"apparatus: {f.name} is {value}, expected a positive number; mend the scale's geometry")
+            raise PywetError(f"apparatus: {_said(spec, f.name)}, expected a positive number; mend scales.yaml")
     if spec.shape not in ("square", "cylinder"):
-        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; mend the scale")
+        raise PywetError(f"apparatus: shape is {spec.shape!r}, expected 'square' or 'cylinder'; mend scales.yaml")
     if spec.wire_sides % 2 or not 4 <= spec.wire_sides <= 32:
         raise PywetError(f"apparatus: wire_sides is {spec.wire_sides}, expected an even number from 4 to 32")
     if not 8 <= spec.cylinder_sides <= 96:
         raise PywetError(f"apparatus: cylinder_sides is {spec.cylinder_sides}, expected 8 to 96")
     if spec.aperture_m < spec.wire_diameter_m:
         raise PywetError(
-            f"apparatus: aperture_m {spec.aperture_m:g} is smaller than wire_diameter_m {spec.wire_diameter_m:g}, "
+            f"apparatus: {_said(spec, 'aperture_m')}, smaller than {_said(spec, 'wire_diameter_m', '')}, "
             "expected an aperture at least as wide as the wire; mend the case's screen"
         )
     if spec.wall_thickness_m < spec.wire_diameter_m:
         raise PywetError(
-            f"apparatus: wall_thickness_m {spec.wall_thickness_m:g} is less than wire_diameter_m "
-            f"{spec.wire_diameter_m:g}, expected at least as much so that wires end inside the wall; mend the scale"
+            f"apparatus: {_said(spec, 'wall_thickness_m')}, less than {_said(spec, 'wire_diameter_m', '')}, "
+            "expected at least as much so that wires end inside the wall; mend scales.yaml"
         )
 
 
 def _check_heights(spec: ApparatusSpec) -> None:
     pitch = spec.aperture_m + spec.wire_diameter_m
-    if spec.width_m < max(2.0 * pitch, 5.0 * spec.aperture_m):
-        raise PywetError(
-            f"apparatus: width_m {spec.width_m:g} is too small for aperture_m {spec.aperture_m:g}, expected at least "
-            f"{max(2.0 * pitch, 5.0 * spec.aperture_m):g}; mend the scale"
-        )
+    _at_least(spec, "width_m", max(2.0 * pitch, 5.0 * spec.aperture_m), f"for {_said(spec, 'aperture_m', '')}")
     lowest_slide = spec.feed_bin_bottom_m + spec.wall_thickness_m
-    if not lowest_slide - 1e-9 <= spec.slide_height_m < spec.feed_bin_bottom_m + spec.feed_bin_height_m:
+    highest = spec.feed_bin_bottom_m + spec.feed_bin_height_m
+    if not lowest_slide - 1e-9 <= spec.slide_height_m < highest:
         raise PywetError(
-            f"apparatus: slide_height_m {spec.slide_height_m:g} is not within the feed bin, expected {lowest_slide:g} "
-            f"to {spec.feed_bin_bottom_m + spec.feed_bin_height_m:g}; mend the scale"
+            f"apparatus: {_said(spec, 'slide_height_m')}, not within the feed bin, expected {1e3 * lowest_slide:g} "
+            f"to {1e3 * highest:g}; mend scales.yaml"
+        )
+    if not spec.impact_plate_angle_rad < math.radians(70.0):
+        raise PywetError(
+            f"apparatus: {_said(spec, 'impact_plate_angle_rad')}, expected an angle below 70; mend scales.yaml"
         )
     run = spec.width_m - spec.outlet_opening_m + spec.wall_thickness_m
     room = 2.0 * spec.aperture_m + run * math.tan(spec.impact_plate_angle_rad) + spec.wall_thickness_m
-    if not spec.impact_plate_angle_rad < math.radians(70.0) or spec.outlet_height_m < room:
+    _at_least(spec, "outlet_height_m", room, f"to hold the impact plate at {_said(spec, 'impact_plate_angle_rad', '')}")
+    _at_least(spec, "collecting_bin_height_m", 3.0 * spec.aperture_m + BIN_OVERLAP_M, "for what falls into it")
+
+
+def _at_least(spec: ApparatusSpec, name: str, least: float, why: str) -> None:
+    if getattr(spec, name) < least:
         raise PywetError(
-            f"apparatus: outlet_height_m {spec.outlet_height_m:g} cannot hold the impact plate at "
-            f"{math.degrees(spec.impact_plate_angle_rad):.1f} deg, expected at least {room:.3f} and an angle below "
-            "70 deg; mend the scale"
+            f"apparatus: {_said(spec, name)}, too small {why}, expected at least {1e3 * least:.4g}; mend scales.yaml"
         )
-    if spec.collecting_bin_height_m < 3.0 * spec.aperture_m + BIN_OVERLAP_M:
-        raise PywetError(
-            f"apparatus: collecting_bin_height_m {spec.collecting_bin_height_m:g} is too small, expected at least "
-            f"{3.0 * spec.aperture_m + BIN_OVERLAP_M:g}; mend the scale"
-        )
+
+
+def _said(spec: ApparatusSpec, name: str, verb: str = "is ") -> str:
+    """A dimension under the key and in the unit of the configuration."""
+    stem, _, unit = name.rpartition("_")
+    value = getattr(spec, name)
+    if unit == "m":
+        return f"{stem}_mm {verb}{1e3 * value:g}"
+    return f"{stem}_deg {verb}{math.degrees(value):g}" if unit == "rad" else f"{name} {verb}{value}"

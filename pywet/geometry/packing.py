@@ -61,7 +61,7 @@ def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.Da
         raise PywetError(
             f"feed bin: {count} spheres ({solid * 1e6:.1f} cm3) do not fit loosely into {available * 1e3:.0f} mm of a "
             f"{region.shape} {region.width_m * 1e3:.0f} mm wide, expected at least about {height * 1e3:.0f} mm; make "
-            "feed_bin_height_m larger or take fewer spheres"
+            "feed_bin_height_mm larger or take fewer spheres"
         )
     return placed
 

@@ -132,9 +132,33 @@ PROBE: dict[str, tuple[float, ...]] = {
 }
 """Values a law is tried on before a run."""
 
+Probed = dict[str, np.ndarray]
+Sense = tuple[str, Callable[[np.ndarray, Probed], np.ndarray]]
+FINITE: Sense = ("finite numbers", lambda value, at: np.isfinite(value))
+SENSE: dict[str, Sense] = {
+    "capillary": (
+        "a force of 0 or more while the bridge is short",
+        lambda value, at: (value >= 0) | (at["separation"] > 0.3 * np.cbrt(at["volume"])),
+    ),
+    "viscous_normal": ("a force against the velocity", lambda value, at: value * at["normal_velocity"] <= 0),
+    "viscous_tangential": ("a coefficient of 0 or more", lambda value, at: value >= 0),
+    "rupture": ("a distance above 0", lambda value, at: value > 0),
+    "dynamic_rupture": ("a factor above 0", lambda value, at: value > 0),
+    "formation": (
+        "a volume from 0 to that of the film",  # a wall's film counts within ten radii
+        lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),
+    ),
+}
+"""Kind -> what its (first) function must give on the probe grid, and where it does."""
 
-def check(law: ForceLaw, arguments: tuple[str, ...]) -> None:
-    """Refuse a law with other arguments than its kind has, or that gives NaN or inf anywhere on the probe grid."""
+
+def _film(at: Probed) -> np.ndarray:
+    own = at.get("film_volume_i")
+    return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if own is None else own
+
+
+def check(law: ForceLaw, arguments: tuple[str, ...], kind: str | None = None) -> None:
+    """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense (`SENSE`) on the probe grid."""
     if law.arguments != arguments:
         raise PywetError(
             f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
@@ -149,10 +173,13 @@ def check(law: ForceLaw, arguments: tuple[str, ...]) -> None:
         raise PywetError(
             f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}"
         ) from error
-    if not np.isfinite(values).all():
-        at = grid[:, np.argmin(np.isfinite(values))]
-        given = ", ".join(f"{name}={value:g}" for name, value in zip(arguments, at, strict=True))
-        raise PywetError(
-            f"law {law.name} gives a value that is not finite at {given}; expected finite numbers: "
-            f"mend {law.python.__code__.co_filename}"
-        )
+    probed = dict(zip(arguments, grid, strict=True))
+    for expected, sensible in (FINITE, *([SENSE[kind]] if kind in SENSE else [])):
+        good = sensible(values, probed)
+        if not good.all():
+            worst = int(np.argmin(good))
+            at = ", ".join(f"{name}={column[worst]:g}" for name, column in probed.items())
+            value = f"{values[worst]:g}" if np.isfinite(values[worst]) else "a value that is not finite"
+            raise PywetError(
+                f"law {law.name} gives {value} at {at}; expected {expected}: mend {law.python.__code__.co_filename}"
+            )

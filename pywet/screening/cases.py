@@ -10,6 +10,7 @@ from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
 from pywet.effects import GRAVITY, EffectPlan
 from pywet.effects import plan as plan_effects
+from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill, write_stl
 from pywet.history.initial import write_initial
@@ -39,10 +40,26 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     vibration = vibration_of(config, case)
     settings = config.settings
     chosen = plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws)
+    if chosen.effects.bridges:
+        refuse_unwetted(config, case, walls=chosen.effects.wall_films)
     explicit = settings.time_step.viscous_integration == "explicit"
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
     step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
     return Ingredients(classes, pairs, liquid, vibration, chosen, step)
+
+
+def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
+    """Raise where a bridge would meet a contact angle from 90 deg: no law of the bridges holds there."""
+    data = config.materials
+    holders = {choice.material for _, choice in data.wall_materials} if walls else set()
+    angles = {f"spheres.{case.material}": data.sphere(case.material).contact_angle_deg.value}
+    angles |= {f"walls.{name}": data.walls[name].contact_angle_deg.value for name in sorted(holders)}
+    for name, angle in angles.items():
+        if angle >= 90.0:
+            raise PywetError(
+                f"materials.yaml: {name}.contact_angle_deg is {angle:g} in moist case {case.case}, expected 0 to below 90 "
+                "(or effects.bridges off in config.yaml)"
+            )
 
 
 def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan:

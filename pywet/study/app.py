@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from pywet.files import make_folder
+from pywet.options import number
+from pywet.ranges import LIMITS, Range
 
 app = typer.Typer(no_args_is_help=True, help="Studies: what accuracy costs, what stays stable, which effects count.")
 
@@ -15,8 +17,8 @@ app = typer.Typer(no_args_is_help=True, help="Studies: what accuracy costs, what
 @app.command()
 def effects(
     out_dir: Annotated[Path, typer.Option("--out", help="Folder of the page and its runs.")] = Path("results/studies"),
-    seeds: Annotated[int, typer.Option(min=2, help="First arrangements per scene.")] = 4,
-    size: Annotated[float, typer.Option(min=0.1, max=1.0, help="1: the study; smaller: fewer spheres.")] = 1.0,
+    seeds: Annotated[int, number("--seeds", Range(2, 100, whole=True), "First arrangements per scene")] = 4,
+    size: Annotated[float, number("--size", Range(0.1, 1), "1: the study; smaller: fewer spheres")] = 1.0,
     scene: Annotated[str | None, typer.Option(help="Only this scene.")] = None,
 ) -> None:
     """Which effects a scene calls for: the plan against everything on and against each effect left out; one page."""
@@ -58,8 +60,8 @@ def accuracy(
 
 @app.command()
 def stability(
-    cases: Annotated[int, typer.Option(min=1, help="Number of random hard cases.")] = 2000,
-    seed: Annotated[int, typer.Option(help="Seed of the cases; the same seed gives the same cases.")] = 1,
+    cases: Annotated[int, number("--cases", Range(1, 1e6, whole=True), "Number of random hard cases")] = 2000,
+    seed: Annotated[int, number("--seed", LIMITS["seed"], "Seed of the cases; the same seed gives the same cases")] = 1,
     folder: Annotated[Path, typer.Option("--out", help="Folder of the tables.")] = Path("results/studies/stability"),
 ) -> None:
     """Maps of where runs stay stable, hard scenes, random hard cases; one page. A study that was cut off goes on."""

@@ -256,7 +256,7 @@ class Foundry:
             assert self._worker.stdin is not None
             print(fault, run_dir.resolve(), folder, sep="\t", file=self._worker.stdin, flush=True)
             status = self._answer()
-            assert status == "0", (folder / "output.log").read_text() + (folder / "screen.log").read_text()[-500:]
+            assert status == "0", (folder / "output.log").read_text()[-1000:]
             return Usage(0.0, None)
 
         extra, free = small.drive(bodies)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -151,13 +152,17 @@ def test_nan_velocity_is_named(tmp_path: Path) -> None:
 
 
 def test_film_below_zero_is_named(tmp_path: Path) -> None:
-    """A formation law that gives back more than it draws is found out when the film goes below zero."""
+    """A formation law that gives back more than it draws, at radii that no probe has, is found out in the run."""
     path = tmp_path / "law.py"
     text = "from pywet.laws.force_law import force_law\n"
     names = {"a": "film_volume_i, radius_i, radius_j", "b": "film_volume_i, radius_i, half_width"}
     names |= {"c": "film_thickness, radius_i", "d": "film_thickness, radius_i, half_width"}
     for name, arguments in names.items():
-        value = "0.1 * film_volume_i if radius_i < radius_j else -0.05 * film_volume_i" if name == "a" else "0.0"
+        value = (
+            "0.1 * film_volume_i if radius_i < 2.1e-3 or radius_i > 4e-3 else -0.05 * film_volume_i"
+            if name == "a"
+            else "0.0"
+        )
         text += f'@force_law\ndef {name}({arguments}):\n    """Test."""\n    return {value}\n\n'
     path.write_text(text + "laws = (a, b, c, d)\n")
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(2, (0.0, 0.0, R + 2e-3))]
@@ -175,3 +180,23 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
     with driver.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
         small.run(tmp_path, spheres)
+
+
+def test_the_last_word_of_an_aborting_engine_is_kept(tmp_path: Path) -> None:
+    """LIGGGHTS ends by MPI_Abort, which flushes nothing: the message is in the log that the sentence names all the same."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.0, 2.001 * R), (0.0, 0.0, 0.1))]
+    small.prepare(
+        tmp_path, spheres_of(R), bodies, contacts(1), liquid=WATER.model_copy(update={"viscosity_Pa_s": 1e5}),
+        effects=small.PAPER, time_step_s=1e-5, steps=10,
+    )  # fmt: skip
+    with pytest.raises(PywetError, match=r"Too many neighbor bins \(all messages: .*output\.log\)"):
+        small.run(tmp_path, bodies, allow_unstable=True)
+    assert b"Too many neighbor bins" in (tmp_path / "engine.partial" / "output.log").read_bytes()
+
+
+def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ranks without MPI are not a matter of a writable folder."""
+    small.prepare(tmp_path, spheres_of(R), [small.Sphere(1, (0.0, 0.0, 0.0))], contacts(1))
+    monkeypatch.setattr(shutil, "which", lambda name: None if name == "mpirun" else f"/usr/bin/{name}")
+    with pytest.raises(PywetError, match="2 ranks were asked for but there is no mpirun; expected openmpi-bin"):
+        driver.run(tmp_path, ranks=2)

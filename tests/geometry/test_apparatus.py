@@ -136,17 +136,17 @@ SMOKE = ApparatusSpec(0.008, 0.002, "square", 0.050, wire_sides=6)
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"aperture_m": 0.0015}, "aperture_m 0.0015 is smaller than wire_diameter_m 0.002"),
-        ({"aperture_m": -0.008}, "aperture_m is -0.008"),
-        ({"width_m": math.inf}, "width_m is inf"),
-        ({"width_m": 0.03}, "width_m 0.03 is too small"),
+        ({"aperture_m": 0.0015}, "aperture_mm is 1.5, smaller than wire_diameter_mm 2"),
+        ({"aperture_m": -0.008}, "aperture_mm is -8"),
+        ({"width_m": math.inf}, "width_mm is inf"),
+        ({"width_m": 0.03}, "width_mm is 30, too small for aperture_mm 8, expected at least 40"),
         ({"wire_sides": 7}, "wire_sides is 7"),
         ({"cylinder_sides": 3}, "cylinder_sides is 3"),
         ({"shape": "oval"}, "shape is 'oval'"),
-        ({"slide_height_m": 0.02}, "slide_height_m 0.02 is not within the feed bin"),
-        ({"outlet_height_m": 0.03}, "outlet_height_m 0.03 cannot hold the impact plate"),
-        ({"wall_thickness_m": 0.001}, "wall_thickness_m 0.001 is less than"),
-        ({"collecting_bin_height_m": 0.01}, "collecting_bin_height_m 0.01 is too small"),
+        ({"slide_height_m": 0.02}, "slide_height_mm is 20, not within the feed bin"),
+        ({"outlet_height_m": 0.03}, "outlet_height_mm is 30, too small to hold the impact plate"),
+        ({"wall_thickness_m": 0.001}, "wall_thickness_mm is 1, less than"),
+        ({"collecting_bin_height_m": 0.01}, "collecting_bin_height_mm is 10, too small"),
     ],
 )
 def test_dimensions_that_do_not_go_together_are_refused(change: dict[str, object], words: str) -> None:

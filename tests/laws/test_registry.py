@@ -8,6 +8,7 @@ import pytest
 from pywet.errors import PywetError
 from pywet.laws import own as files
 from pywet.laws import registry
+from pywet.laws.force_law import SENSE
 
 OWN = """
 from pywet.laws.force_law import force_law
@@ -102,3 +103,80 @@ def test_published_laws(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert registry.get("dynamic_rupture", "published_steady").functions[0](0.0, 1.0, 1.0) == 1.25
     with pytest.raises(PywetError, match="published_broken: no_such_package:law raises ModuleNotFoundError"):
         registry.get("capillary", "published_broken")
+
+
+SENSELESS = """
+from pywet.laws.force_law import force_law
+
+@force_law
+def pushing(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):
+    return -surface_tension * radius_i
+
+@force_law
+def driving(separation, volume, radius_i, radius_j, normal_velocity, viscosity):
+    return viscosity * radius_i * normal_velocity
+
+@force_law
+def slippery(separation, radius_i, radius_j, viscosity):
+    return -viscosity * radius_i
+
+@force_law
+def turning(separation, radius_i, radius_j, viscosity):
+    return -viscosity * radius_i
+
+both = (slippery, turning)
+
+@force_law
+def never(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):
+    return 0.0 * volume
+
+@force_law
+def zero(speed, viscosity, surface_tension):
+    return 0.0 * speed
+
+@force_law
+def share(film_volume_i, radius_i, radius_j):
+    return 1.0
+
+@force_law
+def share_wire(film_volume_i, radius_i, half_width):
+    return 0.1 * film_volume_i
+
+@force_law
+def wall(film_thickness, radius_i):
+    return film_thickness * radius_i**2
+
+@force_law
+def wire(film_thickness, radius_i, half_width):
+    return film_thickness * radius_i * half_width
+
+takes_all = (share, share_wire, wall, wire)
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "says"),
+    [
+        (
+            "capillary",
+            "pushing",
+            "pushing gives -3.64e-05 at .*expected a force of 0 or more while the bridge is short",
+        ),
+        ("viscous_normal", "driving", "driving gives .*expected a force against the velocity"),
+        ("viscous_tangential", "both", "slippery gives .*expected a coefficient of 0 or more"),
+        ("rupture", "never", "never gives 0 at .*expected a distance above 0"),
+        ("dynamic_rupture", "zero", "zero gives 0 at .*expected a factor above 0"),
+        ("formation", "takes_all", "share gives 1 at film_volume_i=0.*expected a volume from 0 to that of the film"),
+    ],
+)
+def test_a_law_that_cannot_be_meant_is_refused(tmp_path: Path, kind: str, name: str, says: str) -> None:
+    """A force that repels or drives, a bridge that breaks at once, more liquid than there is: one sentence with the point."""
+    path = tmp_path / "senseless.py"
+    path.write_text(SENSELESS)
+    with pytest.raises(PywetError, match=says) as refusal:
+        registry.get(kind, f"{path}:{name}")
+    assert "senseless.py" in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_every_built_in_kind_that_a_user_may_write_has_a_sense() -> None:
+    assert set(SENSE) == set(registry.SIGNATURES) - {"transfer"}

@@ -5,6 +5,7 @@ A row:  name: what is wrong
                                               {run} a made run directory (where `made` asks for one)
         config: {materials.yaml: [old, new]}  optional: one replacement in a file of the copy (must be found)
         write: {query.json: text}             optional: files in {here}; `hex: …` for bytes, `repeat: [text, n]` for long ones
+                                              (or `repeat: [[text, n], …]`)
         made: moist                           optional: moist or dry, a synthetic finished run in {run}; {twin} is another
         damage: {scene.json: cut}             optional, in {run}: cut (half), empty, gone, folder, {write: …} as above, or of a
                                               table: {without: column}, {only: rows}, {set: {column: value}}
@@ -52,8 +53,8 @@ def content(value: Any) -> bytes:
     if isinstance(value, dict) and "hex" in value:
         return bytes.fromhex(value["hex"])
     if isinstance(value, dict) and "repeat" in value:
-        text, times = value["repeat"]
-        return (text * times).encode()
+        given = value["repeat"]
+        return "".join(text * times for text, times in (given if isinstance(given[0], list) else [given])).encode()
     return str(value).encode()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pandas as pd
 import pytest
 
 from pywet.config import load
+from pywet.errors import PywetError
 from pywet.scene import ContactPair, Scene, SphereClass
 from pywet.screening import amounts, cases
 
@@ -189,3 +191,17 @@ def test_the_same_configuration_gives_the_same_files(built: tuple[Path, Scene], 
     cases.build(CONFIG, 2, "smoke", tmp_path)
     for name in ("scene.json", "plan.json", "config.json", "stl/wires.stl", "spheres.parquet"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_what_water_does_not_wet_is_refused_where_there_are_bridges() -> None:
+    """A wall of 110 deg: the plan of a moist case is refused, that of a dry case and of one without wall films is made."""
+    walls = dict(CONFIG.materials.walls)
+    angle = walls["PVC"].contact_angle_deg.model_copy(update={"value": 110.0})
+    walls["PVC"] = walls["PVC"].model_copy(update={"contact_angle_deg": angle})
+    waxed = replace(CONFIG, materials=CONFIG.materials.model_copy(update={"walls": walls}))
+    with pytest.raises(PywetError, match=r"walls\.PVC\.contact_angle_deg is 110 in moist case 2"):
+        cases.effect_plan(waxed, 2, "smoke")
+    assert not cases.effect_plan(waxed, 1, "smoke").effects.bridges
+    effects = waxed.settings.effects.model_copy(update={"wall_films": False})
+    apart = replace(waxed, settings=waxed.settings.model_copy(update={"effects": effects}))
+    assert cases.effect_plan(apart, 2, "smoke").effects.bridges

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from pywet.collisions.nspheres.equal import three_equal_spheres
-from pywet.collisions.nspheres.problem import Problem
+from pywet.collisions.nspheres.problem import MOST_SPHERES, Problem
+from pywet.config.entries import Excusable
 from pywet.config.messages import explain
 from pywet.errors import PywetError
+from pywet.ranges import LIMITS
+from pywet.scene import Strict
 
 LEAST, MOST = 1e-30, 1e12
 """Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
@@ -25,12 +29,6 @@ def _sized(value: float) -> float:
 Number = Annotated[float, AfterValidator(_sized)]
 Positive = Annotated[Number, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
-
-
-class Strict(BaseModel):
-    """No unknown keys."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 class ThreeEqualSpheres(Strict):
@@ -56,7 +54,7 @@ class ThreeEqualSpheres(Strict):
         return three_equal_spheres(**self.model_dump(exclude={"form"}))
 
 
-class WetSphere(Strict):
+class WetSphere(Excusable):
     """One sphere in SI units, its film's thickness included."""
 
     radius_m: Positive
@@ -66,12 +64,22 @@ class WetSphere(Strict):
     velocity_m_per_s: tuple[Number, Number] = (0.0, 0.0)
     omega_rad_per_s: Number = 0.0
 
+    @model_validator(mode="after")
+    def _heavy(self) -> WetSphere:
+        density = self.mass_kg / (4.0 / 3.0 * math.pi * self.radius_m**3)
+        limits = LIMITS["density_kg_per_m3"]
+        if density not in limits and self.unusual is None:
+            raise ValueError(
+                f"mass_kg and radius_m that give a density of {limits}, not {density:.3g}, unless `unusual: why` says so"
+            )
+        return self
 
-class Spheres(Strict):
+
+class Spheres(Excusable):
     """Spheres of any sizes, masses and films, in SI units."""
 
     form: Literal["spheres"]
-    spheres: Annotated[list[WetSphere], Field(min_length=2)]
+    spheres: Annotated[list[WetSphere], Field(min_length=2, max_length=MOST_SPHERES)]
     viscosity_Pa_s: Positive
     surface_tension_N_per_m: NotNegative = 0.0
     h_min_m: Positive

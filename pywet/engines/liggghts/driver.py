@@ -90,7 +90,7 @@ def run(
     """
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
-    version = _check_engine()
+    version = _check_engine(ranks)
     if not allow_unstable:
         advisor.refuse_unstable(scene)
     attached = deck.attached(scene)
@@ -208,9 +208,11 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     return point
 
 
-def _check_engine() -> str:
+def _check_engine(ranks: int) -> str:
     if shutil.which(PROGRAM) is None:
         raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
+    if ranks > 1 and shutil.which("mpirun") is None:
+        raise PywetError(f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`")
     version = package_version("liggghts")
     if version is not None and not version.startswith(ENGINE_VERSION):
         raise PywetError(
@@ -267,7 +269,7 @@ def _command(task: Task) -> list[str]:
         # -P: it works in the run directory, where nothing may be taken for a module
         program = [sys.executable, "-P", "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
     else:
-        program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
+        program = ["stdbuf", "-oL", PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts"]  # an abort flushes nothing
     if task.ranks > 1:
         if not deck.attached(task.scene):  # else the ranks outlive a killed mpirun, and write on
             program = ["setpriv", "--pdeathsig", "KILL", *program]

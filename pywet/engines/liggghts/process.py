@@ -22,9 +22,11 @@ from pywet.scene import Scene
 Report = Callable[[int, int], None]
 LOOP_TIME = "loop_cpu_s.txt"
 """File in which a moist run's first rank leaves the processor time of its steps [s]."""
-LOGS = ("output.log", "screen.log", LOG)
+LOGS = ("output.log", LOG)
 LARGEST_LOG = 50_000_000
 """Bytes at which a log shows an engine that writes without end: a run of any length writes some hundred lines."""
+OUTPUT = "output.log"
+"""All that the engine's process printed."""
 DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
@@ -109,7 +111,7 @@ def execute(
         "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
         "OMPI_MCA_mpi_yield_when_idle": "1",  # the cores may be shared
     }
-    with open(folder / "output.log", "w") as output:
+    with open(folder / OUTPUT, "w") as output:
         child = subprocess.Popen(
             command,
             cwd=folder,
@@ -135,7 +137,7 @@ def execute(
             raise
     if child.returncode != 0:
         raise PywetError(
-            f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / 'screen.log'})"
+            f"{scene.name}: LIGGGHTS stopped: {_reason(folder, child.returncode)} (all messages: {folder / OUTPUT})"
         )
     return Usage(_children_cpu() - before, peak)
 
@@ -159,13 +161,9 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
 
 
 def _reason(folder: Path, returncode: int) -> str:
-    """The engine's first ERROR line, without its decoration; else the last line there is."""
-    lines: list[str] = []
-    for name in LOGS:
-        path = folder / name
-        if path.exists():
-            lines += path.read_text(errors="replace").splitlines()
-    errors = [line for line in lines if "ERROR" in line]
+    """The engine's first ERROR line, without its decoration; else the last line with a word in it."""
+    lines = [line for line in (folder / OUTPUT).read_text(errors="replace").splitlines() if re.search(r"\w", line)]
+    errors = [line for line in lines if re.search(r"\bERROR\b", line)]
     if not errors:
         if returncode < 0:
             return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"

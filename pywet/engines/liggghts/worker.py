@@ -22,6 +22,8 @@ from pywet.files import read_json, read_table
 from pywet.scene import Scene
 
 LIBRARY = "libliggghts.so.3"
+LINE_BUFFERED = 1
+"""_IOLBF of setvbuf(3)."""
 
 
 def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
@@ -41,7 +43,9 @@ def run(run_dir: Path, folder: Path) -> None:
     spheres = read_table(history / "spheres.parquet")
     transfer = read_table(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
     os.chdir(folder)
-    words = [b"pywet", b"-log", b"log.liggghts", b"-screen", b"screen.log"]
+    libc = C.CDLL(None)
+    libc.setvbuf(C.c_void_p.in_dll(libc, "stdout"), None, LINE_BUFFERED, 0)  # an abort flushes nothing
+    words = [b"pywet", b"-log", b"log.liggghts"]
     engine = C.c_void_p()
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
 
