@@ -258,6 +258,14 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     return found
 
 
+def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
+    """Recorded places of all spheres: step, id, x, y, z [m]."""
+    steps = np.concatenate([f.window.steps for f in found])
+    x = np.concatenate([f.window.x for f in found]).reshape(-1, 3)
+    table = pd.DataFrame({"step": np.repeat(steps, len(setup.ids)), "id": np.tile(setup.ids, len(steps))})
+    return table.assign(**dict(zip("xyz", x.T, strict=True)))
+
+
 def counts(found: list[Forces]) -> dict[str, int]:
     """What the engine's log was asked for, over all windows."""
     total: dict[str, int] = {}

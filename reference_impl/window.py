@@ -16,6 +16,7 @@ import pandas as pd
 
 from reference_impl.compare import Floats
 from reference_impl.io import ReplayError, vectors
+from reference_impl.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
@@ -103,15 +104,14 @@ def recorded(run_dir: Path) -> bool:
 
 
 def is_dry(run_dir: Path) -> bool:
-    """Whether the scene of a run directory has no bridges; False where there is no scene."""
-    path = Path(run_dir) / "scene.json"
-    return path.exists() and not json.loads(path.read_text())["effects"]["bridges"]
+    """Whether the scene of a run directory has no bridges."""
+    return not read_scene(Path(run_dir))["effects"]["bridges"]
 
 
 def read(run_dir: Path) -> Setup:
     """Everything but the motion."""
     folder = Path(run_dir)
-    scene = json.loads((folder / "scene.json").read_text())
+    scene = read_scene(folder)
     spheres = pd.read_parquet(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
     classes = {c["type"]: c for c in scene["classes"]}
