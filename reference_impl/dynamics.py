@@ -75,8 +75,6 @@ def notes(more: dict[str, Any]) -> list[str]:
             f"newton: {law['beside_an_edge']} of {law['dry_contacts']} dry contacts are a second one of a sphere with the same "
             "wall part, where the engine counts a convex edge beside the face; the reference does the same"
         )
-    if law.get("not_in_log"):
-        found.append(f"newton: {law['not_in_log']} dry contacts are not among the engine's logged springs")
     return found
 
 
@@ -85,7 +83,13 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
     if more["newton"] is None:
         return [NOT_RECORDED, OTHERS]
     done = sum(last - first + 1 for first, last in more["newton"]["windows"])
-    return [f"newton: steps outside the windows, {held['steps'] + 1 - done} of {held['steps'] + 1}", OTHERS]
+    found = [f"newton: steps outside the windows, {held['steps'] + 1 - done} of {held['steps'] + 1}", OTHERS]
+    if more["newton"]["no_rolling_direction"]:
+        found.append(
+            f"newton: rolling resistance of {more['newton']['no_rolling_direction']} contacts, where the spin is lost in the "
+            "rounding of the step's kick and has no direction"
+        )
+    return found
 
 
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:

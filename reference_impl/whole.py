@@ -14,13 +14,14 @@ import numpy as np
 import pandas as pd
 
 from reference_impl import io, laws
-from reference_impl.compare import Floats, Quantity, compare
+from reference_impl.compare import TOLERANCE, Floats, Quantity, compare
 from reference_impl.io import ReplayError
 
 AGAIN = "run the case again"
-SIX_DIGITS = 1e-5
-"""Of a coordinate: the dump of positions holds six digits."""
-OF_BRIDGES = ("meta.json", *(f"{n}.parquet" for n in ("events", "contacts", "ledger", "films", "bridges", "wall_films")))
+OF_BRIDGES = (
+    "meta.json",
+    *(f"{n}.parquet" for n in ("events", "contacts", "ledger", "films", "bridges", "wall_films")),
+)
 """Files of history/ that only a moist run has."""
 
 
@@ -54,9 +55,7 @@ def plan(folder: Path) -> Plan:
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     every = max(1, round(out["interval_s"] / step))
-    return Plan(
-        bool(effects["bridges"]), len(scene["walls"]), steps, np.arange(0, steps + 1, every), windows, recorded
-    )
+    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, np.arange(0, steps + 1, every), windows, recorded)
 
 
 def check(folder: Path) -> dict[str, Any]:
@@ -65,6 +64,7 @@ def check(folder: Path) -> dict[str, Any]:
     rows = {"trajectory": _trajectory(run, planned)}
     if planned.walls:
         rows["mesh_motion"] = _each(run / "mesh_motion.parquet", planned, planned.walls)
+        rows |= _numbered(run)
     if planned.moist:
         rows |= _liquid(run / "history", planned)
     else:
@@ -90,9 +90,13 @@ def said(held: dict[str, Any]) -> str:
 def _steps(path: Path, steps: Floats, planned: Floats, what: str) -> None:
     """Refuse a table that lacks a planned step or has one besides."""
     there = np.unique(steps)
-    for wrong, word in ((np.setdiff1d(planned, there), "lacks"), (np.setdiff1d(there, planned), "has besides")):
+    for wrong, word in (
+        (np.setdiff1d(planned, there), "is not there"),
+        (np.setdiff1d(there, planned), "is none of them"),
+    ):
         if len(wrong):
-            raise ReplayError(f"{path} {word} {len(wrong)} steps, the first is {wrong[0]}; "
+            more = f" (nor {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+            raise ReplayError(f"{path} is not whole: step {wrong[0]} {word}{more}; "
                               f"expected the {len(planned)} {what} of scene.json: {AGAIN}")  # fmt: skip
 
 
@@ -108,25 +112,16 @@ def _each(path: Path, planned: Plan, count: int) -> int:
 
 
 def _trajectory(run: Path, planned: Plan) -> int:
-    """Every output step; the spheres of the start, each until it leaves the box (a moist run loses none)."""
+    """Every sphere at every output step, from the places that the scene starts from."""
     path, spheres = run / "trajectory.parquet", io.columns(run / "history" / "spheres.parquet", ["id", "type"])
+    rows = _each(path, planned, len(spheres))
     table = io.columns(path, ["step", "id", "type", "x", "y", "z"])
-    _steps(path, table["step"].to_numpy(), planned.outputs, "output steps")
-    _known(path, table["id"], spheres["id"], "id")
-    place = pd.Series(np.searchsorted(planned.outputs, table["step"]), index=table.index)
-    seen = place.groupby(table["id"].to_numpy()).agg(["size", "max"])
-    gone = seen["size"] < len(planned.outputs)
-    broken = (seen["size"] != seen["max"] + 1) | (gone & planned.moist)
-    missing = np.setdiff1d(spheres["id"], seen.index)
-    if broken.any() or len(missing) or table.duplicated(["step", "id"]).any():
-        which = int(missing[0] if len(missing) else seen.index[np.argmax(broken)])
-        raise ReplayError(f"{path} does not hold every sphere at every output step (sphere {which}); "
-                          f"expected all of history/spheres.parquet: {AGAIN}")  # fmt: skip
+    _known(path, table["id"], spheres["id"], "sphere")
     kinds = table["id"].map(spheres.set_index("id")["type"])
-    if not (kinds.to_numpy() == table["type"].to_numpy()).all() or _start_off(run, table):
-        raise ReplayError(f"{path} has other types or first places of the spheres than history/spheres.parquet and the "
-                          f"file that scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
-    return len(table)
+    if (kinds != table["type"]).any() or table.duplicated(["step", "id"]).any() or _start_off(run, table):
+        raise ReplayError(f"{path} has other spheres, types or first places than history/spheres.parquet and the file that "
+                          f"scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
+    return rows
 
 
 def _start_off(run: Path, table: pd.DataFrame) -> bool:
@@ -136,7 +131,22 @@ def _start_off(run: Path, table: pd.DataFrame) -> bool:
         return False
     start = io.columns(path, ["id", "x", "y", "z"]).merge(table[table["step"] == 0], on="id", suffixes=("_0", ""))
     at, first = (start[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_0"))
-    return bool((np.abs(at - first) > SIX_DIGITS * np.maximum(np.abs(first).max(axis=1, initial=0.0), 1e-3)[:, None]).any())
+    return bool(
+        (np.abs(at - first) > TOLERANCE * np.maximum(np.abs(first).max(axis=1, initial=0.0), 1e-3)[:, None]).any()
+    )
+
+
+def _numbered(run: Path) -> dict[str, int]:
+    """Triangles and wall parts are numbered from zero through all of the scene's walls."""
+    walls, rows = io.scene(run)["walls"], {}
+    for name, of in (("triangle", "triangle_part"), ("part", "part_half_width_m")):
+        path, want = run / "history" / f"{name}s.parquet", sum(len(w[of]) for w in walls)
+        if np.sort(io.columns(path, [name])[name].to_numpy()).tolist() != list(range(want)):
+            raise ReplayError(
+                f"{path} is not whole; expected {name}s numbered 0 to {want - 1} as in scene.json: {AGAIN}"
+            )
+        rows[f"{name}s"] = want
+    return rows
 
 
 def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
@@ -153,7 +163,7 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in ("ledger", "energy")}
     rows["films"] = _each(history / "films.parquet", planned, len(ids))
     films = io.columns(history / "films.parquet", ["step", "id"])
-    _known(history / "films.parquet", films["id"], ids, "id")
+    _known(history / "films.parquet", films["id"], ids, "sphere")
     columns = ["step", "walls", "initial", "bridge_count", "formations", "ruptures"]
     ledger = io.columns(history / "ledger.parquet", columns).sort_values("step")
     walls = io.columns(history / "wall_films.parquet", ["step", "triangle", "film"])
@@ -196,7 +206,9 @@ def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
     logged = np.searchsorted(steps, ledger["step"], "right")
     counted = (ledger["formations"] + ledger["ruptures"]).to_numpy()
     last = int(steps[-1]) if len(steps) else -1
-    return pd.DataFrame({"step": ledger["step"], "logged": logged, "counted": counted, "last": last, "rows": len(steps)})
+    return pd.DataFrame(
+        {"step": ledger["step"], "logged": logged, "counted": counted, "last": last, "rows": len(steps)}
+    )
 
 
 def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) -> pd.DataFrame:
@@ -237,27 +249,25 @@ def _recorded(path: Path, planned: Plan) -> int:
 def inputs(run: io.Run) -> None:
     """Refuse start tables that are cut or of another scene, and logs that name bodies which the start does not have."""
     scene, history = io.scene(run.folder), run.folder / "history"
-    meta, types = run.meta, [(c["radius_m"], c["density_kg_per_m3"]) for c in scene["classes"]]
+    meta, types = run.meta, [c["radius_m"] for c in scene["classes"]]
     planned = plan(run.folder)
     if (
-        [(t["radius"], t["density"]) for t in meta["types"]] != types
+        [t["radius"] for t in meta["types"]] != types
         or meta["time_step"] != scene["time_step_s"]
         or meta["output_steps"] != planned.outputs.tolist()
     ):
-        raise ReplayError(f"{history / 'meta.json'} and scene.json differ in sphere classes, time step or output steps; "
+        raise ReplayError(f"{history / 'meta.json'} and scene.json differ in radii, time step or output steps; "
                           f"expected both of one run: {AGAIN}")  # fmt: skip
     ids = run.table("spheres")["id"]
     empty = pd.DataFrame({"triangle": [], "part": [], "part_class": []}, dtype=np.int64)
     triangles, parts = run.tables.get("triangles", empty), run.tables.get("parts", empty)
     groups = parts["part_class"].nunique() if scene["effects"].get("wall_films", True) else 0
     nodes = 2 if scene["effects"].get("transfer") == "half" else int(scene.get("transfer_nodes", 201))
-    for name, rows, want in (
-        ("triangles", len(triangles), sum(len(w["triangle_part"]) for w in scene["walls"])),
-        ("parts", len(parts), sum(len(w["part_half_width_m"]) for w in scene["walls"])),
-        ("transfer", len(run.table("transfer")), len(types) * (len(types) + groups) * nodes),
-    ):
-        if rows != want:
-            raise ReplayError(f"{history / name}.parquet holds {rows} rows; expected the {want} of scene.json: {AGAIN}")
+    rows, want = len(run.table("transfer")), len(types) * (len(types) + groups) * nodes
+    if rows != want:
+        raise ReplayError(
+            f"{history / 'transfer.parquet'} holds {rows} rows; expected the {want} of scene.json: {AGAIN}"
+        )
     for name in ("events", "contacts", "bridges"):
         table, path = run.table(name), history / f"{name}.parquet"
         wall = table["partner_kind"] != laws.SPHERE
@@ -289,4 +299,4 @@ def trajectory(folder: Path, place: pd.DataFrame) -> list[Quantity]:
     both = place.merge(table, on=["step", "id"], suffixes=("", "_dump"))
     own, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
     size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
-    return [compare("trajectory", "largest coordinate, or 1 mm", dump, own, size, both, SIX_DIGITS)] if len(both) else []
+    return [compare("trajectory", "largest coordinate, or 1 mm", dump, own, size, both, TOLERANCE)] if len(both) else []

@@ -96,6 +96,8 @@ class Window:
     v_half: Floats
     """Velocity with which the forces of the step were taken, half a step before its end."""
     w_half: Floats
+    w_room: Floats
+    """By how much rounding may have moved the size of `w_half` [rad/s], shape (steps, spheres)."""
 
 
 def recorded(run_dir: Path) -> bool:
@@ -228,10 +230,12 @@ def _window(setup: Setup, steps: Floats, s: dict[str, Floats]) -> Window:
     acted = (steps > 0)[:, None, None] * setup.free[None, :, None]
     kick = acted * (0.5 * setup.step / setup.mass)[None, :, None]
     turn = acted * (0.5 * setup.step / (0.4 * setup.mass * setup.radius**2))[None, :, None]
-    w_half = s["w"] - turn * s["t"]
+    spun = turn * s["t"]
+    w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
     # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
-    w_half[np.abs(w_half) < 1e-13 * np.abs(turn * s["t"]).max(axis=2, keepdims=True)] = 0.0
-    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half)
+    w_half[np.abs(w_half) < 1e-13 * largest[:, :, None]] = 0.0
+    room = 8.0 * np.finfo(float).eps * largest
+    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room)
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:
