@@ -8,13 +8,12 @@ against the measure only where no share was predicted: it need not be a share it
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import one_line, read_json, write_json
 
 FILE = "audit.json"
 WITHIN = 3.0
@@ -28,6 +27,8 @@ MEASURES = {
 IMPULSE = "share of impulse"
 BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
+FOREIGN = (AttributeError, KeyError, TypeError, ValueError)
+"""What reading a file of another shape raises."""
 OK, SMALL, WRONG, UNKNOWN = "as planned", "small", "wrong", "not measured"
 
 
@@ -100,11 +101,17 @@ def _judge(
 def write(run_dir: Path) -> list[AuditRow] | None:
     """Write audit.json; None (and no file) where there is no plan or nothing was measured."""
     folder = Path(run_dir)
+    if not folder.is_dir():
+        return None
     (folder / FILE).unlink(missing_ok=True)
     plan, measured = _read(folder / "plan.json"), _read(folder / "contributions.json")
     if plan is None or measured is None:
         return None
-    found = rows(plan, measured)
+    try:
+        found = rows(plan, measured)
+    except FOREIGN as error:
+        raise PywetError(f"{folder / 'plan.json'} or contributions.json is not what this program wrote ({one_line(error)!r}); "
+                         "expected an effect plan and its measures: build and run the case again") from error  # fmt: skip
     write_json(
         folder / FILE, {"plan_right": all(r.verdict != WRONG for r in found), "rows": [asdict(r) for r in found]}
     )
@@ -114,7 +121,11 @@ def write(run_dir: Path) -> list[AuditRow] | None:
 def read(run_dir: Path) -> list[AuditRow] | None:
     """The rows of audit.json, None where there is none."""
     content = _read(Path(run_dir) / FILE)
-    return None if content is None else [AuditRow(**row) for row in content["rows"]]
+    try:
+        return None if content is None else [AuditRow(**row) for row in content["rows"]]
+    except FOREIGN as error:
+        raise PywetError(f"{Path(run_dir) / FILE} is not what this program wrote ({one_line(error)!r}); expected the rows of "
+                         f"an audit: run `pywet replay {run_dir}` again") from error  # fmt: skip
 
 
 def lines(found: list[AuditRow]) -> list[str]:
@@ -131,9 +142,4 @@ def _number(value: float | None) -> str:
 
 
 def _read(path: Path) -> Any:
-    if not path.exists():
-        return None
-    try:
-        return json.loads(path.read_text())
-    except ValueError as error:
-        raise PywetError(f"{path} is not JSON ({error}); run `pywet replay {path.parent}` again") from error
+    return read_json(path, f"run `pywet replay {path.parent}` again") if path.exists() else None

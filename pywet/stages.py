@@ -129,7 +129,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
     from reference_impl.replay import replay as recompute
 
     folder = Path(run_dir)
-    (folder / "replay.json").unlink(missing_ok=True)
+    command.forget(folder)
     try:
         if command.nothing_to_replay(folder):
             whole.check(folder)

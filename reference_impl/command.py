@@ -23,7 +23,7 @@ def outcome(folder: Path, out: Path | None = None) -> dict[str, Any]:
     try:
         if not folder.is_dir():
             raise io.ReplayError(f"{folder} is no folder; expected the folder of a run")
-        (out or folder / "replay.json").unlink(missing_ok=True)
+        forget(folder, out)
         if nothing_to_replay(folder):
             reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
             return {**where, "status": "dry", "reason": reason}
@@ -31,6 +31,12 @@ def outcome(folder: Path, out: Path | None = None) -> dict[str, Any]:
     except io.ReplayError as error:
         return {**where, "status": "unreadable", "reason": str(error)}
     return {**where, "status": "agrees" if result["ok"] else "disagrees", "reason": None, **result}
+
+
+def forget(folder: Path, out: Path | None = None) -> None:
+    """Remove what an earlier replay said, so that it is not taken for what this one says."""
+    for path in (out or folder / "replay.json", folder / "contributions.json"):
+        path.unlink(missing_ok=True)
 
 
 def nothing_to_replay(folder: Path) -> bool:

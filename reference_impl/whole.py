@@ -191,7 +191,7 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
                               f"{want.to_numpy()[off][0]:.6g}; expected both to be the same: {AGAIN}")  # fmt: skip
         rows[name] = len(table)
     triangles = history / "triangles.parquet"
-    known = io.columns(triangles, ["triangle"])["triangle"] if triangles.exists() else []
+    known: Any = io.columns(triangles, ["triangle"])["triangle"] if triangles.exists() else []
     _known(history / "wall_films.parquet", walls["triangle"], known, "triangle")
     rows["events"] = _events(history / "events.parquet", ledger)
     rows["contacts"] = _contacts(history, planned)
@@ -244,7 +244,7 @@ def _contacts(history: Path, planned: Plan) -> int:
     lost = count[(count["logged"] == 0) & (count["acting"] > 0)]
     if len(lost):
         raise ReplayError(f"{path} has nothing at step {lost['step'].iloc[0]} of the windows, where "
-                          f"{lost['acting'].iloc[0]} bridges act by the event log; expected all windows whole: {AGAIN}")  # fmt: skip
+                          f"{lost['acting'].iloc[0]} bridges act by the event log; expected whole windows: {AGAIN}")  # fmt: skip
     return len(contacts)
 
 
