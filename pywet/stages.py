@@ -6,7 +6,6 @@ case never stops the others, and the report can name it. Used by the command lin
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 import traceback
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.files import write_json
+from pywet.files import read_json, write_json
 
 NEEDS = {"scene": None, "simulate": "scene", "replay": "simulate", "results": "simulate", "vtk": "simulate"}
 """Stage -> the stage without which it cannot be done; in the order they run."""
@@ -35,8 +34,13 @@ class Status:
 
     @classmethod
     def read(cls, path: Path) -> Status:
-        """Read a status file."""
-        return cls(**json.loads(Path(path).read_text()))
+        """Read a status file; one that cannot be read is a failed stage's, so that the next call makes it again."""
+        stage = Path(path).stem
+        try:
+            return cls(**read_json(Path(path), "call again, which makes the stage anew"))
+        except (PywetError, TypeError) as error:
+            reason = str(error) if isinstance(error, PywetError) else f"{path} is no status file; call again"
+            return cls(stage, False, 0.0, stage, reason)
 
 
 def status_path(run_dir: Path, stage: str) -> Path:

@@ -87,7 +87,7 @@ def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, sai
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"cases": []}, "expected to have at least 1 item"),
+        ({"cases": []}, "should have at least 1 item"),
         ({"cases": [2.5]}, "cases.0 is 2.5, expected a valid integer"),
         ({"cases": None}, "cases.0 is None, expected a valid integer"),
         ({"ranks": "two"}, "ranks is 'two', expected a valid integer"),
