@@ -8,8 +8,10 @@ Each copy has its own spheres, walls and events at the same steps, so the physic
 from __future__ import annotations
 
 import argparse
+import json
 import multiprocessing
 import resource
+import shutil
 import tempfile
 import time
 from pathlib import Path
@@ -19,7 +21,9 @@ import pandas as pd
 from reference_impl import io
 from reference_impl.replay import replay
 
-OWN_IDS = {"spheres": ("id",), "films": ("id",)}
+OWN_IDS = ("spheres", "films", "trajectory", "start")
+APART = 10.0
+"""Distance of the copies [m], so that no sphere is near another copy's."""
 OWN_TRIANGLES = ("triangles", "wall_films")
 PAIRS = ("events", "contacts", "bridges")
 
@@ -40,6 +44,9 @@ def copy_of(name: str, table: pd.DataFrame, k: int, spheres: int, triangles: int
         table["i"] += k * spheres
         table["j"] += (wall * parts + ~wall * spheres) * k
         table["triangle"] += wall * k * triangles
+    for column in ("x", "xi_x", "xj_x"):
+        if column in table and name != "contacts":
+            table[column] += k * APART
     return table
 
 
@@ -48,17 +55,37 @@ def side_by_side(run_dir: Path, times: int, out: Path) -> None:
     run, history = io.read(run_dir), out / "history"
     history.mkdir(parents=True)
     (history / "meta.json").write_text((run_dir / "history" / "meta.json").read_text())
+    scene = json.loads((run_dir / "scene.json").read_text())
+    scene["output"]["window_trajectories"] = False
+    for wall in scene["walls"]:
+        wall["triangle_part"] *= times
+        wall["part_half_width_m"] *= times
+    (out / "scene.json").write_text(json.dumps(scene))
+    for name in ("mesh_motion", "history/energy"):
+        shutil.copy(run_dir / f"{name}.parquet", out / f"{name}.parquet")
     counts = (int(run.table("spheres")["id"].max()), len(run.tables["triangles"]), len(run.tables["parts"]))
-    for name, table in run.tables.items():
+    more = {"trajectory": out / "trajectory.parquet", "start": out / scene["spheres_file"]}
+    besides = {name: pd.read_parquet(run_dir / path.name) for name, path in more.items()}
+    for name, table in (run.tables | besides).items():
         if name == "ledger":
-            amounts = ["films", "bridges", "walls", "left", "initial"]
+            amounts = [
+                "films",
+                "bridges",
+                "walls",
+                "left",
+                "initial",
+                "spheres",
+                "bridge_count",
+                "formations",
+                "ruptures",
+            ]
             table = table.assign(**{a: table[a] * times for a in amounts})
         elif name != "transfer":
             table = pd.concat([copy_of(name, table, k, *counts) for k in range(times)], ignore_index=True)
         order = [c for c in ("step", "kind", "partner_kind", "i", "j") if c in table]
         if name in PAIRS:
             table = table.sort_values(order, kind="stable")
-        table.to_parquet(history / f"{name}.parquet", index=False)
+        table.to_parquet(more.get(name, history / f"{name}.parquet"), index=False)
 
 
 def measure(folder: Path) -> tuple[float, float, float, dict]:

@@ -92,6 +92,7 @@ def show_audit(run_dir: Path) -> None:
 def show_agreement(replay_json: dict[str, Any]) -> None:
     """Agreement table; exit code 1 when a quantity is beyond its tolerance."""
     from pywet.screening.verdict import agreement
+    from reference_impl import whole
 
     table = Table("quantity", "values", "largest", "median", "", box=None, header_style="bold")
     rows = agreement(replay_json)
@@ -99,6 +100,10 @@ def show_agreement(replay_json: dict[str, Any]) -> None:
         verdict = "[green]agrees" if row.ok else "[red]disagrees"
         table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
     out.print(table)
+    if "compared" in replay_json:
+        out.print(whole.said(replay_json["compared"]), soft_wrap=True)
+        for sentence in replay_json["not_checked"]:
+            out.print(f"not checked: {sentence}", soft_wrap=True, markup=False)
     bad = [row.quantity for row in rows if not row.ok]
     if bad:
         for finding in (replay_json.get("diagnosis") or {}).get("findings", []):

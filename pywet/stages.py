@@ -131,23 +131,23 @@ def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts"
 def replay(run_dir: Path) -> dict[str, Any] | None:
     """Stage replay: recompute a run by the reference and write replay.json, then hold its shares against the effect plan.
 
-    A dry run that recorded no motion in windows has nothing to replay (None).
+    A dry run that recorded no motion in windows has nothing to replay (None); that it is whole is checked all the same.
     """
     from pywet import audit
-    from pywet.scene import Scene
-
-    (Path(run_dir) / "replay.json").unlink(missing_ok=True)
-    scene = Scene.read(Path(run_dir) / "scene.json")
-    if not scene.effects.bridges and not scene.output.window_trajectories:
-        return None
+    from reference_impl import command, whole
     from reference_impl.io import ReplayError
     from reference_impl.replay import replay as recompute
 
+    folder = Path(run_dir)
+    command.forget(folder)
     try:
-        found: dict[str, Any] = recompute(Path(run_dir))
+        if command.nothing_to_replay(folder):
+            whole.check(folder)
+            return None
+        found: dict[str, Any] = recompute(folder)
     except ReplayError as error:
         raise PywetError(str(error)) from error
-    audit.write(Path(run_dir))
+    audit.write(folder)
     return found
 
 

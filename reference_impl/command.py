@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from reference_impl import io, window
+from reference_impl import io, whole
 from reference_impl.replay import replay, table
 
 STATUS = {"agrees": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
@@ -20,27 +20,29 @@ STATUS = {"agrees": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
 def outcome(folder: Path, out: Path | None = None) -> dict[str, Any]:
     """What replay.json holds, with run_dir, status, and for an unreadable history the reason in one sentence."""
     where = {"run_dir": str(folder)}
-    (out or folder / "replay.json").unlink(missing_ok=True)
     try:
-        if _dry(folder):
-            return {**where, "status": "dry", "reason": f"{folder} is dry: it has no bridges and recorded no motion"}
+        if not folder.is_dir():
+            raise io.ReplayError(f"{folder} is no folder; expected the folder of a run")
+        forget(folder, out)
+        if nothing_to_replay(folder):
+            reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
+            return {**where, "status": "dry", "reason": reason}
         result = replay(folder, out)
     except io.ReplayError as error:
         return {**where, "status": "unreadable", "reason": str(error)}
     return {**where, "status": "agrees" if result["ok"] else "disagrees", "reason": None, **result}
 
 
-def _dry(folder: Path) -> bool:
-    """Whether there is nothing to recompute: no bridges, and no motion recorded."""
-    scene = folder / "scene.json"
-    if not folder.is_dir():
-        raise io.ReplayError(f"{folder} is no folder; expected the folder of a run")
-    try:
-        return scene.exists() and window.is_dry(folder) and not window.recorded(folder)
-    except (ValueError, KeyError, TypeError) as error:
-        raise io.ReplayError(
-            f"{scene} cannot be read ({error!r}); expected the scene of a run: build it again"
-        ) from error
+def forget(folder: Path, out: Path | None = None) -> None:
+    """Remove what an earlier replay said, so that it is not taken for what this one says."""
+    for path in (out or folder / "replay.json", folder / "contributions.json"):
+        path.unlink(missing_ok=True)
+
+
+def nothing_to_replay(folder: Path) -> bool:
+    """Whether there is nothing to recompute: no bridges, and no motion that was to be recorded."""
+    planned = whole.plan(folder)
+    return not planned.moist and not planned.recorded
 
 
 def line(found: dict[str, Any], width: int) -> str:

@@ -68,8 +68,8 @@ def unchecked(run: Run) -> list[dict[str, str]]:
     ]
 
 
-def notes(run: Run) -> list[str]:
-    """Sentences on what was checked on a sample only, and on what was not checked."""
+def not_checked(run: Run) -> list[str]:
+    """Sentences on what was checked on a sample only, and on laws that were not checked."""
     sampled = [sentence for effect, sentence in SAMPLED.items() if solved(run, effect)]
     missing = [
         f"{m['effect']}: the law {m['law']} is not built in and was not checked; {m['instead']}" for m in unchecked(run)

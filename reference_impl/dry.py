@@ -32,6 +32,8 @@ class Contacts:
     arm_b: Floats
     rolling: Floats
     """Torque on a [N m]; b gets the opposite."""
+    doubt: Floats
+    """How far it may be off [N m], because a spin that is lost in the rounding of the step's kick has no direction."""
 
     def force(self, n: Floats) -> Floats:
         """Whole force on a."""
@@ -87,6 +89,8 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     direction = turn / np.where(rate > 0.0, rate, 1.0)[:, None]
     direction = direction - dot(direction, t.n)[:, None] * t.n
     rolling = -(length * elastic)[:, None] * direction
+    room = window.w_room[t.k, t.a] + np.where(t.wall, 0.0, window.w_room[t.k, partner])
+    doubt = np.abs(length * elastic) * np.minimum(2.0, room / np.maximum(rate, 1e-300))
     return Contacts(
-        elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling
+        elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling, doubt
     )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pyarrow import ArrowException, parquet
 
 Floats = NDArray[Any]
 
@@ -67,7 +69,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
                  "separation", "rupture_distance", "capillary", "viscous_normal", "viscous_tangential_x", "force_i_x",
                  "torque_i_x", "torque_j_x", "viscous_law", "factor_normal", "push_x", "spin_push_x"),
     "ledger": ("step", "films", "bridges", "walls", "left"),
-    "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i"),
+    "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "xi_x"),
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),
     "triangles": ("triangle", "area"),
@@ -83,12 +85,52 @@ def _table(path: Path, name: str) -> pd.DataFrame:
     except Exception as error:  # a cut or foreign file: pyarrow has many names for that
         raise ReplayError(f"{path} is not a readable Parquet table; expected the history of a moist run: "
                           "run the case again") from error  # fmt: skip
-    lacking = [column for column in NEEDED[name] if column not in table]
+    _complete(path, table, NEEDED[name])
+    return table
+
+
+def _complete(path: Path, names: Any, needed: Sequence[str]) -> None:
+    lacking = [column for column in needed if column not in names]
     if lacking:
         raise ReplayError(
             f"{path} lacks {', '.join(lacking)}; expected the columns of docs/replay.md: run the case again"
         )
-    return table
+
+
+def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
+    """Some columns of a table of a run."""
+    if not path.exists():
+        raise ReplayError(f"{path} is missing; expected all tables of a finished run: run the case again")
+    try:
+        there = parquet.read_schema(path).names
+        _complete(path, there, names)
+        return pd.read_parquet(path, columns=list(names))
+    except (OSError, ArrowException) as error:
+        raise ReplayError(f"{path} is not a readable Parquet table; expected one of a finished run: "
+                          "run the case again") from error  # fmt: skip
+
+
+SCENE: dict[str, type | tuple[type, ...]] = {
+    "output": dict, "effects": dict, "classes": list, "pairs": list, "walls": list, "gravity_m_per_s2": list,
+    "spheres_file": str, "time_step_s": (int, float), "duration_s": (int, float),
+}  # fmt: skip
+"""What of scene.json is read here, and its types."""
+
+
+def scene(folder: Path) -> dict[str, Any]:
+    """The scene of a run directory as plain values."""
+    path = Path(folder) / "scene.json"
+    if not path.exists():
+        raise ReplayError(f"{path} is missing; expected the folder of a run: run the case first")
+    try:
+        found = json.loads(path.read_text())
+        wrong = [name for name, kind in SCENE.items() if not isinstance(found[name], kind)]
+        _ = float(found["output"]["interval_s"]), found["effects"]["bridges"], 1.0 / found["time_step_s"]
+    except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError, RecursionError) as error:
+        raise ReplayError(f"{path} cannot be read ({error!r}); expected the scene of a run: build it again") from error
+    if wrong:
+        raise ReplayError(f"{path} holds no proper {', '.join(wrong)}; expected the scene of a run: build it again")
+    return dict(found)
 
 
 def note(text: str) -> None:

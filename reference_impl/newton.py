@@ -30,7 +30,7 @@ STANDARD_WEIGHT = 9.81
 
 @dataclass(frozen=True)
 class Forces:
-    """One window: dry contacts and bridges with their forces, and sums over each sphere (steps, spheres, 3)."""
+    """One window: dry contacts and bridges with their forces, and sums over each sphere (steps, spheres[, 3])."""
 
     window: Window
     touches: touching.Touches
@@ -38,6 +38,7 @@ class Forces:
     bridges: wet.Bridges | None
     force: Floats
     torque: Floats
+    doubt: Floats
     sizes: Floats
     checks: dict[str, tuple[Any, ...]]
     counts: dict[str, int]
@@ -69,18 +70,23 @@ def _window(
     touches = touching.join(found)
     known, start = np.concatenate(given), np.concatenate(before)
     contact = dry.contacts(setup, window, touches, start, known)
-    logged = np.concatenate([log.of(window.steps[t.k], t.a, t.b)[0] for t, (_, log) in zip(found, parts, strict=True)])
+    of_log = [log.of(window.steps[t.k], t.a, t.b) for t, (_, log) in zip(found, parts, strict=True)]
+    logged, there = (np.concatenate([of[n] for of in of_log]) for n in (0, 1))
     # a head-on contact has only rounding for a spring
     scale = np.maximum(dry.size(start) + dry.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
     rows = pd.DataFrame(
         {"step": window.steps[touches.k], "i": setup.ids[touches.a], "b": touches.b, "wall": touches.wall}
     )
     checks = {"contact_spring": (logged[~known], contact.spring[~known], scale[~known], rows[~known])}
+    if setup.memory:
+        overlap = np.where(there, contact.overlap, 0.0)
+        checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
     bridges = wet.of_window(run, setup, window, motion) if run is not None else None
-    force, torque, sizes = _sums(setup, window, touches, contact, bridges)
+    force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
     counts["dry_contacts"] = len(touches)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
-    return Forces(window, touches, contact, bridges, force, torque, sizes, checks, counts)
+    counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
+    return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts)
 
 
 def _springs(
@@ -102,7 +108,6 @@ def _springs(
         counts["skipped_beside_another"] = counts.get("skipped_beside_another", 0) + int(skip.sum())
         t = touching.Touches(*(getattr(t, f)[~skip] for f in touching.Touches.__dataclass_fields__))
         step, now, there = step[~skip], now[~skip], there[~skip]
-    counts["not_in_log"] = counts.get("not_in_log", 0) + int((~there).sum())
     given = t.k == 0
     before, had = log.of(step - 1, t.a, t.b)
     fresh = ~given & ~had
@@ -140,11 +145,13 @@ def _beside_edges(setup: Setup, t: touching.Touches) -> int:
 
 def _sums(
     setup: Setup, window: Window, t: touching.Touches, c: dry.Contacts, w: wet.Bridges | None
-) -> tuple[Floats, Floats, Floats]:
-    """Force, torque and the sum of the forces' sizes on every sphere in every step."""
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Force, torque, the torque's doubt and the sum of the forces' sizes on every sphere in every step."""
     shape = (len(window.steps), len(setup.ids))
     force = np.broadcast_to(setup.mass[:, None] * setup.gravity, (*shape, 3)).copy()
-    torque, sizes = np.zeros((*shape, 3)), np.sqrt((force**2).sum(axis=2))
+    torque, doubt, sizes = np.zeros((*shape, 3)), np.zeros(shape), np.sqrt((force**2).sum(axis=2))
+    np.add.at(doubt, (t.k, t.a), c.doubt)
+    np.add.at(doubt, (t.k[~t.wall], t.b[~t.wall]), c.doubt[~t.wall])
     terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
     weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
     if w is not None:
@@ -157,7 +164,7 @@ def _sums(
             np.add.at(force, where, sign * f[at])
             np.add.at(torque, where, turn[at])
             np.add.at(sizes, where, weight[at])
-    return force, torque, sizes
+    return force, torque, doubt, sizes
 
 
 def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
@@ -174,10 +181,11 @@ def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
 
 SCALES = {
     "newton_force": ("sum of the forces' sizes, at least the weight at 9.81 m/s2", TOLERANCE),
-    "newton_torque": ("r times the same", TOLERANCE),
+    "newton_torque": ("r times the same, and the doubt about a rolling direction over the limit", TOLERANCE),
     "newton_kick": ("speed, or half a kick where that is more", 1e-12),
     "newton_drift": ("radius", 1e-12),
     "contact_spring": ("spring of the step before and slip in the step, at least 1e-9 r", 1e-6),
+    "contact_logged": ("radius, by the overlap of a contact that is not in the log", TOLERANCE),
     "wall_closest_point": ("radius", TOLERANCE),
     "wall_velocity": ("itself, or 1 mm/s", TOLERANCE),
     "window_position": ("radius", 1e-12),
@@ -225,6 +233,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)
     dv, dw = w.v[at + 1, who] - w.v[at, who], w.w[at + 1, who] - w.w[at, who]
     own, turn = (0.5 * (s[at, who] + s[at + 1, who]) for s in (f.force, f.torque))
+    doubt = 0.5 * (f.doubt[at, who] + f.doubt[at + 1, who])
     halves = [0.5 * dt / m[:, None] * w.force[k, who] for k in (at, at + 1)]
     kick = halves[0] + halves[1]
     drift = w.x[at + 1, who] - w.x[at, who]
@@ -232,7 +241,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     speed = np.max([dry.size(v) for v in (w.v[at, who], w.v[at + 1, who], *halves)], axis=0)
     return {
         "newton_force": (m[:, None] * dv / dt, own, scale, rows),
-        "newton_torque": (inertia[:, None] * dw / dt, turn, r * scale, rows),
+        "newton_torque": (inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup), rows),
         "newton_kick": (dv, kick, np.maximum(speed, 1e-300), rows),
         "newton_drift": (drift, middle, r, rows),
     }
@@ -256,6 +265,14 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
         found["wall_closest_point"] = (vectors(rows, "xj"), b.point[at], radius[at], rows)
         found["wall_velocity"] = (vectors(rows, "vj"), b.vb[at], np.maximum(dry.size(b.vb[at]), 1e-3), rows)
     return found
+
+
+def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
+    """Recorded places of all spheres: step, id, x, y, z [m]."""
+    steps = np.concatenate([f.window.steps for f in found])
+    x = np.concatenate([f.window.x for f in found]).reshape(-1, 3)
+    table = pd.DataFrame({"step": np.repeat(steps, len(setup.ids)), "id": np.tile(setup.ids, len(steps))})
+    return table.assign(**dict(zip("xyz", x.T, strict=True)))
 
 
 def counts(found: list[Forces]) -> dict[str, int]:

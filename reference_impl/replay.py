@@ -9,15 +9,20 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, diagnosis, dynamics, faults, forces, io, liquid, snapshots, transfer, window
+from reference_impl import coverage, diagnosis, dynamics, faults, forces, io, liquid, snapshots, transfer, whole, window
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
-    """Recompute everything; returns and writes {ok, quantities: {name: {count, largest, median, …}}, unchecked, notes, …}."""
+    """Recompute everything; returns and writes {ok, compared, quantities: {name: {count, largest, …}}, not_checked, notes, …}.
+
+    Raises `io.ReplayError` where the run is not whole.
+    """
     if window.is_dry(Path(run_dir)):
         return dynamics.replay_dry(Path(run_dir), out)
     started, cpu = time.monotonic(), time.process_time()
     run = io.read(Path(run_dir))
+    held = whole.check(Path(run_dir))
+    whole.inputs(run)
     tables = transfer.Tables(run.table("transfer"))
     own = liquid.replay(run, tables)
     quantities = [*liquid.check(run, *own), *snapshots.check(run, tables, own[0])]
@@ -27,15 +32,17 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     contacts_done = time.process_time()
     io.note("transfer ratios")
     moved, more = dynamics.check(Path(run_dir), run)
-    quantities += [*transfer.check(run), *moved]
+    quantities += [*transfer.check(run), *moved, *whole.counted(run)]
     failed = [q.name for q in quantities if not q.ok]
     contacts = len(run.table("contacts"))
     result = {
         "ok": not failed,
         "events": len(run.table("events")),
         "contacts": contacts,
+        "compared": held,
         "unchecked": coverage.unchecked(run),
-        "notes": [*coverage.notes(run), *dynamics.notes(more)],
+        "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held)],
+        "notes": dynamics.notes(more),
         **more,
         "diagnosis": _named(Path(run_dir), run, tables, failed) if failed else None,
         "wall_s": time.monotonic() - started,
@@ -66,4 +73,6 @@ def table(result: dict[str, Any]) -> str:
         f"{result['wall_s']:.1f} s, {result['cpu_s']:.1f} s of the processor: {result['events']} events at "
         f"{result['events_per_s']:.3g} and {result['contacts']} contacts at {result['contacts_per_s']:.3g} per processor second"
     )
-    return "\n".join([*lines, speed, *result["notes"], *diagnosis.text(result["diagnosis"])])
+    missing = [f"not checked: {sentence}" for sentence in result["not_checked"]]
+    held = whole.said(result["compared"])
+    return "\n".join([*lines, held, *missing, speed, *result["notes"], *diagnosis.text(result["diagnosis"])])

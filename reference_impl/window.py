@@ -16,6 +16,7 @@ import pandas as pd
 
 from reference_impl.compare import Floats
 from reference_impl.io import ReplayError, vectors
+from reference_impl.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
@@ -97,6 +98,8 @@ class Window:
     v_half: Floats
     """Velocity with which the forces of the step were taken, half a step before its end."""
     w_half: Floats
+    w_room: Floats
+    """By how much rounding may have moved the size of `w_half` [rad/s], shape (steps, spheres)."""
 
 
 def recorded(run_dir: Path) -> bool:
@@ -105,15 +108,14 @@ def recorded(run_dir: Path) -> bool:
 
 
 def is_dry(run_dir: Path) -> bool:
-    """Whether the scene of a run directory has no bridges; False where there is no scene."""
-    path = Path(run_dir) / "scene.json"
-    return path.exists() and not json.loads(path.read_text())["effects"]["bridges"]
+    """Whether the scene of a run directory has no bridges."""
+    return not read_scene(Path(run_dir))["effects"]["bridges"]
 
 
 def read(run_dir: Path) -> Setup:
     """Everything but the motion."""
     folder = Path(run_dir)
-    scene = json.loads((folder / "scene.json").read_text())
+    scene = read_scene(folder)
     spheres = pd.read_parquet(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
     classes = {c["type"]: c for c in scene["classes"]}
@@ -225,10 +227,12 @@ def _window(setup: Setup, steps: Floats, s: dict[str, Floats]) -> Window:
     acted = (steps > 0)[:, None, None] * setup.free[None, :, None]
     kick = acted * (0.5 * setup.step / setup.mass)[None, :, None]
     turn = acted * (0.5 * setup.step / (0.4 * setup.mass * setup.radius**2))[None, :, None]
-    w_half = s["w"] - turn * s["t"]
+    spun = turn * s["t"]
+    w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
     # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
-    w_half[np.abs(w_half) < 1e-13 * np.abs(turn * s["t"]).max(axis=2, keepdims=True)] = 0.0
-    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half)
+    w_half[np.abs(w_half) < 1e-13 * largest[:, :, None]] = 0.0
+    room = 8.0 * np.finfo(float).eps * largest
+    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room)
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:

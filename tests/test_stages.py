@@ -65,6 +65,16 @@ def test_judging_forgets_failed_stages_so_that_they_are_tried_again(tmp_path: Pa
     assert stages.status_path(good, "simulate").exists()
 
 
+@pytest.mark.parametrize("left", ["", "{", "[]", '{"stage": "vtk"}'])
+def test_a_status_file_cut_off_is_a_failed_stage(tmp_path: Path, left: str) -> None:
+    """As a power cut leaves it: a sentence, and forgotten."""
+    run = synthetic.make(tmp_path / "case01", moist=False)
+    _finish(run)
+    stages.status_path(run, "vtk").write_text(left)
+    assert "vtk.json" in stages.judge([run])[0]
+    assert not stages.status_path(run, "vtk").exists()
+
+
 def test_a_moist_run_is_believed_only_with_a_good_replay_and_ledger(tmp_path: Path) -> None:
     run = synthetic.make(tmp_path / "case02")
     _finish(run)

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from pywet import config, stages, workflow_lock
+from pywet.errors import PywetError
 
 ROOT = Path(__file__).parent.parent
 
@@ -63,13 +72,73 @@ def test_scale_and_cases_are_chosen_on_the_command_line(folder: Path) -> None:
     [
         ("scale=huge", "there is no scale huge"),
         ("cases=[99]", "there is no case 99"),
-        ("ranks=0", "0 is less than the minimum of 1"),
+        ("cases=a", "cases.0 is 'a', expected a valid integer"),
+        ("ranks=0", "ranks is 0, expected greater than or equal to 1"),
+        ("sed=7", "key sed is not known, expected seed"),
     ],
 )
 def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, said: str) -> None:
     done = _snakemake(folder, "-n", "--config", choice)
     assert done.returncode != 0
     assert said in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"cases": []}, "should have at least 1 item"),
+        ({"cases": [2.5]}, "cases.0 is 2.5, expected a valid integer"),
+        ({"cases": None}, "cases.0 is None, expected a valid integer"),
+        ({"ranks": "two"}, "ranks is 'two', expected a valid integer"),
+        ({"seed": -1}, "seed is -1, expected greater than or equal to 0"),
+        ({"scale": ["smoke"]}, "scale is ['smoke'], expected a valid string"),
+        ({"laws": {"preset": "exact"}}, "laws was given, expected one of scale, cases, ranks, both_presets, seed"),
+    ],
+)
+def test_what_the_command_line_cannot_replace_is_a_sentence(given: dict[str, Any], said: str) -> None:
+    configured = config.load(ROOT / "config").settings
+    with pytest.raises(PywetError) as caught:
+        config.chosen(configured, {**configured.model_dump(mode="json"), **given})
+    assert said in str(caught.value)
+
+
+def test_cases_of_the_command_line_are_a_list() -> None:
+    """One number, a text, a list of texts."""
+    configured = config.load(ROOT / "config").settings
+    given = configured.model_dump(mode="json")
+    chosen = [config.chosen(configured, {**given, "cases": cases}).cases for cases in (2, "2", ["2", "11"])]
+    assert chosen == [(2,), (2,), (2, 11)]
+
+
+def test_one_case_and_its_seed_are_taken_from_the_command_line(folder: Path) -> None:
+    """The scene that is built has them."""
+    scene = "results/smoke/case01/status/scene.json"
+    done = _snakemake(folder, scene, "--config", "cases=1", "seed=7")
+    assert done.returncode == 0, done.stderr
+    built = json.loads((folder / "results" / "smoke" / "case01" / "scene.json").read_text())
+    assert (built["name"], built["seed"]) == ("case01", 7)
+    again = _snakemake(folder, "-n", scene, "--config", "cases=1", "seed=8")
+    assert _jobs(again.stdout + again.stderr)["scene"] == 1
+
+
+def test_a_failed_replay_is_tried_again(folder: Path) -> None:
+    """Results, pictures and report of the last call are there and newer; the stage that lost its status runs again."""
+    root = folder / "results" / "smoke"
+    made = [root / "case01" / "status" / f"{stage}.json" for stage in stages.NEEDS]
+    for k, path in enumerate([*made, root / "picture.png", root / "report.html"]):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        ok = path.stem != "replay"
+        status = stages.Status(path.stem, ok, 1.0, None if ok else "replay", None if ok else "no table")
+        path.write_text(json.dumps(status.__dict__))
+        os.utime(path, (1e9 + 100 * k, 1e9 + 100 * k))
+    for path in (folder / name for name in ("config", "workflow")):
+        for file in path.rglob("*"):
+            os.utime(file, (9e8, 9e8))
+    assert stages.judge([root / "case01"])
+    done = _snakemake(folder, "-n", "--config", "cases=1", "both_presets=false")
+    assert {"replay", "results", "report", "verdict"} <= set(_jobs(done.stdout + done.stderr)), done.stdout
+    assert "simulate" not in _jobs(done.stdout + done.stderr)
 
 
 def test_lint_finds_only_what_the_snakefile_answers(folder: Path) -> None:
@@ -93,3 +162,52 @@ def test_failed_cases_stop_nothing_are_reported_and_tried_again(folder: Path) ->
     assert "stage scene failed: feed bin:" in report
     again = _snakemake(folder, "-n", "--config", "cases=[1,2]")
     assert _jobs(again.stdout + again.stderr)["scene"] == 3  # the twin of case 2 as well
+
+
+WAITING = """
+rule all:
+    input: "done.txt"
+rule wait:
+    output: "done.txt"
+    script: "wait.py"
+"""
+
+
+def _until(there: Callable[[], object]) -> None:
+    """Wait until something is so, at most a minute."""
+    end = time.monotonic() + 60.0
+    while not there():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+def test_the_call_after_a_kill_names_orphans_then_takes_the_lock_away(tmp_path: Path) -> None:
+    """Snakemake itself at work, killed with its job alive, with none alive: two sentences, then the way is free."""
+    (tmp_path / "Snakefile").write_text(WAITING)
+    (tmp_path / "wait.py").write_text("import pathlib, time\npathlib.Path('begun').touch()\ntime.sleep(600)\n")
+    assert workflow_lock.release(tmp_path) is None
+    main = subprocess.Popen(
+        [sys.executable, "-m", "snakemake", "--cores", "1"], cwd=tmp_path, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL, env={**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")},
+    )  # fmt: skip
+    jobs: list[int] = []
+    try:
+        _until((tmp_path / "begun").exists)
+        jobs = workflow_lock.at_work(tmp_path)[1]
+        said = workflow_lock.release(tmp_path)
+        assert said is not None and f"stop it by `kill {main.pid}`" in said
+        main.kill()
+        main.wait()
+        said = workflow_lock.release(tmp_path)
+        assert jobs and said is not None and f"`kill {' '.join(map(str, jobs))}`, then call again" in said
+    finally:
+        main.kill()
+        for job in jobs:
+            with suppress(ProcessLookupError):
+                os.kill(job, signal.SIGKILL)
+    _until(lambda: not workflow_lock.at_work(tmp_path)[1])
+    (tmp_path / "wait.py").write_text("open('done.txt', 'w').close()\n")
+    assert _snakemake(tmp_path).returncode != 0  # locked
+    assert workflow_lock.release(tmp_path) is None
+    done = _snakemake(tmp_path, "--rerun-incomplete")
+    assert done.returncode == 0 and (tmp_path / "done.txt").exists(), done.stderr

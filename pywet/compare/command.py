@@ -71,6 +71,11 @@ def show(found: verdict.Comparison) -> None:
     for name, entry in found.checks.items():
         (x, n), (y, m) = entry["a"], entry["b"]
         out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)
+    for label in "ab":
+        for sentence in dict.fromkeys(found.compared[label]):
+            out.print(f"{label.upper()} {sentence}", soft_wrap=True)
+    if found.left_out:
+        out.print(f"not compared, since only some runs have them: {', '.join(found.left_out)}", soft_wrap=True)
     out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
     out.print(f"method: {found.method}", soft_wrap=True)
     out.print(found.verdict, style="red" if found.different else "green", soft_wrap=True, markup=False)

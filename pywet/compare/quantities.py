@@ -1,7 +1,7 @@
 """What is compared of a run: curves over time and single numbers, from whatever tables its run directory has.
 
-Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); what is missing is
-left out. Each quantity has a scale [its unit], against which deviations and round-off are measured.
+Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); a run of which its
+scene planned more than is there is refused. Each quantity has a scale [its unit], against which deviations are measured.
 """
 
 from __future__ import annotations
@@ -21,10 +21,13 @@ from pywet.errors import PywetError
 from pywet.files import read_if_there, read_table
 from pywet.scene import Scene
 from pywet.screening.shapes import Replay, Summary
+from reference_impl import whole
+from reference_impl.io import ReplayError
 
 Floats = NDArray[np.float64]
 TOUCHING = 1e-2
 """Gap up to which two spheres count as neighbours, in the larger radius."""
+RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
 
@@ -52,6 +55,8 @@ class RunData:
     quantities: dict[str, Quantity]
     checks: dict[str, tuple[bool, float]] = field(default_factory=dict)
     """Name -> (passed, value); not a matter of statistics."""
+    held: dict[str, Any] = field(default_factory=dict)
+    """What the run holds, all that its scene planned: steps, outputs, windows, rows of each table."""
 
     def fingerprint(self) -> dict[str, str]:
         """Hash of the content of each table (not of its file)."""
@@ -72,6 +77,7 @@ def read(run_dir: Path) -> RunData:
             f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it"
         )
     scene = Scene.read(run_dir / "scene.json")
+    held = _whole(run_dir)
     found = [
         *_retained(run_dir),
         *_liquid(run_dir, scene),
@@ -81,7 +87,23 @@ def read(run_dir: Path) -> RunData:
     ]
     if not found:
         raise PywetError(f"{run_dir} has no results; expected a finished run: run it again")
-    return RunData(run_dir, scene, {q.name: q for q in found}, dict(_checks(run_dir)))
+    return RunData(run_dir, scene, {q.name: q for q in found}, dict(_checks(run_dir)), held)
+
+
+def _whole(run_dir: Path) -> dict[str, Any]:
+    """What the run holds; refused where its scene planned more, or its results are of fewer outputs."""
+    try:
+        held = whole.check(run_dir)
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
+    for name in RESULTS:
+        table = _table(run_dir, name)
+        if table is not None:
+            held["rows"][name] = len(table)
+            if len(table) != held["outputs"]:
+                raise PywetError(f"{run_dir / name}.parquet holds {len(table)} rows; expected one for each of the "
+                                 f"{held['outputs']} output steps: run the case again")  # fmt: skip
+    return held
 
 
 def _table(run_dir: Path, name: str) -> pd.DataFrame | None:

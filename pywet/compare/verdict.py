@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from pywet.compare import statistics
-from pywet.compare.quantities import Floats, Quantity, RunData, read
+from pywet.compare.quantities import RESULTS, Floats, Quantity, RunData, read
 from pywet.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.errors import PywetError
 from pywet.scene import Scene
+from reference_impl import whole
 
 
 class NotComparable(PywetError):
@@ -51,6 +52,10 @@ class Comparison:
     different: bool
     rows: list[Row]
     checks: dict[str, Any]
+    compared: dict[str, list[str]]
+    """For each group, what its runs hold, a sentence each."""
+    left_out: list[str]
+    """Quantities that only some of the runs have."""
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -90,9 +95,11 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: fl
     groups = [[read(p) for p in paths] for paths in (a, b)]
     if not force:
         _comparable(groups)
-    names = [n for n in groups[0][0].quantities if all(n in r.quantities for g in groups for r in g)]
+    every = list(dict.fromkeys(n for g in groups for r in g for n in r.quantities))
+    names = [n for n in every if all(n in r.quantities for g in groups for r in g)]
     if not names:
         raise NotComparable(f"{a[0]} and {b[0]} have no table in common; expected finished runs: run them again")
+    _same_tables(groups)
     checks, broken = _checks(groups)
     if len(groups[0]) == len(groups[1]) == 1:
         method, rows, verdict = _single(groups[0][0], groups[1][0], names)
@@ -103,7 +110,23 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: fl
     if broken:
         verdict += f"; {broken}"
     different = any(r.different for r in rows) or bool(broken)
-    return Comparison([str(p) for p in a], [str(p) for p in b], method, used, verdict, different, rows, checks)
+    compared = {label: [whole.said(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
+    left_out = [n for n in every if n not in names]
+    return Comparison(
+        [str(p) for p in a], [str(p) for p in b], method, used, verdict, different, rows, checks, compared, left_out
+    )
+
+
+def _same_tables(groups: list[list[RunData]]) -> None:
+    """A table of results that only some runs have must not pass as equal."""
+    runs = [run for group in groups for run in group]
+    for name in RESULTS:
+        there = [name in run.held["rows"] for run in runs]
+        if any(there) and not all(there):
+            raise NotComparable(
+                f"{runs[there.index(False)].path} has no {name}.parquet, but {runs[there.index(True)].path} has; "
+                "expected both with results: run the case to its end"
+            )
 
 
 def _comparable(groups: list[list[RunData]]) -> None:

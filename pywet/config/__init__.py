@@ -4,6 +4,7 @@ Reading and checking only. What is built from it is in `pywet.screening.cases`; 
 """
 
 from pywet.config.cases import Case
+from pywet.config.command_line import REPLACED, chosen
 from pywet.config.loading import FILES, Config, load, twins
 from pywet.config.materials import Materials
 from pywet.config.scales import Apparatus, Scale, Scales
@@ -11,6 +12,7 @@ from pywet.config.settings import EffectSettings, LawSettings, Settings
 
 __all__ = [
     "FILES",
+    "REPLACED",
     "Apparatus",
     "Case",
     "Config",
@@ -20,6 +22,7 @@ __all__ = [
     "Scale",
     "Scales",
     "Settings",
+    "chosen",
     "load",
     "twins",
 ]

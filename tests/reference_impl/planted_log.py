@@ -61,8 +61,7 @@ def heap(folder: Path) -> Path:
 
 def plant(sound: Path, folder: Path, planted: Planted) -> Path:
     """A copy of a run with one fault in its history."""
-    shutil.copytree(sound / "history", folder / "history")
-    shutil.copy(sound / "trajectory.parquet", folder)
+    shutil.copytree(sound, folder, dirs_exist_ok=True)
     meta = folder / "history" / "meta.json"
     names = (*io.TABLES, *io.WALL_TABLES)
     tables: Tables = {t: pd.read_parquet(folder / "history" / f"{t}.parquet") for t in names}

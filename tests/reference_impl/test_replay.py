@@ -29,5 +29,5 @@ def test_agrees(heap_dir: Path) -> None:
 
 def test_missing_history_is_one_sentence(tmp_path: Path) -> None:
     """A folder without logs is refused by name."""
-    with pytest.raises(io.ReplayError, match=r"holds no meta\.json; expected the history of a moist run"):
+    with pytest.raises(io.ReplayError, match=r"scene\.json is missing; expected the folder of a run"):
         replay(tmp_path)

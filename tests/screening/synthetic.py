@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from pywet.files import write_json, write_table
-from pywet.history.schema import ENERGY
+from pywet.history.schema import CONTACT, ENERGY, EVENT
+from pywet.history.tables import to_frame
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
 
 UNIT = 1e-9
@@ -99,6 +101,8 @@ def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
     write_table(spheres, run_dir / "history" / "spheres.parquet")
     write_table(_trajectory(), run_dir / "trajectory.parquet")
     write_table(_triangles(), run_dir / "history" / "triangles.parquet")
+    parts = pd.DataFrame({"part": range(len(MESHES)), "mesh": [mesh for mesh, _ in MESHES]})
+    write_table(parts, run_dir / "history" / "parts.parquet")
     motion = [
         (step, mesh, 0.0, 0.0, 1e-3 * (k if mesh != "collecting_bin" else 0))
         for k, step in enumerate(STEPS)
@@ -162,6 +166,12 @@ def _liquid(history: Path) -> None:
     write_table(
         pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet"
     )
+    # four formations and two ruptures after the last window of contacts; only their numbers are told
+    events = np.zeros(6, dtype=EVENT)
+    events["step"], events["kind"] = range(161, 167), (0, 0, 0, 0, 1, 1)
+    events["i"], events["j"] = (1, 1, 1, 2, 1, 2), (2, 3, 0, 3, 2, 3)
+    write_table(to_frame(events), history / "events.parquet")
+    write_table(to_frame(np.zeros(0, dtype=CONTACT)), history / "contacts.parquet")
     ledger = pd.DataFrame(
         [
             (0, 0.0, 20, 0, 0, 0, 20, 3, 0, 0, 0),

@@ -11,6 +11,7 @@ rule scene:
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,
+        seed=CHOSEN.seed,
     log:
         f"{LOGS}/{{case}}/scene.log",
     script:
@@ -24,7 +25,7 @@ rule simulate:
         status=f"{ROOT}/{{case}}/status/simulate.json",
     log:
         f"{LOGS}/{{case}}/simulate.log",
-    threads: config["ranks"]
+    threads: CHOSEN.ranks
     script:
         "../scripts/simulate.py"
 

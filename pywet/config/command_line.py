@@ -1,0 +1,35 @@
+"""What `snakemake --config KEY=VALUE` may replace of config.yaml, and a sentence for everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from pywet.config.messages import explain
+from pywet.config.settings import Settings
+from pywet.errors import PywetError
+
+REPLACED = ("scale", "cases", "ranks", "both_presets", "seed")
+
+
+def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
+    """The settings with what the command line replaced; `given` is all of config.yaml with it. A single case is a list of one.
+
+    Numbers in a list arrive as text. Raises `PywetError` for a wrong value and for a key that is not replaced.
+    """
+    cases = given.get("cases")
+    listed = list(cases) if isinstance(cases, list | tuple) else [cases]
+    numbers = [int(str(case)) if str(case).isdecimal() else case for case in listed]
+    try:
+        found = Settings.model_validate({**given, "cases": numbers})
+    except ValidationError as error:
+        raise PywetError(explain(error, Settings, "--config")) from error
+    other = [name for name in Settings.model_fields if getattr(found, name) != getattr(configured, name)]
+    for name in other:
+        if name not in REPLACED:
+            raise PywetError(
+                f"--config {name} was given, expected one of {', '.join(REPLACED)}: write {name} into config/config.yaml"
+            )
+    return found

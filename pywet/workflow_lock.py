@@ -1,0 +1,54 @@
+"""After a kill: takes away the lock of a Snakemake that is gone, or names its processes that are not. `make run` asks it first.
+
+A Snakemake that was killed leaves its lock behind, and the jobs that it had begun work on to their end.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+LOCKS = Path(".snakemake/locks")
+SCRIPTS = ".snakemake/scripts/"
+"""What the command of a job holds."""
+
+
+def at_work(folder: Path) -> tuple[list[int], list[int]]:
+    """Processes of this machine that work in a folder: those of Snakemake itself, those of its jobs."""
+    mains, jobs = [], []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
+            here = (entry / "cwd").resolve() == folder.resolve()
+        except OSError:  # it has ended, or is another user's
+            continue
+        if here and any(SCRIPTS in word for word in words):
+            jobs.append(int(entry.name))
+        elif here and any(Path(word).name == "snakemake" for word in words[:3]):
+            mains.append(int(entry.name))
+    return sorted(mains), sorted(jobs)
+
+
+def release(folder: Path) -> str | None:
+    """Remove the lock of a folder where none of its processes is left; what stands in the way, in one sentence, or None."""
+    locks = list((folder / LOCKS).glob("*.lock"))
+    if not locks:
+        return None
+    mains, jobs = at_work(folder)
+    kill = f"`kill {' '.join(map(str, mains or jobs))}`"
+    if mains:
+        return f"a Snakemake is at work in {folder.resolve()}; wait for it, or stop it by {kill}"
+    if jobs:
+        return (
+            f"a Snakemake that worked in {folder.resolve()} was killed, but its jobs still work; wait for them, or stop "
+            f"them by {kill}, then call again"
+        )
+    for lock in locks:
+        lock.unlink(missing_ok=True)
+    print("the lock of a Snakemake that was killed is taken away; what it had begun is made again", flush=True)
+    return None
+
+
+if __name__ == "__main__":
+    sys.exit(release(Path(os.getcwd())))
