@@ -32,6 +32,8 @@ from pywet.history import tables
 from pywet.scene import Scene
 
 PROGRAM = "liggghts"
+DIES_WITH_MPIRUN = ("setpriv", "--pdeathsig", "KILL")
+"""Of util-linux: without it ranks of the stock program write on for a second after mpirun was killed."""
 
 
 @dataclass(frozen=True)
@@ -270,5 +272,5 @@ def _command(task: Task) -> list[str]:
         program = [PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     if task.ranks > 1:
         mpirun = ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(task.ranks)]
-        return [*mpirun, *program]
+        return [*mpirun, *DIES_WITH_MPIRUN, *program]
     return program
