@@ -105,3 +105,14 @@ def test_film_thickness_of_thin_and_thick_films() -> None:
 def test_a_folder_that_is_no_run_is_refused_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="expected a run directory"):
         results.write(tmp_path)
+
+
+@pytest.mark.parametrize("kept", [[0], [0, 100], [0, 50, 100, 200]])
+def test_output_steps_must_be_the_planned_ones(moist: RunDir, kept: list[int]) -> None:
+    path = moist.path / "trajectory.parquet"
+    table = pd.read_parquet(path)
+    frames = [table[table["step"] == table["step"].unique()[0]].assign(step=step) for step in kept]
+    pd.concat(frames).to_parquet(path)
+    with pytest.raises(PywetError, match=rf"{len(kept)} output steps; expected the 3 planned ones, 0 to 200"):
+        results.write(moist.path)
+    assert not (moist.path / "results").exists()

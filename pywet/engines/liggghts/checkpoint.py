@@ -28,11 +28,11 @@ FINISHED = "finished.json"
 LOG = "log.liggghts"
 KEPT = 2
 """Checkpoints that are kept."""
-CODE = sorted(
+CODE = [
     path
-    for name in ("laws", "young_laplace", "history", "engines/liggghts")
-    for path in (Path(__file__).parents[2] / name).glob("*.py")
-) + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
+    for pattern in ("laws/*.py", "young_laplace/*.py", "history/*.py", "engines/liggghts/*.py", "motion.py")
+    for path in sorted(Path(__file__).parents[2].glob(pattern))
+] + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
 
 

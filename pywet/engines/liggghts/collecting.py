@@ -67,8 +67,9 @@ def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> 
     """The run is whole: its tables take the places of an earlier run's, its folder gets its name, the raw files go."""
     made = folder / TABLES
     sums = {str(path.relative_to(made)): logs.checked(path) for path in sorted(made.rglob("*.parquet"))}
-    write_json(folder / INDEX, {"fingerprint": mark, "tables": sums})
     write_json(folder / "run.json", info)
+    run_json = {"engine/run.json": logs.checked(folder / "run.json")}
+    write_json(folder / INDEX, {"fingerprint": mark, "files": {**sums, **run_json}})
     tables.forget(run_dir)
     for name in sums:
         (run_dir / name).parent.mkdir(exist_ok=True)
@@ -98,11 +99,12 @@ def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
     if not belongs(run_dir, mark):
         return None
     try:
-        sums = {name: (int(s), int(c)) for name, (s, c) in read_json(run_dir / "engine" / INDEX, "")["tables"].items()}
-        info = dict(read_json(run_dir / "engine" / "run.json", ""))
+        sums = {name: (int(s), int(c)) for name, (s, c) in read_json(run_dir / "engine" / INDEX, "")["files"].items()}
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return None
-    return None if logs.damage(run_dir, sums) else info
+    return (
+        None if logs.damage(run_dir, sums) else dict(read_json(run_dir / "engine" / "run.json", "run the case again"))
+    )
 
 
 def ledger_error(run_dir: Path) -> float:

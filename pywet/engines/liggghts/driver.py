@@ -31,6 +31,8 @@ from pywet.history import tables
 from pywet.scene import Scene
 
 PROGRAM = "liggghts"
+DIES_WITH_MPIRUN = ("setpriv", "--pdeathsig", "KILL")
+"""Of util-linux: without it ranks of the stock program write on for a second after mpirun was killed."""
 
 
 @dataclass(frozen=True)
@@ -274,5 +276,5 @@ def _command(task: Task) -> list[str]:
         if not deck.attached(task.scene):  # else the ranks outlive a killed mpirun, and write on
             program = ["setpriv", "--pdeathsig", "KILL", *program]
         mpirun = ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(task.ranks)]
-        return [*mpirun, *program]
+        return [*mpirun, *DIES_WITH_MPIRUN, *program]
     return program

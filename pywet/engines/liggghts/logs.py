@@ -66,7 +66,7 @@ def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame:
         else:
             end, steps = _frames_end(path, start, last_frame if path.name == TRAJECTORY else last)
             if path.name == TRAJECTORY and steps != frames:
-                return f"{TRAJECTORY} lacks whole output steps from {next((s for s in frames if s not in steps), steps)} on"
+                return f"{TRAJECTORY} has {len(steps)} of {len(frames)} output steps whole after byte {start}"
         found[path.name] = checked(path, start, end, before)
     if TRAJECTORY not in found and frames:
         return f"{TRAJECTORY} is missing"
