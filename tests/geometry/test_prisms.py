@@ -15,7 +15,7 @@ from pywet.geometry.solids import polygon, tube
 from pywet.screening import cases
 
 CONFIG = config.load(Path(__file__).parents[2] / "config")
-APERTURES = {case.aperture_mm: case for case in CONFIG.cases}
+APERTURES = {case.aperture_mm: case for case in CONFIG.cases.values()}
 
 
 @pytest.mark.parametrize("aperture", sorted(APERTURES))
@@ -33,7 +33,7 @@ def test_every_wire_of_a_screen_is_a_prism(aperture: float) -> None:
 
 
 def test_what_is_no_prism_is_refused() -> None:
-    """A flat face bounds nothing, a tube has a hollow section."""
+    """A flat face bounds nothing, and a tube has a hollow section."""
     hollow = np.concatenate([part for part, _ in tube(0.01, 0.002, 4, 0.0, 0.05)])
     square = np.column_stack([polygon(0.01, 4), np.zeros(4)])
     shapes = {"a face": square[[[0, 1, 2], [0, 2, 3]]], "a tube": hollow}
