@@ -80,16 +80,17 @@ def notes(more: dict[str, Any]) -> list[str]:
 
 def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
     """Sentences on what no quantity speaks of."""
-    if more["newton"] is None:
-        return [NOT_RECORDED, OTHERS]
-    done = sum(last - first + 1 for first, last in more["newton"]["windows"])
-    found = [f"newton: steps outside the windows, {held['steps'] + 1 - done} of {held['steps'] + 1}", OTHERS]
-    if more["newton"]["no_rolling_direction"]:
+    law, every = more["newton"], held["steps"] + 1
+    outside = every - len(set().union(*(range(*window) for window in held["windows"])))
+    found = [f"forces and motion: steps outside the windows, {outside} of {every}"] if outside else []
+    if law is None:
+        found.append(NOT_RECORDED)
+    elif law["no_rolling_direction"]:
         found.append(
-            f"newton: rolling resistance of {more['newton']['no_rolling_direction']} contacts, where the spin is lost in the "
-            "rounding of the step's kick and has no direction"
+            f"newton: rolling resistance of {law['no_rolling_direction']} contacts, where the spin is lost in the rounding of "
+            "the step's kick and has no direction"
         )
-    return found
+    return [*found, OTHERS]
 
 
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:

@@ -28,7 +28,7 @@ OF_BRIDGES = (
 
 @dataclass(frozen=True)
 class Plan:
-    """What the scene plans: the last step, steps of the outputs, half-open windows of steps, and tables of the windows."""
+    """What the scene plans: the last step, steps of the outputs, half-open windows of steps, and tables of the windows, whether works are logged."""
 
     moist: bool
     walls: int
@@ -36,6 +36,7 @@ class Plan:
     outputs: Floats
     windows: tuple[tuple[int, int], ...]
     recorded: tuple[str, ...]
+    energy: bool
 
     @property
     def window_steps(self) -> Floats:
@@ -170,7 +171,8 @@ def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
 def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     """Ledger, films, energy at every output; bridges and wall films as many as the ledger says; events; contacts."""
     ids = io.columns(history / "spheres.parquet", ["id"])["id"]
-    rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in ("ledger", "energy")}
+    single = ("ledger", "energy") if planned.energy else ("ledger",)
+    rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in single}
     rows["films"] = _each(history / "films.parquet", planned, len(ids))
     films = io.columns(history / "films.parquet", ["step", "id"])
     _known(history / "films.parquet", films["id"], ids, "sphere")
