@@ -20,6 +20,7 @@ from pywet.files import atomic_write, read_json, write_json
 from pywet.motion import peak_speed, velocity
 from pywet.screening.results import LIQUID_TOLERANCE, coarse_share, column
 from pywet.screening.rundir import Bools, Floats, RunDir, film_thickness
+from pywet.screening.shapes import EngineRun, Replay, Summary
 from pywet.screening.verdict import agreement, objections
 
 TABLES = ("fraction_retained", "liquid_by_holder", "spheres")
@@ -174,7 +175,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
     if bad:
         raise PywetError(f"{run_dir} is not kept: {'; '.join(bad)}")
     run, folder = RunDir(run_dir), data / name
-    summary, replay = run.json("summary.json"), run.json("replay.json")
+    summary, replay = run.json("summary.json", Summary), run.json("replay.json", Replay)
     for table, frame in zip(TABLES, (*(run.table(f"results/{t}") for t in TABLES[:2]), sphere_table(run)), strict=True):
         with atomic_write(folder / f"{table}.csv") as partial:
             frame.to_csv(partial, index=False, float_format=DIGITS)
@@ -192,7 +193,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             "events": summary["events"],
             "contacts": max((r.count for r in rows if r.quantity == "capillary"), default=0),
             "replay": {r.quantity: {"values": r.count, "largest": r.largest, "limit": r.limit} for r in rows},
-            "cpu_s": (run.json("engine/run.json") or {}).get("cpu_s"),
+            "cpu_s": (run.json("engine/run.json", EngineRun) or {}).get("cpu_s"),
             "versions": summary["versions"],
         },
     )
