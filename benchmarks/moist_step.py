@@ -69,7 +69,8 @@ def run(folder: Path, variant: str, start: pd.DataFrame, steps: int) -> float:
     half = float(start[["x", "y"]].abs().to_numpy().max()) + 0.05
     small.prepare(
         folder, [sphere], spheres, pairs, liquid=None if variant == "dry" else WATER, effects=effects,
-        walls=[small.floor(half)], wall_angle_rad=ANGLE, time_step_s=STEP, steps=steps, gravity=(0.0, 0.0, -9.81), box=half + 0.01,
+        walls=[small.floor(half)], wall_angle_rad=ANGLE, time_step_s=STEP, steps=steps, gravity=(0.0, 0.0, -9.81),
+        box=half + 0.01,
         viscous_integration="semi_implicit" if variant == "semi-implicit" else "explicit",
         output=Output.model_validate({"interval_s": steps * STEP, "contact_windows": 0} | ask),
     )  # fmt: skip

@@ -7,7 +7,7 @@ of a batch and on every processor. Polynomials and split constants are those of 
 
 from __future__ import annotations
 
-from math import *  # noqa: F403
+import math
 from typing import Any
 
 import numba
@@ -22,14 +22,24 @@ _ROUND = 6755399441055744.0
 _ROUND_BITS = 0x4338000000000000
 
 
-@intrinsic
-def _fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """a b + c, rounded once."""
+def __getattr__(name: str) -> Any:
+    return getattr(math, name)
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.fma(*arguments)
 
-    return types.float64(types.float64, types.float64, types.float64), code
+def _fused() -> Any:
+    """An intrinsic: a b + c, rounded once."""
+
+    @intrinsic
+    def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.fma(*arguments)
+
+        return types.float64(types.float64, types.float64, types.float64), code
+
+    return fma
+
+
+_fma = _fused()
 
 
 @inline
@@ -93,9 +103,9 @@ def log(x):  # type: ignore[no-untyped-def]
     r = _fma(w, even, z * _fma(w, odd, 6.666666666666735130e-1))
     low = _fma(s, half + r, k * 1.90821492927058770002e-10)
     value = _fma(k, 6.93147180369123816490e-1, f - (half - low))
-    value = value if x < inf else x  # noqa: F405
-    value = value if x != 0.0 else -inf  # noqa: F405
-    return nan if x < 0.0 else value  # noqa: F405
+    value = value if x < math.inf else x
+    value = value if x != 0.0 else -math.inf
+    return math.nan if x < 0.0 else value
 
 
 @inline
@@ -112,5 +122,5 @@ def exp(x):  # type: ignore[no-untyped-def]
     value = 1.0 - ((low - (r * c) / (2.0 - c)) - high)
     value = from_bits(to_bits(value) + (to_bits(shifted) << 52))
     value = value if x > -708.0 else 0.0
-    value = value if x <= 709.782712893384 else inf  # noqa: F405
+    value = value if x <= 709.782712893384 else math.inf
     return value if x == x else x

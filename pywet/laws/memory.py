@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numba
-from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
@@ -54,7 +53,7 @@ def stack(count: int) -> Any:
     @intrinsic
     def numbers(typing: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return cgutils.alloca_once(builder, ir.DoubleType(), size=count)
+            return cgutils.alloca_once(builder, context.get_value_type(types.float64), size=count)
 
         return types.CPointer(types.float64)(), code
 

@@ -262,6 +262,22 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
         shutil.rmtree(run_dir)
 
 
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_end_is_not_collected(ended: Path, tmp_path: Path, damage: str) -> None:
+    """Any raw file that is not what the engine left, or its list: the end is passed over and the file named."""
+    partial, mark = ended / "engine.partial", mark_of(ended)
+    victims = [path for path in (*logs.files(partial), partial / checkpoint.FINISHED) if path.stat().st_size]
+    for path in victims:
+        run_dir = tmp_path / "run"
+        shutil.copytree(partial, run_dir)
+        DAMAGES[damage](run_dir / path.name, path.stat().st_size // 2)
+        account, why = checkpoint.finished(run_dir, mark)
+        assert account is None
+        if path.name != checkpoint.FINISHED:
+            assert why is not None and path.name in why
+        shutil.rmtree(run_dir)
+
+
 def test_strangers_among_the_checkpoints_are_ignored(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
     """Files and folders of other names, and half-written ones, neither help nor hinder, and are not lost."""
     _, newer = points(cut_off[1])
@@ -275,6 +291,8 @@ def test_strangers_among_the_checkpoints_are_ignored(cut_off: tuple[Path, Path],
     assert found is not None and found.step == newer.step
     checkpoint.cut_back(run_dir / "engine.partial", found)
     assert (at / "notes.txt").exists() and (at / "engine.99999999").is_dir()
+    shutil.rmtree(at)
+    assert checkpoint.find(run_dir / "engine.partial", mark_of(run_dir)) == (None, [])
 
 
 def test_goes_on_from_the_older_one_and_says_so(

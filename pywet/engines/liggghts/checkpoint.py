@@ -136,7 +136,7 @@ def _files(folder: Path) -> list[tuple[str, int, Path]]:
     """What there is of checkpoints: name, step, path; half-written ones and strangers are not named."""
     names = [
         (m, path)
-        for path in (folder / FOLDER).iterdir()
+        for path in (folder / FOLDER).glob("*")
         if (m := re.fullmatch(r"(engine|state|sums)\.(\d+)(\.json)?", path.name)) and path.is_file()
     ]
     return [(m[1], int(m[2]), path) for m, path in names]

@@ -103,7 +103,7 @@ class Plugin:
                 continue
             law = registry.get(kind, name)
             law.prepare(angle_pairs(scene))
-            compiled = [batch(law.functions)] if kind in BATCHED else law.functions
+            compiled = in_use(law)
             self._keep.append(compiled)
             for slot, function in zip(slots, compiled, strict=True):
                 self._check(self._library.pywet_set_law(slot.encode(), C.c_void_p(function.address)))
@@ -190,6 +190,11 @@ class Plugin:
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""
         self._library.pywet_finish()
+
+
+def in_use(law: registry.Law) -> tuple[Any, ...]:
+    """What the plugin is given of a law: objects with an `address` for each slot of its kind."""
+    return (batch(law.functions),) if law.kind in BATCHED else law.functions
 
 
 def angle_pairs(scene: Scene) -> set[tuple[float, float]]:

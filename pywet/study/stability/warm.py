@@ -9,5 +9,5 @@ from pywet.laws import registry
 READY = [worker.__name__]
 for _effects in (small.PAPER,):
     for _kind in plugin_api.SLOTS:
-        for _function in registry.get(_kind, str(getattr(_effects, _kind))).functions:
+        for _function in plugin_api.in_use(registry.get(_kind, str(getattr(_effects, _kind)))):
             READY.append(f"{_kind} {_function.address}")
