@@ -28,7 +28,7 @@ OF_BRIDGES = (
 
 @dataclass(frozen=True)
 class Plan:
-    """What the scene plans: the last step, steps of the outputs, half-open windows of steps, and tables of the windows, whether works are logged."""
+    """What the scene plans: number of walls, last step, steps of the outputs, half-open windows of steps and their tables."""
 
     moist: bool
     walls: int
@@ -37,6 +37,7 @@ class Plan:
     windows: tuple[tuple[int, int], ...]
     recorded: tuple[str, ...]
     energy: bool
+    """Whether works are logged."""
 
     @property
     def window_steps(self) -> Floats:
@@ -57,7 +58,8 @@ def plan(folder: Path) -> Plan:
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     every = max(1, round(out["interval_s"] / step))
-    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, np.arange(0, steps + 1, every), windows, recorded)
+    outputs, energy = np.arange(0, steps + 1, every), bool(effects.get("energy", True))
+    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy)
 
 
 def _engine(folder: Path) -> str:
