@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from llvmlite import binding
+from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core import caching
 
 from pywet import caches
 
+__all__ = ["njit", "numba"]
 COMPILED = ("laws", "young_laplace", "collisions")
 """Rooms of the package whose functions are compiled."""
 _SUM = hashlib.sha256().digest_size
@@ -62,7 +63,8 @@ def _checked(content: bytes) -> Any:
 
 
 _NAME = f"machine-code-{key()}"
-_GIVEN = numba.config.CACHE_DIR  # the user's $NUMBA_CACHE_DIR
-numba.config.CACHE_DIR = str(Path(_GIVEN) / _NAME if _GIVEN else caches.folder(_NAME))
-caching.IndexDataCacheFile = CheckedFiles
+_settings: Any = numba.config
+_GIVEN = _settings.CACHE_DIR  # the user's $NUMBA_CACHE_DIR
+_settings.CACHE_DIR = str(Path(_GIVEN) / _NAME if _GIVEN else caches.folder(_NAME))
+caching.IndexDataCacheFile = CheckedFiles  # type: ignore[misc]
 njit = numba.njit

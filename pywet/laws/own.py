@@ -90,7 +90,7 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     answer = caches.folder("tried") / f"{word}.json"
     if not answer.exists():
         command = [sys.executable, "-P", "-m", "pywet.laws.own", kind, name, str(answer)]
-        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        silent: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         try:
             done = subprocess.run(command, input=source, timeout=TRIAL_S, check=False, **silent)
         except subprocess.TimeoutExpired as error:
