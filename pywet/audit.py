@@ -111,6 +111,8 @@ def _judge(
 def write(run_dir: Path) -> list[AuditRow] | None:
     """Write audit.json; None (and no file) where there is no plan or nothing was measured."""
     folder = Path(run_dir)
+    if not folder.is_dir():
+        return None
     (folder / FILE).unlink(missing_ok=True)
     plan, measured = (
         read_if_there(folder / name, f"run `pywet replay {folder}` again", shape)
