@@ -14,7 +14,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="reference_impl",
         description="independent replay of moist runs",
-        epilog="exit status: 0 agrees, 1 beyond a tolerance, 2 a history cannot be read",
+        epilog="exit status: 0 agrees, 1 beyond a tolerance, 2 a run is not whole or cannot be read",
     )
     parser.add_argument("run_dirs", type=Path, nargs="+", metavar="RUN_DIR")
     parser.add_argument("--json", action="store_true", help="print JSON (of several runs a list) in place of the table")
