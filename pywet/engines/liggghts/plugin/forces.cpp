@@ -98,6 +98,7 @@ void Bridges::enter(const Bridge &b, const Line *prepared) {
   const Geometry &g = t.geometry[k];
   t.bridge[k] = &b;
   t.prepared[k] = reinterpret_cast<int64_t>(prepared);
+  for (int line = 0; line < laws.lines; line++) __builtin_prefetch(prepared + line);
   t.row[SEPARATION][k] = g.separation;
   t.row[VOLUME][k] = b.volume;
   t.row[RADIUS_I][k] = g.radius_i;
