@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+import resource
+import signal
 import subprocess
 import sys
 import types
@@ -20,8 +22,8 @@ from pywet import caches
 from pywet.errors import PywetError
 from pywet.files import one_line, read_json, read_text, write_json
 
-TRIAL_S = 120.0
-"""Longest that a file and its law on the probe grid may take, compilation included [s]."""
+TRIAL_S = 60
+"""Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
 CURE = "mend the law's name, path/to/file.py:function"
 
 
@@ -89,16 +91,16 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     word = hashlib.sha256(f"{_mark(path, source).name} {kind} {name}".encode(errors="surrogateescape")).hexdigest()
     answer = caches.folder("tried") / f"{word}.json"
     if not answer.exists():
-        command = [sys.executable, "-P", "-m", "pywet.laws.own", kind, name, str(answer)]
+        command = [sys.executable, "-P", "-m", "pywet.laws.own", kind, name, str(answer), str(TRIAL_S)]
         silent: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         try:
-            done = subprocess.run(command, input=source, timeout=TRIAL_S, check=False, **silent)
-        except subprocess.TimeoutExpired as error:
-            raise PywetError(
-                f"law {name} does not come to an end within {TRIAL_S:g} s on the probe grid; mend {path}"
-            ) from error
+            code = subprocess.run(command, input=source, timeout=10 * TRIAL_S, check=False, **silent).returncode
+        except subprocess.TimeoutExpired:
+            code = -signal.SIGXCPU
+        if code == -signal.SIGXCPU:
+            raise PywetError(f"law {name} does not come to an end within {TRIAL_S} s on the probe grid; mend {path}")
         if not answer.exists():
-            raise PywetError(f"law {name} ends the program (exit code {done.returncode}); mend {path}")
+            raise PywetError(f"law {name} ends the program (exit code {code}); mend {path}")
     refused = read_json(answer, "remove the file")
     if refused:
         answer.unlink(missing_ok=True)
@@ -106,10 +108,11 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
 
 
 def main() -> None:
-    """`python -m pywet.laws.own KIND NAME ANSWER < TEXT`: the trial; writes the sentence that refuses the law, or none."""
+    """`python -m pywet.laws.own KIND NAME ANSWER LIMIT < TEXT`: the trial; writes why the law is refused, or an empty text."""
     from pywet.laws import registry
 
-    kind, name, answer = sys.argv[1:]
+    kind, name, answer, limit = sys.argv[1:]
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     refused = ""
     try:
         registry.checked(kind, name, execute(name, sys.stdin.buffer.read()))

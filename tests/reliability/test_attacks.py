@@ -205,6 +205,7 @@ def law(speed, viscosity, surface_tension):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        ("import time\ntime.sleep(1e6)", "does not come to an end within"),
         ("while True: pass", "does not come to an end within"),
         (LOOP, "does not come to an end within"),
         ("import os\nos._exit(0)", r"ends the program \(exit code 0\)"),
@@ -218,8 +219,8 @@ def law(speed, viscosity, surface_tension):
 def test_a_law_that_does_not_end_or_ends_the_program_is_one_sentence(
     text: str, says: str, tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if "while" in text:
-        monkeypatch.setattr(own, "TRIAL_S", 8.0)
+    if "while" in text or "sleep" in text:
+        monkeypatch.setattr(own, "TRIAL_S", 4 if "while" in text else 1)
     path = tmp_path / "law.py"
     path.write_text(text)
     own.trust([f"{path}:law"])
