@@ -58,7 +58,7 @@ def plan(folder: Path) -> Plan:
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     every = max(1, round(out["interval_s"] / step))
-    outputs, energy = np.arange(0, steps + 1, every), bool(effects.get("energy", True))
+    outputs, energy = np.arange(0, steps + 1, every), bool(out.get("energy", True))
     return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy)
 
 

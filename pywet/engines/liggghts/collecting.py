@@ -46,7 +46,7 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     if not scene.effects.bridges:
         return spheres, None
     tables.convert(folder, made / "history")
-    for name in ("ledger", "energy", "films"):
+    for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
         planned(read_table(made / "history" / f"{name}.parquet")["step"], scene, f"the log {name}")
     return spheres, ledger_error(made)
 
