@@ -66,13 +66,16 @@ def batch(functions: tuple[ForceLaw, ...]) -> Batch:
     digest = hashlib.sha256(Path(batch_math.__file__).read_bytes() + Path(memory.__file__ or "").read_bytes())
     try:
         found = [_inlined(f.prepared.evaluate if f.prepared else f.python, digest) for f in functions]
-        return Batch(_compiled(functions, found, digest.hexdigest()), True)
+        try:
+            return Batch(_compiled(functions, found, digest.hexdigest()), True)
+        except Exception:  # code that numba cannot keep, such as that of a law that raises
+            return Batch(_compiled(functions, found, digest.hexdigest(), keep=False), True)
     except Exception:  # whatever it is: by itself the law compiles, or is refused with a sentence
         return Batch(_compiled(functions, [f.compiled for f in functions], ""), False)
 
 
-def _compiled(functions: tuple[ForceLaw, ...], laws: list[Any], key: str) -> Any:
-    """`key` names the code of the laws in numba's cache; empty: not kept there."""
+def _compiled(functions: tuple[ForceLaw, ...], laws: list[Any], key: str, keep: bool = True) -> Any:
+    """`key` names the code of the laws in numba's cache; empty: they are called, and not kept there."""
     lines = []
     for m, function in enumerate(functions):
         given = [f"rows[{BATCH * ROWS.index(name)} + k]" if name in ROWS else name for name in function.arguments]
@@ -84,7 +87,7 @@ def _compiled(functions: tuple[ForceLaw, ...], laws: list[Any], key: str) -> Any
         **{f"law{m}": law for m, law in enumerate(laws)},
     }
     exec(compile(TEXT.format(body="\n".join(lines), count=BATCH * len(functions)), __file__, "exec"), space)
-    return numba.cfunc(SIGNATURE, cache=bool(key), error_model="numpy")(space["make"](key))
+    return numba.cfunc(SIGNATURE, cache=bool(key) and keep, error_model="numpy")(space["make"](key))
 
 
 def _inlined(function: Callable[..., float], digest: Any) -> Any:
