@@ -5,7 +5,6 @@ Reads files only; nothing here is physics but the masses, the dashpots and how w
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path

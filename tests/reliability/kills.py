@@ -10,7 +10,7 @@ import pandas as pd
 from pywet.history import tables
 from tests.engine import beds
 
-EXACT = False
+EXACT = True
 """Whether a run that goes on from a checkpoint is the unbroken one bit for bit."""
 LOOKS = ("step", "kind", "partner_kind", "i", "j", "id", "type", "mesh")
 
