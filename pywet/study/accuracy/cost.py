@@ -32,7 +32,7 @@ from pywet.study.accuracy import runs, sieve
 from pywet.study.accuracy.knobs import Setting
 from pywet.study.accuracy.sieve import Size
 
-VERSION = 1
+VERSION = 2
 """Part of the cache's key; to be raised with any change of the formula or of CALIBRATION."""
 SKIN = 0.4
 """Skin of the neighbour list over the smallest radius, see `pywet.engines.liggghts.deck.skin`."""
