@@ -20,7 +20,7 @@ from pywet.scene import Output, Scene, Vibration
 from reference_impl.replay import replay
 from tests.engine import beds
 from tests.engine.scenes import WATER, contacts, spheres_of
-from tests.engine.test_restart import killed
+from tests.engine.test_restart import killed, same_bits
 
 pytestmark = pytest.mark.engine
 RADIUS, STEP, OVERLAP = 2.5e-3, 1e-5, 2e-5
@@ -228,10 +228,10 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
     shutil.copytree(
         tmp_path / "whole", tmp_path / "killed", ignore=shutil.ignore_patterns("engine", "trajectory.parquet")
     )
-    killed(tmp_path / "killed", 0.0, after="3000")  # the bed lies on the screen
+    killed(tmp_path / "killed", after=3000)  # the bed lies on the screen
     info = driver.run(tmp_path / "killed", progress=False)
     assert info.resumed_at_step is not None and 3000 <= info.resumed_at_step < 8000
-    same(tmp_path / "whole", tmp_path / "killed")
+    same_bits(tmp_path / "whole", tmp_path / "killed")
 
 
 def test_a_centre_inside_a_wire_stops_the_run(tmp_path: Path) -> None:
