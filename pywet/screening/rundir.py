@@ -84,7 +84,10 @@ class RunDir:
     @cached_property
     def mesh_motion(self) -> pd.DataFrame:
         """Translation of each mesh at the output steps: step, mesh, dx, dy, dz [m]."""
-        return self.table("mesh_motion")
+        table = self.table("mesh_motion")
+        if table.duplicated(["step", "mesh"]).any():
+            raise PywetError(f"{self.path}: mesh_motion.parquet holds a step of a mesh twice; run the case again")
+        return table
 
     @cached_property
     def bridges(self) -> pd.DataFrame:

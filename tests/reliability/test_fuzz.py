@@ -215,10 +215,13 @@ def table(bench: Bench, given: tuple[float, float, float, str, Any]) -> None:
     frame = pd.read_parquet(path)
     name = frame.columns[int(column * len(frame.columns))]
     keep = int(row * len(frame))
-    if how == "value":
-        frame[name] = [new] * len(frame)
-    elif how == "one" and len(frame):
-        frame[name] = [new if k == keep else v for k, v in enumerate(frame[name])]
+    try:
+        if how == "value":
+            frame[name] = [new] * len(frame)
+        elif how == "one" and len(frame):
+            frame[name] = [new if k == keep else v for k, v in enumerate(frame[name])]
+    except UnicodeEncodeError:  # nor does pandas hold half a surrogate pair
+        return
     frame = {"drop": frame.drop(columns=name), "rows": frame.iloc[:keep], "twice": pd.concat([frame, frame]),
              "empty": frame.iloc[:0]}.get(how, frame)  # fmt: skip
     try:
