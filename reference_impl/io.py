@@ -86,6 +86,22 @@ def _table(path: Path, name: str) -> pd.DataFrame:
         raise ReplayError(f"{path} is not a readable Parquet table; expected the history of a moist run: "
                           "run the case again") from error  # fmt: skip
     _complete(path, table, NEEDED[name])
+    return _numbers(path, table)
+
+
+TEXT = ("mesh", "holder")
+"""Columns that are no numbers."""
+MAY_BE_INFINITE = ("half_width",)
+
+
+def _numbers(path: Path, table: pd.DataFrame) -> pd.DataFrame:
+    """The table, refused where a column holds anything but finite numbers."""
+    for name in [column for column in table if column not in TEXT]:
+        values = table[name]
+        if values.dtype.kind not in "iuf" or (name not in MAY_BE_INFINITE and not np.isfinite(values).all()):
+            raise ReplayError(
+                f"{path}: column {name} holds what is no number; expected what the engine wrote: run the case again"
+            )
     return table
 
 
@@ -104,7 +120,7 @@ def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
     try:
         there = parquet.read_schema(path).names
         _complete(path, there, names)
-        return pd.read_parquet(path, columns=list(names))
+        return _numbers(path, pd.read_parquet(path, columns=list(names)))
     except (OSError, ArrowException) as error:
         raise ReplayError(f"{path} is not a readable Parquet table; expected one of a finished run: "
                           "run the case again") from error  # fmt: skip

@@ -77,7 +77,7 @@ def test_replay_says_by_its_status_what_it_found(runner: CliRunner, tmp_path: Pa
     (tmp_path / "case02" / "history" / "meta.json").write_text("{")
     result = runner.invoke(app, ["replay", str(tmp_path / "case02")])
     assert (result.exit_code, result.stdout) == (2, "")
-    assert len(result.stderr.strip().splitlines()) == 1 and "spheres.parquet is missing" in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1 and "scene.json is missing" in result.stderr
     result = runner.invoke(app, ["replay", str(dry), str(tmp_path / "case02"), str(tmp_path / "none")])
     assert result.exit_code == 2
     assert [line.split()[1] for line in result.stdout.strip().splitlines()] == ["dry", "unreadable", "unreadable"]

@@ -73,7 +73,7 @@ def screening(seed: int, folder: Path) -> Numbers:
     spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
     spheres["id"] = np.arange(1, len(spheres) + 1)
     classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)
-    output = scene.output.model_copy(update={"checkpoints": 0})
+    output = scene.output.model_copy(update={"checkpoints": 0, "energy": True})
     scene = scene.model_copy(update={"classes": classes, "duration_s": SHORTEST_S, "output": output})
     write_table(spheres, folder / scene.spheres_file)
     write_table(sphere_table(scene, spheres), folder / "history" / "spheres.parquet")

@@ -178,7 +178,7 @@ def main(
     todo = [j for j in jobs if not j.done]
     print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are kept; the others take {sum(j.disk_B for j in todo) / 1e9:.1f} GB "
           f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB", flush=True)  # fmt: skip
-    command = [sys.executable, "-m", "pywet.cli", "run", "--scale", scale, "--config", str(config_dir)]
+    command = [sys.executable, "-P", "-m", "pywet.cli", "run", "--scale", scale, "--config", str(config_dir)]
     about = {"variant": variant, "scale": scale, "commit": _commit()}
     failed = Campaign(jobs, data, command, about, cores).run()
     for job in failed:

@@ -187,6 +187,7 @@ TABLES: dict[str, dict[str, str]] = {
 """Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
 
 MAY_BE_EMPTY = {
+    "history/energy",
     "history/events",
     "history/contacts",
     "history/bridges",

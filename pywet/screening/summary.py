@@ -8,7 +8,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from pywet.files import write_json
+from pywet.errors import PywetError
+from pywet.files import AGAIN, write_json
 from pywet.screening import results
 from pywet.screening.rundir import RunDir
 from pywet.screening.shapes import EngineRun, Replay
@@ -98,6 +99,8 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     scene, table = run.scene, run.trajectory
     if run.moist and scene.output.energy:
         rows = run.table("history/energy").sort_values("step")
+        if rows.empty:
+            raise PywetError(f"{run.path}: history/energy.parquet holds no row; expected one at each output: {AGAIN}")
         first, last = rows.iloc[0], rows.iloc[-1]
         found: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
         works = sum(float(last[name]) for name in WORKS)

@@ -93,7 +93,7 @@ def changed(path: str, value: Any) -> dict[str, Any]:
     ("path", "value", "said"),
     [
         ("angle_deg", 90, "angle_deg is 90, expected less than 90"),
-        ("normal_velocity_m_per_s", 0, "normal_velocity_m_per_s is 0, expected greater than 0"),
+        ("normal_velocity_m_per_s", 0, "normal_velocity_m_per_s is 0, expected greater than or equal to"),
         ("particle.restitution", 1.1, "particle.restitution is 1.1, expected less than or equal to 1"),
         ("particle.radius", 1e-3, "key particle.radius is not known, expected radius_m"),
         ("liquid.half_filling_angle_deg", 0, "liquid.half_filling_angle_deg is 0, expected greater than 0"),

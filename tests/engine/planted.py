@@ -111,6 +111,8 @@ PATCHES: list[tuple[str, str, str]] = [
      'store((-(g.radius_i + (planted("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
     ("forces.cpp", "accumulate(at_.f[b.a], force);", 'accumulate(at_.f[b.a], (planted("half of it acts") ? 0.5 : 1.0) * force);'),
     ("forces.cpp", "g.xj = c.point;", 'g.xj = c.point + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
+    ("formation.cpp", "const double reach = radii + thickness_[i] + thickness_[j];",
+     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (thickness_[i] + thickness_[j]);'),
     ("formation.cpp", "const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];",
      "const double touch = pair.radii + (planted(\"films twice as thick\") ? 2 : 1) * (thickness_[pair.i] + thickness_[pair.j])\n"
      '        - (planted("formation on touch") ? thickness_[pair.i] + thickness_[pair.j] : 0.0);'),

@@ -173,6 +173,7 @@ def test_a_law_that_cannot_be_meant_is_refused(tmp_path: Path, kind: str, name: 
     """A force that repels or drives, a bridge that breaks at once, more liquid than there is: one sentence with the point."""
     path = tmp_path / "senseless.py"
     path.write_text(SENSELESS)
+    files.trust([f"{path}:{name}"])
     with pytest.raises(PywetError, match=says) as refusal:
         registry.get(kind, f"{path}:{name}")
     assert "senseless.py" in str(refusal.value) and "\n" not in str(refusal.value)

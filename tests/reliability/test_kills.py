@@ -226,7 +226,10 @@ def points(run_dir: Path) -> tuple[checkpoint.Checkpoint, checkpoint.Checkpoint]
     folder, mark = run_dir / "engine.partial", mark_of(run_dir)
     newer, passed = checkpoint.find(folder, mark)
     assert newer is not None and not [p for p in passed if "without check sums" not in p]
-    older, _ = checkpoint.find(folder, mark, [s for s in range(newer.step, newer.step + 10**5)])
+    sums = newer.engine.with_name(f"sums.{newer.step}.json")
+    hidden = sums.rename(sums.with_name("hidden"))
+    older, _ = checkpoint.find(folder, mark)
+    hidden.rename(sums)
     assert older is not None and older.step < newer.step
     return older, newer
 
@@ -304,9 +307,8 @@ def test_goes_on_from_the_older_one_and_says_so(
     run_dir = tmp_path / "run"
     shutil.copytree(killed_, run_dir)
     flip(run_dir / newer.engine.relative_to(killed_), newer.engine.stat().st_size // 2)
-    stops = driver.deck.boundaries(Scene.read(run_dir / "scene.json"))
     at = driver.run(run_dir, progress=False).resumed_at_step
-    assert at == (None if older.step in stops else older.step)
+    assert at == older.step
     said = [line for line in capsys.readouterr().out.splitlines() if "passed over" in line]
     assert len(said) == 1 and f"step {newer.step} (checkpoint/engine.{newer.step} was changed)" in said[0]
     assert_same(tables_of(whole), tables_of(run_dir), resumed_at=at)
@@ -343,8 +345,7 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     driver.write_json(sums, given)
     with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
         driver.run(run_dir, progress=False)
-    stops = driver.deck.boundaries(Scene.read(run_dir / "scene.json"))
-    assert driver.run(run_dir, progress=False).resumed_at_step == (None if older.step in stops else older.step)
+    assert driver.run(run_dir, progress=False).resumed_at_step == older.step
 
 
 def test_logs_are_bounded(tmp_path: Path) -> None:
