@@ -125,8 +125,12 @@ def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
     )
     assert motion[1][columns].to_numpy() == pytest.approx(motion[0][columns].to_numpy(), abs=1e-4)
     height = [t.groupby("step")["z"].mean().to_numpy() for t in (one, two)]
-    # mean height of 335 spheres that fell by some 30 mm; chance moves it by some tenths of a millimetre
-    assert height[1] == pytest.approx(height[0], abs=1e-3)
+    # mean height of 335 spheres. Starts moved by 1e-9 m scatter it by 0.5 mm (standard deviation) once spheres have met, in each
+    # engine: five of their difference's 0.7 mm; before, the engines' wires and contacts alone tell them apart
+    falling = height[0] > 0.05
+    assert falling.sum() >= 3
+    assert height[1][falling] == pytest.approx(height[0][falling], abs=3e-4)
+    assert height[1] == pytest.approx(height[0], abs=3.5e-3)
     info = json.loads((tmp_path / "yade" / "engine" / "run.json").read_text())
     assert info["engine"] == "YADE" and info["engine_version"].startswith(driver.MAJOR_VERSION) and info["wall_s"] > 0
     assert not (tmp_path / "yade" / "engine.partial").exists()
