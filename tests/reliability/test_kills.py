@@ -5,6 +5,7 @@ A call that is made again ends with the tables of a run that was left alone, wit
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import shutil
@@ -345,6 +346,20 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step
+
+
+def test_a_restart_file_that_the_stock_program_would_read_for_ever(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
+    """On a full disk it writes an empty one, reads it back and never ends: it is ended."""
+    newer, run_dir = points(cut_off[1])[1], tmp_path / "run"
+    shutil.copytree(cut_off[1], run_dir)
+    last = run_dir / "engine.partial" / checkpoint.FOLDER / f"engine.{10**9}.partial"
+    for content, age, ends in ((b"", 60.0, True), (newer.engine.read_bytes(), 60.0, False), (b"", 0.0, False)):
+        last.write_bytes(content)
+        os.utime(last, (time.time() - age,) * 2)
+        scene = Scene.read(run_dir / "scene.json")
+        recorder = checkpoint.Recorder(run_dir / "engine.partial", scene, False, 16, newer)
+        with pytest.raises(PywetError, match="was cut off; expected the") if ends else contextlib.nullcontext():
+            recorder.watch()
 
 
 def test_logs_are_bounded(tmp_path: Path) -> None:

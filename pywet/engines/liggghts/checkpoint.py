@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,8 @@ FINISHED = "finished.json"
 LOG = "log.liggghts"
 KEPT = 2
 """Checkpoints that are kept."""
+WRITTEN_S = 10.0
+"""Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
     for pattern in ("laws/*.py", "young_laplace/*.py", "history/*.py", "engines/liggghts/*.py", "motion.py")
@@ -161,6 +164,8 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
     for _, step, path in _files(folder):
         if step > point.step:
             path.unlink()
+    for path in (folder / FOLDER).glob("*.partial"):
+        path.unlink()
     (folder / FINISHED).unlink(missing_ok=True)
     log = folder / LOG
     if log.exists():
@@ -234,11 +239,15 @@ class Recorder:
         )
 
     def _name_stock(self) -> None:
-        """The stock program's restart file is whole when the engine has gone on since."""
+        """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
         reached = last_step(self.folder / LOG)
         for path in (self.folder / FOLDER).glob("engine.*.partial"):
-            if path.name.split(".")[1].isdigit() and int(path.name.split(".")[1]) < reached:
+            if not path.name.split(".")[1].isdigit():
+                continue
+            if int(path.name.split(".")[1]) < reached:
                 path.rename(path.with_suffix(""))
+            elif time.time() - path.stat().st_mtime > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
+                raise self._not_whole(f"{path} was cut off")
 
     def _prune(self) -> None:
         files = _files(self.folder)

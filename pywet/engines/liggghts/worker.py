@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet.engines.liggghts.checkpoint import holds
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME, die_with_parent
 from pywet.errors import PywetError
@@ -66,7 +67,7 @@ def run(run_dir: Path, folder: Path) -> None:
                 begin(deck, state)
             case ["write_restart", path]:
                 library.lammps_command(engine, line.encode())
-                state = saved(Path(path))
+                state = saved(Path(path), len(spheres))
             case _:
                 library.lammps_command(engine, line.encode())
     if plugin_rank() == 0:
@@ -75,9 +76,11 @@ def run(run_dir: Path, folder: Path) -> None:
     plugin.finish()
 
 
-def saved(engine: Path) -> Path:
+def saved(engine: Path, spheres: int) -> Path:
     """Give both files of a checkpoint their names, now that both are whole; returns that of the plugin's state."""
     state = engine.with_name(engine.name.replace("engine", "state"))
+    if plugin_rank() == 0 and not holds(engine.read_bytes(), spheres):  # the engine would read on and on
+        raise PywetError(f"the checkpoint {engine} could not be written; is the disk full?")
     for path in (engine, state) if plugin_rank() == 0 else ():
         with open(path, "rb") as file:
             os.fsync(file.fileno())
