@@ -246,6 +246,10 @@ class Scene(Strict):
         want = {(a, b) for a in types for b in [0, *types] if b == 0 or a <= b}
         if want - have:
             raise ValueError(f"scene {self.name}: no contact data for the pairs {sorted(want - have)} (0 is a wall)")
+        if have - want:
+            raise ValueError(
+                f"scene {self.name}: contact data for {sorted(have - want)}, which are no pairs of its types"
+            )
         if self.effects.bridges and self.liquid is None:
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
         if not self.effects.gravity and any(self.gravity_m_per_s2):

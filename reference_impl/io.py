@@ -121,7 +121,14 @@ def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
         there = parquet.read_schema(path).names
         _complete(path, there, names)
         return _numbers(path, pd.read_parquet(path, columns=list(names)))
-    except (OSError, ArrowException) as error:
+    except (
+        OSError,
+        ArrowException,
+        ValueError,
+        KeyError,
+        TypeError,
+        OverflowError,
+    ) as error:  # pandas' words for damage
         raise ReplayError(f"{path} is not a readable Parquet table; expected one of a finished run: "
                           "run the case again") from error  # fmt: skip
 
