@@ -165,11 +165,12 @@ def test_dimensions_that_do_not_go_together_are_refused(change: dict[str, object
 @example(sides=12, pitches=4, aperture_mm=8.0, share=0.25)
 @example(sides=4, pitches=10, aperture_mm=8.0, share=0.25)
 @example(sides=8, pitches=14, aperture_mm=5.6, share=0.2857142857142857)
+@example(sides=4, pitches=3, aperture_mm=8.0, share=0.5)
 def test_no_two_wires_share_a_node(sides: int, pitches: int, aperture_mm: float, share: float) -> None:
     """The engine would take two wires that share a node for one body; square sieves of whole apertures have none."""
     aperture, diameter = 1e-3 * aperture_mm, 1e-3 * aperture_mm * share
     half = 0.5 * pitches * (aperture + diameter)
-    reach = half + 0.002
+    reach = half + 0.6 * diameter  # not the radius: the ends would lie in the faces of the last wires across
     wall = reach * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
     wires = build_wires(aperture, diameter, sides, half, wall)
     assert wires.components()[0] == len(wires.part_half_width) == 2 * (pitches + 1)

@@ -42,6 +42,8 @@ def damage(folder: Path, sums: Sums, appended: bool = False) -> str | None:
     """The first file that is not what it was when the sums were taken, as a phrase; logs may have been `appended` to since."""
     for name, (size, sum_then) in sums.items():
         path = folder / name
+        if appended and size == 0:
+            continue  # nothing of it is needed
         if not path.is_file():
             return f"{name} is missing"
         if path.stat().st_size < size or (not appended and path.stat().st_size > size):
