@@ -89,8 +89,8 @@ class ContactPair(Strict):
 
     a: Annotated[int, Field(ge=1)]
     b: Annotated[int, Field(ge=0)]
-    normal_stiffness_N_per_m: Positive
-    tangential_stiffness_N_per_m: Positive
+    normal_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
+    tangential_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
     friction: NonNegative
     rolling_friction_m: NonNegative
     restitution: Annotated[float, Field(gt=0, le=1)]
