@@ -151,10 +151,9 @@ class Rotation(Strict):
     period_s: Positive
 
 
-class Effects(Strict):
-    """Which effects are simulated (the outcome of the effect plan), and by which laws."""
+class Laws(Strict):
+    """A law for each kind, by its name or as path/to/file.py:function."""
 
-    bridges: bool
     capillary: LawName | None = None
     viscous_normal: LawName | None = None
     viscous_tangential: LawName | None = None
@@ -162,6 +161,12 @@ class Effects(Strict):
     dynamic_rupture: LawName | None = None
     formation: LawName | None = None
     transfer: LawName | None = None
+
+
+class Effects(Laws):
+    """Which effects are simulated (the outcome of the effect plan), and by which laws."""
+
+    bridges: bool
     wall_films: bool = True
     """Bridges between spheres and walls; off: the liquid never meets a wall."""
     rolling: bool = True

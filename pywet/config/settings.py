@@ -8,24 +8,17 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
-from pywet.scene import LawName, Strict, Word
+from pywet.scene import Laws, Strict, Word
 
 FILE = "config.yaml"
 Switch = Literal["auto", True, False]
 """YAML reads on and off as true and false."""
 
 
-class LawSettings(Strict):
+class LawSettings(Laws):
     """Force laws: a preset, and laws named for single effects instead of the preset's."""
 
     preset: Literal["paper", "exact"] = "paper"
-    capillary: LawName | None = None
-    viscous_normal: LawName | None = None
-    viscous_tangential: LawName | None = None
-    rupture: LawName | None = None
-    dynamic_rupture: LawName | None = None
-    formation: LawName | None = None
-    transfer: LawName | None = None
 
 
 class EffectSettings(Strict):

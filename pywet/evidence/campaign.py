@@ -17,7 +17,6 @@ from typing import Annotated
 import typer
 
 from pywet import config as settings
-from pywet import stages
 from pywet.config import Config
 from pywet.engines.liggghts.checkpoint import LOG, last_step
 from pywet.engines.liggghts.process import die_with_parent
@@ -60,9 +59,9 @@ class Job:
     @property
     def step(self) -> int:
         """Last step that the engine has shown."""
-        if self.done or stages.results_made(self.folder):
-            return self.steps
-        return last_step(self.folder / "engine.partial" / LOG)
+        if (self.folder / "engine.partial").exists():
+            return last_step(self.folder / "engine.partial" / LOG)
+        return self.steps if (self.folder / "engine").exists() else 0
 
 
 @dataclass
@@ -97,10 +96,7 @@ class Campaign:
     def _start(self, job: Job) -> Job:
         job.folder.mkdir(parents=True, exist_ok=True)
         job.begun = time.monotonic(), job.step
-        if not stages.results_made(job.folder):
-            command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
-        else:
-            command = [sys.executable, "-c", ""]
+        command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
         with open(job.folder / "campaign.log", "ab") as log:
             job.process = subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)
         return job

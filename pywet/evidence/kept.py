@@ -179,7 +179,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
     for table, frame in zip(TABLES, (*(run.table(f"results/{t}") for t in TABLES[:2]), sphere_table(run)), strict=True):
         with atomic_write(folder / f"{table}.csv") as partial:
             frame.to_csv(partial, index=False, float_format=DIGITS)
-    rows = agreement(replay) if replay else []
+    rows, engine = agreement(replay) if replay else [], run.json("engine/run.json", EngineRun) or {}
     write_json(
         folder / "run.json",
         {
@@ -193,7 +193,8 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             "events": summary["events"],
             "contacts": max((r.count for r in rows if r.quantity == "capillary"), default=0),
             "replay": {r.quantity: {"values": r.count, "largest": r.largest, "limit": r.limit} for r in rows},
-            "cpu_s": (run.json("engine/run.json", EngineRun) or {}).get("cpu_s"),
+            "cpu_s": engine.get("cpu_s"),
+            "resumed_at_step": engine.get("resumed_at_step"),
             "versions": summary["versions"],
         },
     )

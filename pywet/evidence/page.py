@@ -79,6 +79,8 @@ def _row(k: Kept) -> str:
     replay = about["replay"]
     agreed = f"{len(replay)} quantities agree" if replay else "nothing to replay"
     hours = "–" if about["cpu_s"] is None else f"{about['cpu_s'] / 3600:.2f}"
+    if about["resumed_at_step"] is not None:  # what was spent before a kill is not known
+        hours = f"> {hours}"
     chosen = f"{about['scale']}, dt {about['time_step_s']:.3g} s"
     counts = f"{events} | {about['contacts']:,} | {ledger}"
     return f"| {k.folder.name} | {chosen} | {hours} | {counts} | {agreed} | {fractions} | {liquid} |"

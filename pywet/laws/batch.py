@@ -17,11 +17,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numba
 from numba.core.dispatcher import Dispatcher
 
 from pywet.laws import batch_math, memory
 from pywet.laws.force_law import ForceLaw
+from pywet.machine_code import numba
 
 BATCH = 64
 """Most bridges in a batch; `laws.h` of the plugin says the same."""
