@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pywet import small
-from pywet.engines.liggghts import build, collecting, driver
+from pywet.engines.liggghts import build, checkpoint, collecting, driver
 from pywet.errors import PywetError
 from tests.engine.scenes import WATER, contacts, spheres_of
 
@@ -200,3 +200,13 @@ def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(shutil, "which", lambda name: None if name == "mpirun" else f"/usr/bin/{name}")
     with pytest.raises(PywetError, match="2 ranks were asked for but there is no mpirun; expected openmpi-bin"):
         driver.run(tmp_path, ranks=2)
+
+
+def test_progress_is_what_the_engine_has_said_last(tmp_path: Path) -> None:
+    """The setting up after a checkpoint is 10 kB of messages, and the engine's own log lags behind what it prints."""
+    assert checkpoint.last_step(tmp_path) == 0
+    head = "    Step    Atoms         KinEng            CPU\n"
+    rows = head + "       0     4211              0              0\n  294922     4211   0.025    42.1\n"
+    (tmp_path / "output.log").write_text(rows + 100 * ("fix move_wires all move/mesh " + 70 * "x" + "\n"))
+    (tmp_path / "log.liggghts").write_text(head)
+    assert checkpoint.last_step(tmp_path) == 294922

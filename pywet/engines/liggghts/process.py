@@ -15,18 +15,16 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pywet.engines.liggghts.checkpoint import LOG, last_step
+from pywet.engines.liggghts.checkpoint import LOG, OUTPUT, last_step
 from pywet.errors import PywetError
 from pywet.scene import Scene
 
 Report = Callable[[int, int], None]
 LOOP_TIME = "loop_cpu_s.txt"
 """File in which a moist run's first rank leaves the processor time of its steps [s]."""
-LOGS = ("output.log", LOG)
+LOGS = (OUTPUT, LOG)
 LARGEST_LOG = 50_000_000
 """Bytes at which a log shows an engine that writes without end: a run of any length writes some hundred lines."""
-OUTPUT = "output.log"
-"""All that the engine's process printed."""
 DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of prctl(2)."""
 
@@ -125,7 +123,7 @@ def execute(
             while child.poll() is None:
                 time.sleep(0.1)
                 peak = peak_memory(child.pid) or peak
-                report(last_step(folder / LOG), scene.steps)
+                report(last_step(folder), scene.steps)
                 _refuse_flood(folder, scene)
                 watch()
         except BaseException:
@@ -154,7 +152,7 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
         with open(path, "rb") as log:
             said = log.read(4096).decode(errors="replace").strip().splitlines()
         raise PywetError(
-            f"{scene.name}: LIGGGHTS was ended at step {last_step(folder / LOG)} of {scene.steps}: it wrote more than "
+            f"{scene.name}: LIGGGHTS was ended at step {last_step(folder)} of {scene.steps}: it wrote more than "
             f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
             f"{said[0][:200] if said else ''!r}"
         )
