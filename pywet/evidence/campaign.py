@@ -19,7 +19,7 @@ import typer
 from pywet import config as settings
 from pywet.config import Config
 from pywet.engines.liggghts.checkpoint import last_step
-from pywet.engines.liggghts.process import die_with_parent
+from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.evidence import kept
 from pywet.files import one_line

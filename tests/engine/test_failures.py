@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pywet import small
+from pywet.engines import process
 from pywet.engines.liggghts import build, checkpoint, collecting, driver
 from pywet.errors import PywetError
 from tests.engine.scenes import WATER, contacts, spheres_of
@@ -178,7 +179,7 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
     """The second one is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    with driver.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
+    with process.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
         small.run(tmp_path, spheres)
 
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from pywet.engines.liggghts import logs
+from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
 from pywet.scene import Scene
@@ -27,8 +28,6 @@ FOLDER = "checkpoint"
 FINGERPRINT = "fingerprint.json"
 FINISHED = "finished.json"
 LOG = "log.liggghts"
-OUTPUT = "output.log"
-"""All that the engine's process printed."""
 MESSAGES_B = 65536
 """More than all that the engine says when it is set up again at a checkpoint."""
 KEPT = 2
@@ -37,7 +36,14 @@ WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in ("laws/*.py", "young_laplace/*.py", "history/*.py", "engines/liggghts/*.py", "motion.py")
+    for pattern in (
+        "laws/*.py",
+        "young_laplace/*.py",
+        "history/*.py",
+        "engines/*.py",
+        "engines/liggghts/*.py",
+        "motion.py",
+    )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
