@@ -90,7 +90,7 @@ def test_engine_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_engine_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
     """The plugin is refused for another engine."""
-    monkeypatch.setattr(build, "package_version", lambda package: "4.0.0-1")
+    monkeypatch.setattr(process, "package_version", lambda package: "4.0.0-1")
     with pytest.raises(PywetError, match=r"LIGGGHTS 4\.0\.0-1 is installed, the plugin is written for 3\.8\.0"):
         build.engine_version()
 

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from pywet import caches
-from pywet.engines.process import package_version, said
+from pywet.engines import process
 from pywet.errors import PywetError
 
 ENGINE_VERSION = "3.8.0"
@@ -25,7 +25,7 @@ INCLUDE = Path("/usr/include/liggghts")
 
 def engine_version() -> str:
     """Version of the installed engine library, checked against the one this plugin is written for."""
-    version = package_version("libliggghts-dev")
+    version = process.package_version("libliggghts-dev")
     if version is None:
         raise PywetError(
             "the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`"
@@ -43,7 +43,7 @@ def source_hash() -> str:
     digest = hashlib.sha256()
     for path in sorted(SOURCES.glob("*")):
         digest.update(path.name.encode() + path.read_bytes())
-    for text in (*FLAGS, *VISIBILITY, engine_version(), package_version("libopenmpi-dev") or "", compiler_version()):
+    for text in (*FLAGS, *VISIBILITY, engine_version(), process.package_version("libopenmpi-dev") or "", compiler_version()):
         digest.update(text.encode())
     return digest.hexdigest()[:16]
 
@@ -54,7 +54,7 @@ def compiler_version() -> str:
         raise PywetError(
             "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`"
         )
-    return said(["g++", "--version"]).partition("\n")[0]
+    return process.said(["g++", "--version"]).partition("\n")[0]
 
 
 def kept() -> Path:
@@ -71,7 +71,7 @@ def plugin_path() -> Path:
 
 
 def _compile(target: Path) -> None:
-    mpi = [said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+    mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         built = Path(folder) / target.name
         command = ["g++", *FLAGS, *VISIBILITY, f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}"]
