@@ -42,14 +42,16 @@ class EffectSettings(Strict):
     gravity: Switch = "auto"
 
 
-class TimeStepSettings(Strict):
+class TimeStepSettings(Limited):
     """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time).
 
     viscous_integration `semi_implicit`: lubrication is stable at any step, so that the viscous damping time does not count.
+    bridges_every: bridges are evaluated every so many steps and act as an impulse for all of them (multiple time stepping).
     """
 
     fraction: RatioEntry
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
+    bridges_every: Annotated[int, Field(ge=1)] = 1
 
 
 class OutputSettings(Limited):
