@@ -8,7 +8,7 @@ holds to round-off, as it does for spin and torque. F is the reference's own: we
 touching.py), bridges (wet.py). The engine's own sums enter only in the half step back to the speeds with which forces are taken;
 that they belong to the recorded speeds is checked as well.
 
-With `bridges_every` k, bridges act at every k-th step, with k times their force.
+Bridges act for as many steps as impulses.py says.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl import dry, mesh, touching, wet, whole
+from reference_impl import dry, mesh, touching, wet
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
 from reference_impl.wall_motion import Motion
@@ -157,9 +157,8 @@ def _sums(
     terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
     weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
     if w is not None:
-        for_steps = whole.impulse(setup.scene)
-        terms.append((w.k, w.a, w.b, w.wall, *(for_steps * part for part in (w.force(), *w.torques(setup)))))
-        weights.append(for_steps * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
+        terms.append((w.k, w.a, w.b, w.wall, *(w.weight[:, None] * part for part in (w.force(), *w.torques(setup)))))
+        weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
     for (k, a, b, wall, f, ta, tb), weight in zip(terms, weights, strict=True):
         pair = np.flatnonzero(~wall)
         for at, who, sign, turn in ((np.arange(len(k)), a, 1.0, ta), (pair, b, -1.0, tb)):

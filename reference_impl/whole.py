@@ -241,10 +241,11 @@ def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
 def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) -> pd.DataFrame:
     """Rows of the contact log at every step of the windows, and bridges that act there by the event log: `logged`, `acting`.
 
-    A bridge acts from the step after its formation to the step before its rupture.
+    A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
+    formation on.
     """
     steps, kind, at = planned.contact_steps, events["kind"].to_numpy(), events["step"].to_numpy()
-    formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left")
+    formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left" if planned.every == 1 else "right")
     ended = np.searchsorted(np.sort(at[kind == 1]), steps, "right")
     rows = np.sort(contacts["step"].to_numpy())
     logged = np.searchsorted(rows, steps, "right") - np.searchsorted(rows, steps, "left")

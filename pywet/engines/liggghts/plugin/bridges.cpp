@@ -28,6 +28,7 @@ void Bridges::step(int64_t n) {
       measure_travel(fresh);
     }
     if (initial_ > 0 && due) {
+      weight_ = bridges_every;
       set_aside();
       stand_or_rupture(!again, !again && logging());
       act_as_impulses();
@@ -45,10 +46,12 @@ void Bridges::step(int64_t n) {
     restore_forces();
     return;
   }
-  work_as_impulses();
+  if (!again && !events_.empty()) {
+    book();
+    act_new(first, logging());
+  }
   if (moist) add_work(first, first || again);
   if (again) return;
-  if (!events_.empty()) book();
   if (moist && std::binary_search(output_steps.begin(), output_steps.end(), n)) snapshot();
   if (checkpoint_every > 0 && n > 0 && n % checkpoint_every == 0) save_state();
 }

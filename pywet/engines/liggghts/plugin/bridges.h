@@ -161,7 +161,10 @@ class Bridges {
   std::vector<Vec> shift_then_;                   // of each mesh, when the candidates were found
   EnergyBook energy_;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
-  std::vector<double> others_;                    // forces and torques but those of the bridges, while these are gathered
+  double weight_ = 1;                             // steps for which the forces that are being evaluated act
+  std::vector<double> others_;                    // all other forces and torques, works and power, while these are gathered
+  std::vector<Acting> other_works_;
+  double other_power_[EFFECTS];
   std::vector<Vec> then_;                         // where spheres and ghosts were when the candidates were found
 
   static uint64_t key(int kind, int i, int j) {
@@ -224,7 +227,7 @@ class Bridges {
   // impulses.cpp
   void set_aside();
   void act_as_impulses();
-  void work_as_impulses();
+  void act_new(bool first, bool log);
   void measure_travel(bool fresh);
 
   // implicit.cpp

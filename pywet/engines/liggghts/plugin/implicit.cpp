@@ -51,7 +51,7 @@ double Bridges::kick_of(const Bridge &b, Terms &t) const {
   t.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
   double sum = t.sharing_i / at_.mass[b.a];
   if (t.sharing_j > 0) sum += t.sharing_j / at_.mass[b.b];
-  return bridges_every * at_.dt * sum;
+  return weight_ * at_.dt * sum;
 }
 
 // Called by every rank once all other forces are known.

@@ -4,13 +4,16 @@
 // The engine kicks by dt/2 F(n) before and after the forces of step n are known. A force that is k F(n) at every k-th step and
 // nothing between is then the symmetrical splitting: half a kick of k dt at either end of k steps under the other forces alone.
 // Everything that is decided or written about bridges happens at these steps: events, outputs, checkpoints, the contact log.
+//
+// A bridge that forms at step n acts for all of the k/2 steps to the middle of the interval but the half step that is lost where
+// bridges act at every step from the next on: (k - 1)/2 steps, twice that at the start, where only half a kick follows.
 #include <algorithm>
 
 #include "bridges.h"
 
 namespace pywet {
 
-// Forces of the bridges are gathered from zero.
+// Forces and works of bridges are gathered from zero.
 void Bridges::set_aside() {
   if (bridges_every == 1) return;
   others_.assign(6 * at_.nlocal, 0.0);
@@ -18,25 +21,52 @@ void Bridges::set_aside() {
     std::swap_ranges(at_.f[a], at_.f[a] + 3, &others_[6 * a]);
     std::swap_ranges(at_.torque[a], at_.torque[a] + 3, &others_[6 * a + 3]);
   }
+  if (!energy) return;
+  other_works_.assign(at_.nlocal, Acting{});
+  other_works_.swap(energy_.acting);
+  std::copy(energy_.wall_power, energy_.wall_power + EFFECTS, other_power_);
+  std::fill(energy_.wall_power, energy_.wall_power + EFFECTS, 0.0);
 }
 
-// They act for all the steps they stand for.
+static void add_times(double weight, double *now, const double *before, int n) {
+  for (int k = 0; k < n; k++) now[k] = before[k] + weight * now[k];
+}
+
+// They act for as many steps as they stand for.
 void Bridges::act_as_impulses() {
   if (bridges_every == 1) return;
-  for (int a = 0; a < at_.nlocal; a++)
-    for (int k = 0; k < 3; k++) {
-      at_.f[a][k] = others_[6 * a + k] + bridges_every * at_.f[a][k];
-      at_.torque[a][k] = others_[6 * a + 3 + k] + bridges_every * at_.torque[a][k];
-    }
+  for (int a = 0; a < at_.nlocal; a++) {
+    add_times(weight_, at_.f[a], &others_[6 * a], 3);
+    add_times(weight_, at_.torque[a], &others_[6 * a + 3], 3);
+  }
+  if (!energy) return;
+  for (int a = 0; a < at_.nlocal; a++) {
+    Acting &now = energy_.acting[a], &before = other_works_[a];
+    add_times(weight_, now.capillary, before.capillary, 3);
+    add_times(weight_, now.normal, before.normal, 3);
+    add_times(weight_, now.tangential, before.tangential, 3);
+    add_times(weight_, now.torque, before.torque, 3);
+  }
+  add_times(weight_, energy_.wall_power, other_power_, EFFECTS);
 }
 
-// So does their work.
-void Bridges::work_as_impulses() {
-  if (bridges_every == 1 || !energy) return;
-  for (Acting &on : energy_.acting)
-    for (double *part : {on.capillary, on.normal, on.tangential, on.torque})
-      for (int k = 0; k < 3; k++) part[k] *= bridges_every;
-  for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) energy_.wall_power[e] *= bridges_every;
+// Those that have just formed. Every rank takes part.
+void Bridges::act_new(bool first, bool log) {
+  if (bridges_every == 1) return;
+  weight_ = (first ? 1.0 : 0.5) * (bridges_every - 1);
+  set_aside();
+  waiting_.clear();
+  for (const Event &e : events_) {
+    if (e.kind != FORMATION) continue;
+    const int k = index_.at(key(e.partner_kind, e.i, e.j));
+    if (!bridges_[k].here) continue;
+    geometry(bridges_[k], together_.geometry[together_.n]);
+    enter(bridges_[k], prepared_.data() + k * laws.lines);
+    if (together_.n == BATCH) act_together(log);
+  }
+  act_together(log);
+  act_as_impulses();
+  if (semi_implicit) act_at_the_end(log);
 }
 
 // How far any sphere is from where it was when the candidates were found, instead of a sum over steps that nobody looked at.
