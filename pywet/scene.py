@@ -282,7 +282,7 @@ class Scene(Strict):
     def output_every(self) -> int:
         """Steps between outputs, at which bridges act."""
         every = self.bridges_every
-        return every * max(1, round(self.output.interval_s / (self.time_step_s * every)))
+        return every * max(1, round(self.output.interval_s / self.time_step_s) // every)
 
     @property
     def output_steps(self) -> list[int]:

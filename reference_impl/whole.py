@@ -65,7 +65,7 @@ def plan(folder: Path) -> Plan:
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     slow = impulse(scene)
-    every = slow * max(1, round(out["interval_s"] / (step * slow)))
+    every = slow * max(1, round(out["interval_s"] / step) // slow)
     outputs, energy = np.arange(0, steps + 1, every), bool(out.get("energy", True))
     return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, slow)
 

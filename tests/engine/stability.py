@@ -25,7 +25,10 @@ NORMAL = Effects(
 def pressed_pair(
     run_dir: Path, viscosity: float, step: float, how: str, bridges_every: int = 1
 ) -> tuple[Scene, list[small.Sphere]]:
-    """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on."""
+    """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on.
+
+    STEPS evaluations of the bridge.
+    """
     film = film_volume(FILM, R)
     volume = 2.0 * registry.get("formation", "shi_mccarthy").functions[0](film, R, R)
     angle = math.radians(15.0)
@@ -39,7 +42,7 @@ def pressed_pair(
     )
     scene = small.prepare(
         run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid, effects=NORMAL, time_step_s=step,
-        steps=STEPS, output_interval_s=step, viscous_integration=how, log_every_step=False,
+        steps=STEPS * bridges_every, output_interval_s=step, viscous_integration=how, log_every_step=False,
         bridges_every=bridges_every,
     )  # fmt: skip
     return scene, bodies

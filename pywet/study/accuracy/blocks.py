@@ -76,7 +76,7 @@ def fronts(table: dict[str, Any]) -> str:
     return as_picture(
         figures.fronts(table),
         "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
-        "facets, law and integration; rings: the defaults, counted the same way. What chance may hide counts in full "
+        "facets, law, integration and impulses; rings: the defaults, counted the same way. What chance may hide counts in full "
         "against a cheaper setting and not at all against the default or a finer one, so that a ring at the foot says: nothing "
         "was found wrong with it. A ring to the right of its line could have had the same for less.",
     )
