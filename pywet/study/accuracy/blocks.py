@@ -133,7 +133,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
     rows: list[list[Cell | str]] = []
     for knob in KNOBS:
-        by_level = [{row["level"]: row for row in t["knobs"][knob]} for t in tables]
+        by_level = [{row["level"]: row for row in t["knobs"].get(knob, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
             cells = [Cell(f"{KNOBS[knob].title}: {level}")]
             for rows_of, own in zip(by_level, tables, strict=True):

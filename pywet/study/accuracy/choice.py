@@ -72,8 +72,6 @@ def stored(path: Path = STORED) -> dict[str, Any]:
     found: dict[str, Any] = read_json(
         path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
     )
-    for table in found["scales"].values():
-        table["knobs"] = {knob: table["knobs"].get(knob, []) for knob in knobs.KNOBS}
     return found
 
 

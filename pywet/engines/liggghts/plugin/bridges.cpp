@@ -24,8 +24,9 @@ void Bridges::step(int64_t n) {
     touch_wires(fresh, !again && logging());
     if (fresh && initial_ > 0) find_candidates();
     if (moist && (fresh || due)) {
+      const double before = travel_;
       move_bounds();
-      measure_travel(fresh);
+      if (bridges_every > 1) travel_ = before + moved(fresh);
     }
     if (initial_ > 0 && due) {
       weight_ = bridges_every;

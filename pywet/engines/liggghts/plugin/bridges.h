@@ -165,7 +165,7 @@ class Bridges {
   std::vector<double> others_;                    // all other forces and torques, works and power, while these are gathered
   std::vector<Acting> other_works_;
   double other_power_[EFFECTS];
-  std::vector<Vec> then_;                         // where spheres and ghosts were when the candidates were found
+  std::vector<Vec> before_;                       // where spheres and ghosts were at the last look
 
   static uint64_t key(int kind, int i, int j) {
     return (uint64_t(kind == SPHERE ? 0 : 1) << 62) | (uint64_t(uint32_t(i)) << 31) | uint64_t(uint32_t(j));
@@ -228,7 +228,8 @@ class Bridges {
   void set_aside();
   void act_as_impulses();
   void act_new(bool first, bool log);
-  void measure_travel(bool fresh);
+  Terms terms_of(size_t bridge, const Geometry &g) const;
+  double moved(bool fresh);
 
   // implicit.cpp
   double kick_of(const Bridge &b, Terms &t) const;

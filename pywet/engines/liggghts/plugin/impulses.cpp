@@ -50,6 +50,28 @@ void Bridges::act_as_impulses() {
   add_times(weight_, energy_.wall_power, other_power_, EFFECTS);
 }
 
+// The forces of one bridge, as in a batch.
+Terms Bridges::terms_of(size_t bridge, const Geometry &g) const {
+  const Bridge &b = bridges_[bridge];
+  const double same[ROWS] = {g.separation, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, dot(g.vi - g.vj, g.n)};
+  const int64_t prepared = reinterpret_cast<int64_t>(prepared_.data() + bridge * laws.lines);
+  double row[ROWS][BATCH], out[2][BATCH];
+  for (int k = 0; k < ROWS; k++) row[k][0] = same[k];
+  auto call = [&](Batch law, int of) {
+    out[0][0] = out[1][0] = law ? std::nan("") : 0.0;
+    if (law) law(1, row[0], laws.surface_tension, laws.viscosity, &prepared, out[0]);
+    return out[of][0];
+  };
+  Terms t;
+  t.capillary = call(laws.capillary, 0);
+  t.viscous = t.viscous_law = call(laws.viscous_normal, 0);
+  t.slide = call(laws.viscous_tangential, 0);
+  t.roll = out[1][0];
+  row[SPEED][0] = 1;
+  if (semi_implicit) t.drag = -call(laws.viscous_normal, 0);
+  return t;
+}
+
 // Those that have just formed. Every rank takes part.
 void Bridges::act_new(bool first, bool log) {
   if (bridges_every == 1) return;
@@ -58,29 +80,35 @@ void Bridges::act_new(bool first, bool log) {
   waiting_.clear();
   for (const Event &e : events_) {
     if (e.kind != FORMATION) continue;
-    const int k = index_.at(key(e.partner_kind, e.i, e.j));
-    if (!bridges_[k].here) continue;
-    geometry(bridges_[k], together_.geometry[together_.n]);
-    enter(bridges_[k], prepared_.data() + k * laws.lines);
-    if (together_.n == BATCH) act_together(log);
+    const int at = index_.at(key(e.partner_kind, e.i, e.j));
+    Bridge &b = bridges_[at];
+    if (!b.here) continue;
+    Geometry g;
+    geometry(b, g);
+    Terms t = terms_of(at, g);
+    if (semi_implicit) {
+      waiting_.push_back(Waiting{&b, g, t});
+      t.viscous = 0;
+    } else {
+      add_viscous(b, g, t);
+    }
+    act(b, g, t);
+    if (log && !semi_implicit && owned(b.a)) write_contact(b, g, t);
   }
-  act_together(log);
   act_as_impulses();
   if (semi_implicit) act_at_the_end(log);
 }
 
-// How far any sphere is from where it was when the candidates were found, instead of a sum over steps that nobody looked at.
-void Bridges::measure_travel(bool fresh) {
-  if (bridges_every == 1) return;
+// No sphere has moved further than this since the last look, nor since the candidates were found, when `fresh`.
+double Bridges::moved(bool fresh) {
   double farthest = 0;
-  if (fresh) then_.resize(at_.nall);
+  if (fresh) before_.resize(at_.nall);
   for (int a = 0; a < at_.nall; a++) {
-    const Vec x(at_.x[a]);
-    if (fresh) then_[a] = x;
-    const Vec d = x - then_[a];
-    farthest = std::max(farthest, dot(d, d));
+    const Vec x(at_.x[a]), d = x - before_[a];
+    if (!fresh) farthest = std::max(farthest, dot(d, d));
+    before_[a] = x;
   }
-  travel_ = std::sqrt(farthest);
+  return std::sqrt(farthest);
 }
 
 }  // namespace pywet
