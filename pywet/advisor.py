@@ -12,7 +12,8 @@ mass. The capillary force has a negative slope: its limit is one of resolution, 
 
 Where bridges act every n-th step for n steps at once (`bridges_every`), all limits of bridges are taken for n Δt, with the spring
 and the dashpot as if they, too, were stepped by n Δt. This is more than is needed (their own step is Δt) and keeps clear of the
-resonance of impulses with the swing of a contact, at n Δt of half its period (Biesiadecki & Skeel 1993, J. Comput. Phys. 109, 318).
+resonance of impulses with the swing of a contact, at n Δt of half its period (Biesiadecki & Skeel 1993, J. Comput. Phys. 109,
+318).
 """
 
 from __future__ import annotations

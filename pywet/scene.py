@@ -221,7 +221,7 @@ class Scene(Strict):
     effects: Effects
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
-    """Steps from one evaluation of the bridges to the next, each acting for as many; outputs and checkpoints are at such steps."""
+    """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201

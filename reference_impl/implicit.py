@@ -14,7 +14,8 @@ from reference_impl.laws import SPHERE
 def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
     """Change of the relative speed in one step per force, with each sphere's mass shared by its bridges; 0 when explicit.
 
-    dt (n_i/m_i + n_j/m_j) for each step that the force acts for, with n the logged number of bridges that share a sphere (0 for a driven sphere and for a wall).
+    dt (n_i/m_i + n_j/m_j) for each step that the force acts for, with n the logged number of bridges that share a sphere (0 for a
+    driven sphere and for a wall).
     """
     if run.meta.get("viscous_integration", "explicit") == "explicit":
         return np.zeros(len(table))

@@ -257,7 +257,9 @@ def _contacts(history: Path, planned: Plan) -> int:
     path = history / "contacts.parquet"
     contacts, events = io.columns(path, ["step"]), io.columns(history / "events.parquet", ["step", "kind"])
     steps = planned.contact_steps
-    _steps(path, np.concatenate([contacts["step"].to_numpy(), steps]), steps, "steps of the windows at which bridges act")
+    _steps(
+        path, np.concatenate([contacts["step"].to_numpy(), steps]), steps, "steps of the windows at which bridges act"
+    )
     count = contact_counts(contacts, events, planned)
     lost = count[(count["logged"] == 0) & (count["acting"] > 0)]
     if len(lost):

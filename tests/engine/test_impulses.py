@@ -19,6 +19,7 @@ from pywet import advisor, small
 from pywet.engines.liggghts import deck, driver
 from pywet.errors import PywetError
 from pywet.scene import Scene
+from reference_impl import impulses
 from reference_impl.io import ReplayError
 from reference_impl.replay import replay
 from tests.engine import beds, stability, test_energy
@@ -43,7 +44,9 @@ def test_replay_and_budget(tmp_path: Path, how: str) -> None:
     scene = bed(tmp_path, viscous_integration=how)
     result = replay(tmp_path)
     assert result["ok"], result["diagnosis"]
-    counts = {name: result["quantities"][name]["count"] for name in ("newton_force", "contact_weight", "formation_missed")}
+    counts = {
+        name: result["quantities"][name]["count"] for name in ("newton_force", "contact_weight", "formation_missed")
+    }
     assert counts["newton_force"] > 6000 and counts["contact_weight"] > 600 and counts["formation_missed"] > 1000
     assert scene.output_steps[1] == 108 and deck.checkpoint_every(scene) == 300
     events, log = (beds.table(tmp_path, f"history/{name}") for name in ("events", "contacts"))
@@ -99,9 +102,20 @@ def test_two_ranks(tmp_path: Path) -> None:
     assert beds.apart(tmp_path / "1", tmp_path / "2").max() < 1e-9 * beds.RADIUS
 
 
-def test_the_replay_knows_when_bridges_must_act(tmp_path: Path) -> None:
-    """A run of k = 4 that says k = 2 lacks steps of the contact log; one that says k = 8 has events where nothing may happen."""
-    bed(tmp_path, output=beds.prepare(tmp_path / "like", [small.Sphere(1, (0, 0, 0.01))], 1200, 3, 11).output)
+def test_the_replay_knows_when_bridges_must_act_and_for_how_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run of k = 4 that says k = 2 lacks steps of the contact log, one that says k = 8 has too many.
+
+    Forces that act for one step where four are meant break Newton's law by that factor, which is named.
+    """
+    bed(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(impulses, "weights", lambda run, table: np.ones(len(table)))
+        result = replay(tmp_path)
+        assert not result["quantities"]["newton_force"]["ok"] and not result["quantities"]["contact_weight"]["ok"]
+        sentences = [f["sentence"] for f in result["diagnosis"]["findings"]]
+        assert any("every force of bridges is 4 times what it should be" in s for s in sentences), sentences
     scene, meta = (json.loads((tmp_path / name).read_text()) for name in ("scene.json", "history/meta.json"))
     for every in (2, 8):
         (tmp_path / "scene.json").write_text(json.dumps({**scene, "bridges_every": every}))

@@ -124,7 +124,8 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "ranks", "moments"), [("moist", 1, (500,)), ("moist", 2, (700,)), ("impulses", 1, (500,)), ("dry", 1, (2500,))]
+    ("kind", "ranks", "moments"),
+    [("moist", 1, (500,)), ("moist", 2, (700,)), ("impulses", 1, (500,)), ("dry", 1, (2500,))],
 )
 def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, ...]) -> None:
     """While the slide is drawn, on one rank and two; a dry run on the stock program."""
