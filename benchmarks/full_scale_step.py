@@ -84,7 +84,7 @@ def softer(scene: Scene, share: float) -> dict[str, Any]:
 
 def quiet(steps: int, time_step: float) -> dict[str, Any]:
     """So many steps and nothing written but the first and the last."""
-    output = Output(interval_s=steps * time_step, contact_windows=0)
+    output = Output(interval_s=steps * time_step, contact_windows=0, energy=False)
     return {"duration_s": steps * time_step, "output": output}
 
 
