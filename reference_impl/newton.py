@@ -157,8 +157,8 @@ def _sums(
     terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
     weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
     if w is not None:
-        acting = [w.weight[:, None] * part for part in (w.force(), *w.torques(setup))]
-        terms.append((w.k, w.a, w.b, w.wall, *acting))
+        force_a, torque_a, torque_b = (w.weight[:, None] * part for part in (w.force(), *w.torques(setup)))
+        terms.append((w.k, w.a, w.b, w.wall, force_a, torque_a, torque_b))
         weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
     for (k, a, b, wall, f, ta, tb), weight in zip(terms, weights, strict=True):
         pair = np.flatnonzero(~wall)
