@@ -89,3 +89,12 @@ class Settings(Limited):
         if times > 1:
             raise ValueError(f"each case once in cases ({number} is there {times} times)")
         return self
+
+    @model_validator(mode="after")
+    def _bridges_act_in_windows(self) -> Settings:
+        every, steps = self.time_step.bridges_every, self.output.contact_window_steps
+        if self.output.contact_windows and steps < every:
+            raise ValueError(
+                f"output.contact_window_steps of at least time_step.bridges_every ({steps} is less than {every})"
+            )
+        return self

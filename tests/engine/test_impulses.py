@@ -7,7 +7,6 @@ works add up, ranks agree. What is of first order in the time step stays as larg
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,8 @@ import pandas as pd
 import pytest
 from pydantic import ValidationError
 
-from pywet import advisor, small
+from pywet import advisor, config, small
+from pywet.config.settings import Settings
 from pywet.engines.liggghts import deck, driver
 from pywet.errors import PywetError
 from pywet.scene import Scene
@@ -148,4 +148,7 @@ def test_too_many_steps_are_refused(tmp_path: Path) -> None:
                            "expected windows in which bridges act")):  # fmt: skip
         with pytest.raises(ValidationError, match=words):
             Scene(**{**thin.model_dump(), **change})
-    assert math.isfinite(thin.time_step_s)
+    given = config.load(Path(__file__).parents[2] / "config").settings.model_dump()
+    given["time_step"]["bridges_every"], given["output"]["contact_window_steps"] = 4, 3
+    with pytest.raises(ValidationError, match="3 is less than 4"):
+        Settings(**given)
