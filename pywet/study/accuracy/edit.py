@@ -41,6 +41,8 @@ def changed(config: Config, scale: str, levels: Levels) -> Config:
         step = step.model_copy(update={"fraction": put(step.fraction, float(levels["fraction"]))})
     if "integration" in levels:
         step = step.model_copy(update={"viscous_integration": levels["integration"]})
+    if "bridges_every" in levels:
+        step = step.model_copy(update={"bridges_every": int(levels["bridges_every"])})
     if "capillary" in levels:
         laws = laws.model_copy(update=law_names(str(levels["capillary"])))
     if "stiffness" in levels:
@@ -69,6 +71,8 @@ def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
         main = _entry(main, "fraction", levels["fraction"], "")
     if "integration" in levels:
         main = _bare(main, "viscous_integration", str(levels["integration"]), "time_step")
+    if "bridges_every" in levels:
+        main = _bare(main, "bridges_every", str(levels["bridges_every"]), "time_step")
     if "capillary" in levels:
         main = _laws(main, str(levels["capillary"]))
     for knob, key in (("stiffness", "stiffness_factor"), ("wire_sides", "wire_sides")):

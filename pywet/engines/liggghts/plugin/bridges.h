@@ -3,7 +3,7 @@
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
 // Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
-// stands near, prisms.cpp holds dry contacts with wires, implicit.cpp holds the semi-implicit drag, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
+// stands near, prisms.cpp holds dry contacts with wires, implicit.cpp holds the semi-implicit drag, impulses.cpp lets bridges act every few steps, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -120,6 +120,7 @@ class Bridges {
   bool moist = true;                              // false: nothing but contacts with prisms
   bool energy = true;                             // works are added up and logged
   int64_t checkpoint_every = 0;                   // steps; 0: none
+  int bridges_every = 1;                          // steps from one evaluation of the bridges to the next
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
@@ -160,6 +161,11 @@ class Bridges {
   std::vector<Vec> shift_then_;                   // of each mesh, when the candidates were found
   EnergyBook energy_;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
+  double weight_ = 1;                             // steps for which the forces that are being evaluated act
+  std::vector<double> others_;                    // all other forces and torques, works and power, while these are gathered
+  std::vector<Acting> other_works_;
+  double other_power_[EFFECTS];
+  std::vector<Vec> before_;                       // where spheres and ghosts were at the last look
 
   static uint64_t key(int kind, int i, int j) {
     return (uint64_t(kind == SPHERE ? 0 : 1) << 62) | (uint64_t(uint32_t(i)) << 31) | uint64_t(uint32_t(j));
@@ -217,6 +223,13 @@ class Bridges {
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
   void act(const Bridge &b, const Geometry &g, const Terms &t);
   void stand_or_rupture(bool decide, bool log);
+
+  // impulses.cpp
+  void set_aside();
+  void act_as_impulses();
+  void act_new(bool first, bool log);
+  Terms terms_of(size_t bridge, const Geometry &g) const;
+  double moved(bool fresh);
 
   // implicit.cpp
   double kick_of(const Bridge &b, Terms &t) const;
