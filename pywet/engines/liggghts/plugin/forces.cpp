@@ -99,6 +99,9 @@ Geometry Bridges::geometry_of(const Together &t, int k) const {
   return g;
 }
 
+// The engine keeps its vectors one after the other.
+static Vec vector_of(double **all, int a) { return Vec(all[0] + 3 * a); }
+
 // Where the ends of the bridges are and how they move.
 void Bridges::gather(Together &t) {
   const Block &block = blocks_[t.first / BATCH];
@@ -115,11 +118,12 @@ void Bridges::gather(Together &t) {
       continue;
     }
     if (a != before) {
-      x = Vec(at_.x[a]); v = Vec(at_.v[a]); w = block.row[RADIUS_I][k] * Vec(at_.omega[a]);
+      x = vector_of(at_.x, a); v = vector_of(at_.v, a); w = block.row[RADIUS_I][k] * vector_of(at_.omega, a);
       before = a;
     }
     if (b >= 0) {
-      set(t.d, k, x - Vec(at_.x[b])); set(t.v, k, v - Vec(at_.v[b])); set(t.spin, k, w + block.spin_j[k] * Vec(at_.omega[b]));
+      set(t.d, k, x - vector_of(at_.x, b)); set(t.v, k, v - vector_of(at_.v, b));
+      set(t.spin, k, w + block.spin_j[k] * vector_of(at_.omega, b));
       continue;
     }
     Bridge &bridge = bridges_[t.first + k];
@@ -219,14 +223,14 @@ void Bridges::act_together(Together &t, bool log) {
     if (!(t.square[k] < INF)) not_finite(bridges_[t.first + k], block.row[SEPARATION][k]);
     if (a != before) {
       put();
-      f = Vec(at_.f[a]); q = Vec(at_.torque[a]);
+      f = vector_of(at_.f, a); q = vector_of(at_.torque, a);
       before = a;
     }
     f = f + at(t.force, k);
     q = q + at(t.torque_i, k);
     if (owned(b)) {
-      accumulate(at_.f[b], (-1.0) * at(t.force, k));
-      accumulate(at_.torque[b], at(t.torque_j, k));
+      accumulate(at_.f[0] + 3 * b, (-1.0) * at(t.force, k));
+      accumulate(at_.torque[0] + 3 * b, at(t.torque_j, k));
     }
     if (log || energy) record(t, k, log);
   }

@@ -162,10 +162,12 @@ void Bridges::find_wall_candidates() {
     for (size_t p = 0; p < walls.parts.size(); p++) {
       const size_t m = walls.parts[p].mesh;
       if (!here[m]) continue;
-      const double distance = Walls::outside(walls.parts[p].bounds, y[m]);
+      double distance = Walls::outside(walls.parts[p].bounds, y[m]);
       if (distance >= far + part_thickness_[p]) continue;
       const auto site = known.find(key(LARGE_WALL, i, int(p)));
       wall_pairs_.push_back(WallCandidate{i, int(p), a, site == known.end() ? Site() : std::move(site->second)});
+      const Site &then = wall_pairs_.back().site;
+      if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
       wall_rest_.push_back(rest(wall_pairs_.back(), distance));
     }
   }
@@ -245,6 +247,11 @@ void Bridges::propose_walls() {
     if (wall_rest_[c] > way) continue;
     WallCandidate &pair = wall_pairs_[c];
     const Part &part = walls.parts[pair.j];
+    const double far = Walls::outside(part.bounds, walls.meshes[part.mesh].to_rest(Vec(at_.x[pair.a])));
+    if (far >= reach(pair.i) + part_thickness_[pair.j] && far > 0) {
+      wall_rest_[c] = rest(pair, far);
+      continue;
+    }
     const Closest near = walls.closest(pair.j, Vec(at_.x[pair.a]), pair.site, margin_);
     const double w = held(walls.film[near.triangle]) / walls.area[near.triangle];
     if (near.distance >= reach(pair.i) + w) {
