@@ -23,6 +23,7 @@ from typing import Any
 import pandas as pd
 
 from pywet import config
+from pywet.effects import PRESETS
 from pywet.engines.liggghts import driver
 from pywet.files import write_json, write_table
 from pywet.geometry import build_apparatus, fill, write_stl
@@ -36,15 +37,19 @@ STAGES = ((0.01, 20), (0.1, 3), (1.0, 1))
 """Share of the stiffness and number of strokes."""
 SHORT = 100
 DRY = Effects(bridges=False)
-VARIANTS = {
-    "dry mesh": (0, False),
-    "dry prism": (0, True),
-    "paper mesh": (1, False),
-    "paper prism": (1, True),
-    "paper prism, every 2nd": (2, True),
-    "paper prism, every 4th": (4, True),
+OWN = f"{ROOT / 'pywet' / 'laws' / 'capillary.py'}:rabinovich"
+"""The capillary law of `paper` as one in a user's file."""
+VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool]] = {
+    "dry mesh": (None, 1, False),
+    "dry prism": (None, 1, True),
+    "paper mesh": (PRESETS["paper"], 1, False),
+    "paper prism": (PRESETS["paper"], 1, True),
+    "paper prism, every 2nd": (PRESETS["paper"], 2, True),
+    "paper prism, every 4th": (PRESETS["paper"], 4, True),
+    "exact prism": (PRESETS["exact"], 1, True),
+    "own prism": ({**PRESETS["paper"], "capillary": OWN}, 1, True),
 }
-"""Name -> at every how many-th step bridges act (0: there are none), whether wires are prisms."""
+"""Name -> laws of the bridges or none, at every how many-th step they act, whether wires are prisms."""
 
 
 def prepare(folder: Path, case: int, spheres: pd.DataFrame | None, change: Callable[[Scene], dict[str, Any]]) -> Scene:
@@ -114,13 +119,16 @@ def settled(case: int) -> pd.DataFrame:
     return spheres
 
 
-def seconds(case: int, spheres: pd.DataFrame, every: int, prisms: bool, steps: int) -> float:
+def seconds(
+    case: int, spheres: pd.DataFrame, laws: dict[str, str] | None, every: int, prisms: bool, steps: int
+) -> float:
     """Processor time of a run's steps."""
 
     def change(scene: Scene) -> dict[str, Any]:
         walls = tuple(w.model_copy(update={"prisms": prisms and w.holder == "wires"}) for w in scene.walls)
-        effects = {"bridges_every": every} if every else {"effects": DRY}
-        return {"walls": walls, **effects, **quiet(steps, scene.time_step_s)}
+        effects = DRY if laws is None else scene.effects.model_copy(update=laws)
+        changed = {"walls": walls, "effects": effects, "bridges_every": every}
+        return {**changed, **quiet(steps, scene.time_step_s)}
 
     with tempfile.TemporaryDirectory() as name:
         prepare(Path(name), case, spheres, change)

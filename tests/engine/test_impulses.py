@@ -16,7 +16,8 @@ from pydantic import ValidationError
 
 from pywet import advisor, config, small
 from pywet.config.settings import Settings
-from pywet.engines.liggghts import deck, driver
+from pywet.engines import schedule
+from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
 from pywet.scene import Scene
 from reference_impl import impulses
@@ -48,7 +49,7 @@ def test_replay_and_budget(tmp_path: Path, how: str) -> None:
         name: result["quantities"][name]["count"] for name in ("newton_force", "contact_weight", "formation_missed")
     }
     assert counts["newton_force"] > 6000 and counts["contact_weight"] > 600 and counts["formation_missed"] > 1000
-    assert scene.output_steps[1] == 108 and deck.checkpoint_every(scene) == 300
+    assert scene.output_steps[1] == 108 and schedule.checkpoint_every(scene) == 300
     events, log = (beds.table(tmp_path, f"history/{name}") for name in ("events", "contacts"))
     assert len(events) > 100 and not (events["step"] % EVERY).any() and set(events["kind"]) == {0, 1}
     windows = np.concatenate([np.arange(*window) for window in result["compared"]["windows"]])

@@ -3,7 +3,7 @@
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
 // Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
-// stands near, prisms.cpp holds dry contacts with wires, implicit.cpp holds the semi-implicit drag, impulses.cpp lets bridges act every few steps, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
+// stands near, together.cpp holds their loops over many bridges, prisms.cpp dry contacts with wires, implicit.cpp holds the semi-implicit drag, impulses.cpp lets bridges act every few steps, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -17,6 +17,7 @@
 #include "laws.h"
 #include "prisms.h"
 #include "records.h"
+#include "together.h"
 #include "walls.h"
 
 namespace LAMMPS_NS {
@@ -52,17 +53,14 @@ struct Bridge {
 };
 
 struct Candidate {
-  int i, j;                              // ids (j: part for walls)
+  int i, j;                              // ids
   int a, b;
-  bool active;                           // has no bridge
   double radii;                          // sum of radii
-  double reach;                          // the same with the films when the candidates were found
-  int layer;                             // of the gap between the films when the candidates were found, in LAYERs of the skin
+  double gap;                            // between the films when the candidates were found, or less
 };
 
 struct WallCandidate {
-  int i, j, a;
-  bool active;
+  int i, j, a;                           // j: part
   Site site;
 };
 
@@ -87,16 +85,6 @@ struct Waiting {
   const Bridge *bridge;
   Geometry geometry;
   Terms terms;
-};
-
-// Bridges whose laws are evaluated together.
-struct Together {
-  int n = 0;
-  const Bridge *bridge[BATCH];
-  Geometry geometry[BATCH];
-  int64_t prepared[BATCH];
-  double row[ROWS][BATCH];
-  double pull[BATCH], normal[BATCH], drag[BATCH], tangential[2][BATCH];
 };
 
 // A run that has to stop, known to every rank alike.
@@ -141,14 +129,18 @@ class Bridges {
   std::vector<double> thickness_;                 // of the film on each sphere
   std::vector<double> thickness_then_;            // when the candidates were found
   std::vector<int> standing_;                     // number of bridges on each sphere
-  std::vector<double> part_thickness_;            // the largest since the candidates were made, per part
+  std::vector<double> part_thickness_, part_thickness_then_;  // the largest of each part, now and when the candidates were found
   std::vector<Bridge> bridges_;
   std::unordered_map<uint64_t, int> index_;       // key -> bridge
   std::vector<Line> prepared_;                    // of the capillary law, laws.lines a bridge, in the order of bridges_
-  std::vector<Candidate> pairs_;                  // by layer of the gap, then as the engine lists them
+  std::vector<Block> blocks_;                     // of the bridges, in the order of bridges_
+  std::vector<Candidate> pairs_;                  // by the gap when they were found
   std::vector<WallCandidate> wall_pairs_;
+  std::vector<double> pair_rest_, wall_rest_;     // way_ of pairs and of spheres at walls before which their films cannot touch; infinity: has a bridge
+  size_t awake_ = 0;                              // the first pairs_, whose films may have met since they were found
   std::unordered_map<uint64_t, int> proposed_;    // key -> candidate, of this step
-  double travel_ = 0, thicker_ = 0;               // bounds since the candidates were found: way of a sphere, growth of a film
+  // bounds since the candidates were found: way of a sphere and of a wall, growth of a sphere's and of a wall's film
+  double travel_ = 0, wall_travel_ = 0, thicker_ = 0, wall_thicker_ = 0;
   std::vector<Event> events_;
   std::vector<Waiting> waiting_;
   Together together_;
@@ -159,6 +151,7 @@ class Bridges {
   std::vector<WireCandidate> wire_candidates_;
   std::vector<WireSpring> saved_springs_;         // of the step the run is resumed at, until the first candidates are found
   std::vector<Vec> shift_then_;                   // of each mesh, when the candidates were found
+  std::vector<Vec> shift_before_;                 // of each mesh, in the step before
   EnergyBook energy_;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
   double weight_ = 1;                             // steps for which the forces that are being evaluated act
@@ -201,7 +194,9 @@ class Bridges {
   Bridge made(int kind, int i, int j, double volume) const;
   void add(Bridge b);
   void sort_bridges();
+  void enter(size_t k);
   void add_pair(int a, int b);
+  double rest(const WallCandidate &pair, double distance) const;
   void move_bounds();
   void propose_pairs();
   void propose_walls();
@@ -217,11 +212,17 @@ class Bridges {
   double share(const Bridge &b) const;
   double angle_j(int kind, int j) const { return kind == SPHERE ? angle(j) : walls.parts[j].contact_angle; }
   double rupture_limit(const Bridge &b, const Geometry &g) const;
-  void enter(const Bridge &b, const Line *prepared);
-  void evaluate(Together &t) const;
-  void act_together(bool log);
+  Geometry geometry_of(const Together &t, int k) const;
+  void gather(Together &t);
+  void rupture(Together &t, bool decide);
+  void evaluate(Together &t);
+  void defer(Together &t);
+  void act_together(Together &t, bool log);
+  void record(const Together &t, int k, bool log);
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
+  void not_finite(const Bridge &b, double separation) const;
   void act(const Bridge &b, const Geometry &g, const Terms &t);
+  void add_work(const Bridge &b, const Geometry &g, const Terms &t);
   void stand_or_rupture(bool decide, bool log);
 
   // impulses.cpp
