@@ -14,6 +14,7 @@ void Bridges::step(int64_t n) {
   const bool fresh = first || again || lists_are_new();
   if (fresh) inside_the_box();
   read_mesh_motion(fresh);
+  weigh(again, fresh);
   events_.clear();
   proposed_.clear();
   if (moist) begin_work();
@@ -39,6 +40,7 @@ void Bridges::step(int64_t n) {
   if (moist) add_work(first, first || again);
   if (again) return;
   if (!events_.empty()) book();
+  shed();
   if (moist && std::binary_search(output_steps.begin(), output_steps.end(), n)) snapshot();
   if (checkpoint_every > 0 && n > 0 && n % checkpoint_every == 0) save_state();
 }
