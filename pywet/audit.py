@@ -22,11 +22,14 @@ MEASURES = {
     "dynamic_rupture": ("mean_stretch", "mean stretch of the rupture distance"),
     "wall_films": ("liquid_share", "liquid drawn from and given to walls, over all that moved"),
     "sharing_by_size": ("liquid_share", "liquid moved against equal sharing, over all that was shared out"),
+    "shedding": ("liquid_share", "liquid that let go as drops, over all"),
 }
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
 IMPULSE = "share of impulse"
 BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
+OPT_IN = ("liquid_weight", "shedding")
+"""Effects that are off unless asked for, whatever their number."""
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
 OK: Verdict = "as planned"
 SMALL: Verdict = "small"
@@ -89,6 +92,9 @@ def _judge(
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
+        if row["effect"] in OPT_IN:
+            said = f"would contribute {value:.2g}" if value else "what it would do was not measured"
+            return OK, f"in no preset, left out; {said}"
         if value > tolerance:
             return WRONG, f"plan wrong: left out but contributes {value:.2g}, more than the tolerance {tolerance:g}"
         return OK, f"left out, would contribute {value:.2g}" if value else "left out"

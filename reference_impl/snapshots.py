@@ -21,6 +21,8 @@ ROOM = 1e-9
 SMALLEST = 1e-12
 """V* below which nothing forms, by definition of the model's numerical zero."""
 
+Moves = list[tuple[int, int, float]]
+
 
 def thickness(film: Floats, radius: Floats) -> Floats:
     """Of the film on a sphere: (3 L/(4 pi) + r^3)^(1/3) - r (E 34)."""
@@ -74,6 +76,10 @@ def touching_pairs(run: Run) -> pd.DataFrame:
     pairs = [found for _, rows in films.groupby("step") if len(found := _touching(rows))]
     if not pairs:
         return pd.DataFrame()
+    if "drops" in run.tables:  # these come after the formations of their step
+        drops = run.table("drops")
+        both = [drops[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]
+        moved = moved.append(pd.MultiIndex.from_frame(pd.concat(both)))
     table = pd.concat(pairs, ignore_index=True)
     busy = [pd.MultiIndex.from_frame(table[["step", s]]).isin(moved) for s in "ij"]
     table = table[~(busy[0] | busy[1])].reset_index(drop=True)
@@ -124,8 +130,8 @@ def standing_at_outputs(run: Run, tables: Tables, own: dict[str, list[float]]) -
     ]
 
 
-def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
-    """Films of spheres and walls at every output; `own` as above."""
+def films_at_outputs(run: Run, own: dict[str, list[float]], drops: Moves) -> list[Quantity]:
+    """Films of spheres and walls at every output; `own` as above, `drops` what they changed (see drops.py)."""
     events, spheres = run.table("events"), run.table("spheres")
     wall = events["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - events["triangle"].to_numpy(), events["j"].to_numpy())
@@ -133,6 +139,8 @@ def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
         {"step": np.tile(events["step"].to_numpy(), 2), "holder": np.concatenate([events["i"].to_numpy(), j]).astype(np.int64),
          "own": np.concatenate([own["film_i_after"], own["film_j_after"]])}
     )  # fmt: skip
+    if drops:  # booked after all else in their step, in their order
+        last = pd.concat([last, pd.DataFrame(drops, columns=["step", "holder", "own"])])
     last = last.drop_duplicates(["step", "holder"], keep="last").sort_values("step", kind="stable")
     first, found = dict(zip(spheres["id"], spheres["film"], strict=True)), []
     for name in ("films", "wall_films"):
@@ -147,13 +155,13 @@ def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
     return found
 
 
-def check(run: Run, tables: Tables, own: dict[str, list[float]]) -> list[Quantity]:
-    """All of these; `own` are the columns that liquid.replay computed beside the event log."""
-    if not len(run.table("events")):
+def check(run: Run, tables: Tables, own: dict[str, list[float]], drops: Moves) -> list[Quantity]:
+    """All of these; `own` are the columns that liquid.replay computed beside the event log, `drops` what drops changed."""
+    if not len(run.table("events")) and not drops:
         return []
     return [
         formation_due(run),
         *formation_missed(run),
-        *films_at_outputs(run, own),
+        *films_at_outputs(run, own, drops),
         *standing_at_outputs(run, tables, own),
     ]
