@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from pywet.effects import OPT_IN
 from pywet.files import read_if_there, read_model, write_json
 from pywet.screening.shapes import Contributions, Plan
 
@@ -28,8 +29,6 @@ MEASURES = {
 IMPULSE = "share of impulse"
 BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
-OPT_IN = ("liquid_weight", "shedding")
-"""Effects that are off unless asked for, whatever their number."""
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
 OK: Verdict = "as planned"
 SMALL: Verdict = "small"
