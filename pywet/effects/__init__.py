@@ -146,10 +146,10 @@ def plan(
     rows.append(_row("rolling", True, numbers["rolling"], settings, None, "table 3"))
     rows.append(_row("tangential_history", True, numbers["tangential_history"], settings, None, "E (5)"))
     rows.append(_row("gravity", s.gravity_m_per_s2 > 0, numbers["gravity"], settings, None, "the scene"))
-    rows.append(_opt_in_row("liquid_weight", bridges.on, numbers["liquid_weight"], settings, settings.tolerance.value))
+    rows.append(_opt_in_row("liquid_weight", bridges.on, numbers["liquid_weight"], settings))
     dripping = named.get("shedding", DRIPPING)
     falls = bridges.on and s.gravity_m_per_s2 > 0
-    rows.append(_opt_in_row("shedding", falls, numbers["shedding"], settings, 1.0, dripping))
+    rows.append(_opt_in_row("shedding", falls, numbers["shedding"], settings, dripping))
     rows = _together(rows, settings)
     counts = [c.count for c in classes if c.count > 0]
     shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
@@ -252,10 +252,10 @@ def _formation_row(bridges: bool, number: Number, settings: EffectSettings, law:
 
 
 def _opt_in_row(
-    effect: str, possible: bool, number: Number, settings: EffectSettings, threshold: float, law: str | None = None
+    effect: str, possible: bool, number: Number, settings: EffectSettings, law: str | None = None
 ) -> EffectRow:
     """A row of an effect that no preset asks for."""
-    switch, large = getattr(settings, effect), number[1] >= threshold
+    switch, large = getattr(settings, effect), number[1] >= settings.tolerance.value
     if switch is True and not possible:
         raise PywetError(
             f"config.yaml: effects.{effect} is on but there are no bridges, or no gravity for drops to fall; expected auto or off"
@@ -266,7 +266,7 @@ def _opt_in_row(
         on, why = False, "no bridges" if effect == "liquid_weight" else "no bridges, or no gravity"
     else:
         on, why = False, f"in no preset, {'though not negligible' if large else 'and negligible'}: on by hand only"
-    return EffectRow(effect, on, why, *number, threshold, law)
+    return EffectRow(effect, on, why, *number, settings.tolerance.value, law)
 
 
 def _by_hand(effect: str, on: bool) -> str:
