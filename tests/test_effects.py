@@ -191,18 +191,17 @@ def test_predicted_shares_add_up_and_say_how_sure_they_are() -> None:
 
 
 def test_effects_in_no_preset_say_when_they_matter() -> None:
-    """Drops: weight of the film over 2 pi r sigma, under g + v/t with t = 1/omega of a free drop of its volume."""
+    """Drops: what of the film is beyond 2 pi r sigma under g + v/t, t = 1/omega of a free drop of its volume."""
     made = make(water(2e-4))
     for effect in ("liquid_weight", "shedding"):
         assert not made.row(effect).on and "in no preset, though not negligible" in made.row(effect).why
     film = 4 / 3 * math.pi * (2.7e-3**3 - 2.5e-3**3)
     time = math.sqrt(998.2 * (film * 3 / (4 * math.pi)) / (8 * 0.07275))
     felt = 9.81 + SPEED / time
-    assert made.row("shedding").number == pytest.approx(
-        998.2 * film * felt / (2 * math.pi * 2.5e-3 * 0.07275), rel=1e-9
-    )
+    held = 2 * math.pi * 2.5e-3 * 0.07275 / (998.2 * film * felt)
+    assert made.row("shedding").number == pytest.approx(1 - held, rel=1e-9)
     small = make(water(1e-6))
-    assert "in no preset, and negligible" in small.row("shedding").why and small.row("shedding").threshold == 1.0
+    assert "in no preset, and negligible" in small.row("shedding").why and small.row("shedding").number == 0.0
 
 
 def test_effects_in_no_preset_are_switched_by_hand() -> None:
