@@ -42,7 +42,8 @@ class Places:
         self._setup = window.read(run.folder)
         self._motion = Motion(self._setup)
         table = io.columns(run.folder / "trajectory.parquet", ["step", "id", *"xyz"]).sort_values(["step", "id"])
-        self.at = {int(s): rows[[*"xyz"]].to_numpy(float) for s, rows in table.groupby("step")}
+        steps, cuts = np.unique(table["step"].to_numpy(), return_index=True)
+        self.at = dict(zip(steps.tolist(), np.split(table[[*"xyz"]].to_numpy(float), cuts[1:]), strict=True))
         self.down = self._setup.gravity / np.linalg.norm(self._setup.gravity)
         first, classes = self._setup.scene["liquid"]["initial_film_thickness_m"], self._setup.scene["classes"]
         self._room = ROOM * first / min(c["radius_m"] for c in classes)

@@ -48,7 +48,7 @@ def of_drops(drops: pd.DataFrame) -> pd.DataFrame:
 
 
 class Carried:
-    """Volume of the liquid on every sphere [m3] at the start of a step, from the start films and the logs."""
+    """Volume of the liquid on a sphere [m3] at the start of a step, from the start films and the logs."""
 
     def __init__(self, run: Run) -> None:
         spheres = run.table("spheres").sort_values("id")
@@ -56,16 +56,20 @@ class Carried:
         parts = [of_events(run.table("events"), run, Tables(run.table("transfer")))]
         if "drops" in run.tables:
             parts.append(of_drops(run.table("drops")))
-        self._changes = pd.concat(parts, ignore_index=True)
+        changes = pd.concat(parts, ignore_index=True).sort_values(["id", "step"], kind="stable")
+        self._who = np.searchsorted(self._ids, changes["id"].to_numpy())
+        self._far = float(changes["step"].max() + 1) if len(changes) else 1.0
+        self._when = self._who * self._far + changes["step"].to_numpy()
+        self._sums = np.concatenate([[0.0], np.cumsum(changes["more"].to_numpy(float))])
+
+    def of(self, step: Floats, sphere: Floats) -> Floats:
+        """For pairs of a step and a sphere's id; what a step books counts from the next one on."""
+        who = np.searchsorted(self._ids, sphere)
+        last = np.searchsorted(self._when, who * self._far + np.minimum(step, self._far), "left")
+        since = self._sums[last] - self._sums[np.searchsorted(self._who, who, "left")]
+        return np.asarray(self._first[who] + since)
 
     def at(self, steps: Floats) -> Floats:
-        """Shape (steps, spheres in the order of their ids); consecutive steps."""
-        step, more = self._changes["step"].to_numpy(), self._changes["more"].to_numpy(float)
-        who = np.searchsorted(self._ids, self._changes["id"].to_numpy())
-        found = np.zeros((len(steps), len(self._ids)))
-        found[0] = self._first
-        # booked at the end of its step, it counts from the next one on
-        row = np.searchsorted(steps, step, side="right")
-        there = row < len(steps)
-        np.add.at(found, (row[there], who[there]), more[there])
-        return np.asarray(np.cumsum(found, axis=0))
+        """Shape (steps, spheres in the order of their ids)."""
+        found = self.of(np.repeat(steps, len(self._ids)), np.tile(self._ids, len(steps)))
+        return found.reshape(len(steps), -1)

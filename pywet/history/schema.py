@@ -36,7 +36,7 @@ EVENT = np.dtype(
         ("share_i", "<f8"),  # drawn from i at formation / given to i at rupture [m3]
         ("share_j", "<f8"),
         ("film_i_before", "<f8"),  # liquid held as film on i at the start of the step [m3]
-        ("film_i_after", "<f8"),  # the same after everything of this step is booked [m3]
+        ("film_i_after", "<f8"),  # the same after all formations and ruptures of this step [m3]
         ("film_j_before", "<f8"),  # for a wall: on the triangle
         ("film_j_after", "<f8"),
         ("separation", "<f8"),  # S at the event [m]

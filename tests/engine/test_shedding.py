@@ -14,7 +14,7 @@ from pywet import small
 from pywet.geometry.surface import Surface
 from pywet.history.initial import film_volume
 from pywet.history.schema import LARGE_WALL, NOTHING, SPHERE
-from pywet.scene import Liquid
+from pywet.scene import Effects, Liquid
 from tests.engine import beds
 from tests.engine.scenes import WATER, contacts, spheres_of
 
@@ -127,6 +127,16 @@ def test_ranks_agree_on_drops(tmp_path: Path) -> None:
     ledger = beds.table(tmp_path / "2", "history/ledger")
     held_in_all = ledger[["films", "bridges", "walls", "left"]].sum(axis=1)
     assert (held_in_all / ledger["initial"] - 1.0).abs().max() < 1e-13
+
+
+def test_where_nothing_is_wet_or_falls_it_is_refused(tmp_path: Path) -> None:
+    """One sentence: without bridges there is neither effect, without gravity no drop falls."""
+    for effect in ({"liquid_weight": True}, {"shedding": "tate"}):
+        with pytest.raises(ValueError, match="liquid_weight or shedding is on but bridges are off; expected both off"):
+            Effects(bridges=False, **effect)
+    with pytest.raises(ValueError, match="shedding is tate but there is no gravity for drops to fall; expected none"):
+        small.prepare(tmp_path, spheres_of(R), [held(0.0, 0.0)], contacts(1), liquid=SOAPY, effects=DRIPPING)
+    assert not (tmp_path / "scene.json").exists()
 
 
 def test_water_in_a_thin_film_never_drips(tmp_path: Path) -> None:

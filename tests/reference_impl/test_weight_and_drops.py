@@ -64,6 +64,22 @@ def test_share_of_the_liquids_weight(tmp_path: Path) -> None:
         assert ratio == pytest.approx(998.2 * spheres["film"].sum() / dry, rel=1e-9)
 
 
+def test_mass_of_the_liquid_in_semi_implicit_drag(tmp_path: Path) -> None:
+    """The step's drag knows what the spheres carry: its factors agree, and do not with the dry masses."""
+    spheres = beds.bed((4, 4, 4))
+    heavy = small.PAPER.model_copy(update={"liquid_weight": True})
+    scene = beds.prepare(tmp_path, spheres, 400, effects=heavy).model_copy(
+        update={"viscous_integration": "semi_implicit"}
+    )
+    (tmp_path / "scene.json").write_text(scene.model_dump_json())
+    small.run(tmp_path, spheres)
+    assert replay(tmp_path)["ok"]
+    meta = json.loads((tmp_path / "history" / "meta.json").read_text())
+    meta["effects"]["liquid_weight"] = False
+    (tmp_path / "history" / "meta.json").write_text(json.dumps(meta))
+    assert not replay(tmp_path)["quantities"]["factor_normal"]["ok"]
+
+
 def _less(drops: pd.DataFrame) -> pd.DataFrame:
     return drops.assign(volume=drops["volume"].where(drops.index != 20, 0.999 * drops["volume"]))
 
