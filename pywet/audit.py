@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from pywet.effects import OPT_IN
 from pywet.files import read_if_there, read_model, write_json
 from pywet.screening.shapes import Contributions, Plan
 
@@ -22,6 +23,7 @@ MEASURES = {
     "dynamic_rupture": ("mean_stretch", "mean stretch of the rupture distance"),
     "wall_films": ("liquid_share", "liquid drawn from and given to walls, over all that moved"),
     "sharing_by_size": ("liquid_share", "liquid moved against equal sharing, over all that was shared out"),
+    "shedding": ("liquid_share", "liquid that let go as drops, over all"),
 }
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
 IMPULSE = "share of impulse"
@@ -89,6 +91,9 @@ def _judge(
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
+        if row["effect"] in OPT_IN:
+            said = f"would contribute {value:.2g}" if value else "what it would do was not measured"
+            return OK, f"in no preset, left out; {said}"
         if value > tolerance:
             return WRONG, f"plan wrong: left out but contributes {value:.2g}, more than the tolerance {tolerance:g}"
         return OK, f"left out, would contribute {value:.2g}" if value else "left out"

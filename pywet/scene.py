@@ -161,6 +161,8 @@ class Laws(Strict):
     dynamic_rupture: LawName | None = None
     formation: LawName | None = None
     transfer: LawName | None = None
+    shedding: LawName | None = None
+    """When a film lets a drop go; None: never."""
 
 
 class Effects(Laws):
@@ -173,12 +175,18 @@ class Effects(Laws):
     tangential_history: bool = True
     """Friction as a spring that remembers the slip; off: a drag up to the same Coulomb limit, without static friction."""
     gravity: bool = True
+    liquid_weight: bool = False
+    """Spheres have the mass of the liquid they hold besides their own."""
 
     @model_validator(mode="after")
     def _complete(self) -> Effects:
         missing = [n for n in ("rupture", "formation", "transfer") if self.bridges and getattr(self, n) is None]
         if missing:
             raise ValueError(f"effects: bridges are on but no law is named for {', '.join(missing)}")
+        if not self.bridges and (self.liquid_weight or self.shedding):
+            raise ValueError(
+                "effects: liquid_weight or shedding is on but bridges are off; expected both off: nothing is wet"
+            )
         return self
 
     @property
@@ -269,6 +277,10 @@ class Scene(Strict):
             )
         if self.bridges_every > 1 and not self.effects.bridges:
             raise ValueError(f"scene {self.name}: bridges_every is {self.bridges_every} without bridges; expected 1")
+        if self.effects.shedding and not any(self.gravity_m_per_s2):
+            raise ValueError(
+                f"scene {self.name}: shedding is {self.effects.shedding} but there is no gravity for drops to fall; expected none"
+            )
         if self.rotation is None and any(w.motion == "turns" for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self

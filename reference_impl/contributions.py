@@ -20,6 +20,7 @@ from reference_impl.newton import Forces
 from reference_impl.window import Setup
 
 WET = ("capillary", "viscous_normal", "viscous_tangential")
+SWITCHED = (*WET, "liquid_weight")
 BEYOND = 0.01
 """A rupture counts as dynamic where the gap exceeds the static distance by more than this part of it."""
 
@@ -28,12 +29,13 @@ def measure(setup: Setup, run: Run | None, found: list[Forces]) -> dict[str, Any
     """The content of contributions.json."""
     impulse, energy, dissipated = _totals(setup, found)
     acting = found[0].bridges.acting if found and found[0].bridges is not None else dict.fromkeys(WET, False)
-    on = [name for name in WET if acting[name]]
+    acting = {**acting, "liquid_weight": bool(setup.scene["effects"].get("liquid_weight"))}
+    on = [name for name in SWITCHED if acting[name]]
     push = impulse["weight"] + sum(impulse[name] for name in on)
     work = energy["weight"] + sum(energy[name] for name in on) + sum(dissipated.values())
     effects: dict[str, dict[str, Any]] = {}
     for name in impulse:
-        off = name in WET and not acting[name]
+        off = name in SWITCHED and not acting[name]
         more, power = (impulse[name], energy[name]) if off else (0.0, 0.0)
         effects[name] = {
             "acting": not off and (name != "rolling" or bool(setup.scene["effects"].get("rolling", True))),
@@ -63,7 +65,7 @@ def _share(part: float, whole: float) -> float | None:
 
 def _totals(setup: Setup, found: list[Forces]) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
     """Impulses, energies turned over, energies that dry contacts dissipated; all windows together."""
-    names = ("weight", "contact_normal", "contact_tangential", "rolling", *WET)
+    names = ("weight", "contact_normal", "contact_tangential", "rolling", *SWITCHED)
     impulse, energy, dissipated = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0), dict.fromkeys(names[1:4], 0.0)
     dt = setup.step
     for f in found:
@@ -97,10 +99,12 @@ def _totals(setup: Setup, found: list[Forces]) -> tuple[dict[str, float], dict[s
 
 
 def _weight(setup: Setup, f: Forces, impulse: dict[str, float], energy: dict[str, float]) -> None:
-    """Of the spheres that are not driven."""
-    weight = (setup.mass * setup.free)[:, None] * setup.gravity
-    impulse["weight"] += setup.step * len(f.window.steps) * float(size(weight).sum())
-    energy["weight"] += setup.step * float(np.abs((f.window.v_half * weight).sum(axis=2)).sum())
+    """Of the spheres that are not driven, and of the liquid on them."""
+    dry = np.broadcast_to(setup.mass, f.window.liquid.shape)
+    for name, mass in (("weight", dry), ("liquid_weight", f.window.liquid)):
+        weight = (mass * setup.free)[:, :, None] * setup.gravity
+        impulse[name] += setup.step * float(np.sqrt((weight**2).sum(axis=2)).sum())
+        energy[name] += setup.step * float(np.abs((f.window.v_half * weight).sum(axis=2)).sum())
 
 
 def _liquid(run: Run, found: list[Forces], push: float) -> dict[str, dict[str, Any]]:
@@ -127,9 +131,17 @@ def _liquid(run: Run, found: list[Forces], push: float) -> dict[str, dict[str, A
             "ruptures_beyond_static": beyond,
             "mean_stretch": stretch,
         },
+        "shedding": {**none, "acting": coverage.law(run, "shedding") is not None, "liquid_share": _shed(run)},
         "wall_films": {**none, "liquid_share": _share(float(np.abs(drawn[wall]).sum()), float(volume.sum()))},
         "sharing_by_size": {**none, "liquid_share": _share(unequal, float(volume[pairs].sum()))},
     }
+
+
+def _shed(run: Run) -> float:
+    """Liquid that let go as drops, over all liquid; what falls twice counts twice."""
+    if "drops" not in run.tables:
+        return 0.0
+    return float(run.table("drops")["volume"].sum() / run.table("spheres")["film"].sum())
 
 
 def _stretch(run: Run, broke: Floats) -> tuple[float | None, float | None]:

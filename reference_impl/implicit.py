@@ -7,8 +7,9 @@ import pandas as pd
 
 from reference_impl import impulses
 from reference_impl.compare import Floats
-from reference_impl.io import Run
+from reference_impl.io import Run, scene
 from reference_impl.laws import SPHERE
+from reference_impl.weight import Carried
 
 
 def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
@@ -25,6 +26,11 @@ def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
     wall = (table["partner_kind"] != SPHERE).to_numpy()
     mi = table["i"].map(weight).to_numpy(float)
     mj = np.where(wall, 1.0, table["j"].map(weight).fillna(1.0).to_numpy(float))
+    if run.meta["effects"].get("liquid_weight"):
+        carried, density = Carried(run), float(scene(run.folder)["liquid"]["density_kg_per_m3"])
+        step, i = table["step"].to_numpy(), table["i"].to_numpy()
+        mi = mi + density * carried.of(step, i)
+        mj = mj + density * carried.of(step, np.where(wall, i, table["j"].to_numpy()))
     shared_j = np.where(wall, 0.0, table["sharing_j"].to_numpy(float))
     step = float(run.meta["time_step"]) * impulses.weights(run, table)
     return step * np.asarray(table["sharing_i"].to_numpy(float) / mi + shared_j / mj)

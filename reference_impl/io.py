@@ -37,6 +37,7 @@ class Run:
 
 TABLES = ("spheres", "transfer", "events", "contacts", "ledger", "bridges", "films", "wall_films")
 WALL_TABLES = ("triangles", "parts")
+SHED = "drops"
 
 
 def read(folder: Path) -> Run:
@@ -54,6 +55,8 @@ def read(folder: Path) -> Run:
     try:
         meta = json.loads((history / "meta.json").read_text())
         _ = float(meta["surface_tension"]), float(meta["viscosity"]), meta["effects"].keys(), len(meta["types"])
+        if meta["effects"].get("shedding"):
+            tables[SHED] = columns(history / f"{SHED}.parquet", [*NEEDED[SHED], "felt_y", "felt_z"])
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ReplayError(f"{history / 'meta.json'} cannot be read ({error!r}); expected what the driver wrote: "
                           "run the case again") from error  # fmt: skip
@@ -72,6 +75,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "xi_x"),
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),
+    "drops": ("step", "partner_kind", "i", "j", "volume", "film_i_before", "film_j_before", "fallen", "felt_x"),
     "triangles": ("triangle", "area"),
     "parts": ("part", "half_width", "contact_angle", "part_class"),
 }  # fmt: skip

@@ -51,7 +51,7 @@ def _joined(parts: list[tuple[Any, ...]]) -> tuple[Floats, Floats, Floats, pd.Da
 def _rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
     """Step and sphere of each record of `newton.law`, and the sphere's mass."""
     k, who = newton.records(setup, f)
-    return k, who, setup.mass[who]
+    return k, who, f.window.mass[k, who]
 
 
 def _parts(setup: Setup, f: Forces) -> dict[str, Part]:

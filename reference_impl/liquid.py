@@ -12,6 +12,7 @@ import pandas as pd
 
 from reference_impl import coverage, exact, laws
 from reference_impl.compare import Quantity, compare
+from reference_impl.drops import Falling
 from reference_impl.io import Run, note
 from reference_impl.transfer import Tables
 
@@ -146,11 +147,12 @@ def ratio(event: Any, volume: float, fixed: Bodies, tables: Tables) -> float:
     return tables.ratio(kind, fixed.kind_of[event.i], fixed.group[event.j], volume / ri**3)
 
 
-def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State]:
-    """Recompute every event's volumes in order; returns columns beside the event log, and the state at the last output."""
+def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State, Falling]:
+    """Recompute every event's volumes in order; returns columns beside the event log, the state at the last output, and drops."""
     fixed, last = bodies(run), int(run.table("ledger")["step"].max())
     spheres, events = run.table("spheres"), run.table("events")
     state = State(dict(zip(spheres["id"], spheres["film"], strict=True)), {})
+    drops = Falling(run, fixed.radius)
     out: dict[str, list[float]] = defaultdict(list)
     at_last: State | None = None
     waiting: list[Any] = []
@@ -162,11 +164,18 @@ def replay(run: Run, tables: Tables) -> tuple[dict[str, Any], State]:
             step(waiting, state, fixed, tables, out)
             waiting = []
         if event.step > last and at_last is None:
+            drops.before(last + 1, state.film, state.wall)
             at_last = State(dict(state.film), dict(state.wall), dict(state.bridges))
+        if not waiting:
+            drops.before(event.step, state.film, state.wall)
         waiting.append(event)
     if waiting:
         step(waiting, state, fixed, tables, out)
-    return out, at_last or state
+    if at_last is None:
+        drops.before(last + 1, state.film, state.wall)
+        at_last = State(dict(state.film), dict(state.wall), dict(state.bridges))
+    drops.before(np.inf, state.film, state.wall)
+    return out, at_last, drops
 
 
 def check_rupture(run: Run) -> list[Quantity]:
@@ -193,8 +202,8 @@ def check_rupture(run: Run) -> list[Quantity]:
     return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
 
 
-def check(run: Run, own: dict[str, Any], state: State) -> list[Quantity]:
-    """All quantities of the events and of the end; `own` and `state` are what `replay` gives."""
+def check(run: Run, own: dict[str, Any], state: State, drops: Falling) -> list[Quantity]:
+    """All quantities of the events and of the end; `own`, `state` and `drops` are what `replay` gives."""
     events = run.table("events")
     total = float(run.table("spheres")["film"].sum())
     found = []
@@ -206,7 +215,8 @@ def check(run: Run, own: dict[str, Any], state: State) -> list[Quantity]:
     for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
         mine = np.array(own[name])
         found.append(compare(name, "mean film of a sphere", events[name].to_numpy(), mine, typical, events))
-    return [*found, *check_rupture(run), *final_state(run, state, total), ledger(run, total)]
+    found += [*check_rupture(run), *final_state(run, state, total), ledger(run, total)]
+    return [*found, *drops.check(float(typical.mean()) if len(typical) else total)]
 
 
 def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:

@@ -38,7 +38,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     whole.inputs(run)
     tables = transfer.Tables(run.table("transfer"))
     own = liquid.replay(run, tables)
-    quantities = [*liquid.check(run, *own), *snapshots.check(run, tables, own[0])]
+    quantities = [*liquid.check(run, *own), *snapshots.check(run, tables, own[0], own[2].films)]
     events_done = time.process_time()
     io.note("contacts")
     quantities += [*forces.check(run), *impulses.check(run)]

@@ -22,6 +22,8 @@ ROOM = 1e-9
 SMALLEST = 1e-12
 """V* below which nothing forms, by definition of the model's numerical zero."""
 
+Moves = list[tuple[int, int, float]]
+
 
 def thickness(film: Floats, radius: Floats) -> Floats:
     """Of the film on a sphere: (3 L/(4 pi) + r^3)^(1/3) - r (E 34)."""
@@ -64,6 +66,10 @@ def touching_pairs(run: Run) -> pd.DataFrame:
         return pd.DataFrame()
     table, events = pd.concat(found, ignore_index=True), run.table("events")
     moved = pd.MultiIndex.from_frame(pd.concat([events[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]))
+    if "drops" in run.tables:  # these come after the formations of their step
+        drops = run.table("drops")
+        both = [drops[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]
+        moved = moved.append(pd.MultiIndex.from_frame(pd.concat(both)))
     busy = [pd.MultiIndex.from_frame(table[["step", s]]).isin(moved) for s in "ij"]
     return table[~(busy[0] | busy[1])].reset_index(drop=True)
 
@@ -85,7 +91,7 @@ def _at_outputs(run: Run) -> pd.DataFrame:
 def _in_windows(run: Run) -> pd.DataFrame:
     """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
     path, events = run.folder / "history" / "window_states.parquet", run.table("events")
-    if not path.exists() or not len(events):
+    if not path.exists() or not len(events) or "drops" in run.tables:  # drops change films between events
         return pd.DataFrame()
     where = pd.read_parquet(path, columns=["step", "id", "x", "y", "z"])
     where = where[(where["step"] > 0) & (where["step"] % run.meta.get("bridges_every", 1) == 0)].sort_values("step")
@@ -157,8 +163,8 @@ def standing_at_outputs(run: Run, tables: Tables, own: dict[str, list[float]]) -
     ]
 
 
-def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
-    """Films of spheres and walls at every output; `own` as above."""
+def films_at_outputs(run: Run, own: dict[str, list[float]], drops: Moves) -> list[Quantity]:
+    """Films of spheres and walls at every output; `own` as above, `drops` what they changed (see drops.py)."""
     events, spheres = run.table("events"), run.table("spheres")
     wall = events["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - events["triangle"].to_numpy(), events["j"].to_numpy())
@@ -166,6 +172,8 @@ def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
         {"step": np.tile(events["step"].to_numpy(), 2), "holder": np.concatenate([events["i"].to_numpy(), j]).astype(np.int64),
          "own": np.concatenate([own["film_i_after"], own["film_j_after"]])}
     )  # fmt: skip
+    if drops:  # booked after all else in their step, in their order
+        last = pd.concat([last, pd.DataFrame(drops, columns=["step", "holder", "own"])])
     last = last.drop_duplicates(["step", "holder"], keep="last").sort_values("step", kind="stable")
     first, found = dict(zip(spheres["id"], spheres["film"], strict=True)), []
     for name in ("films", "wall_films"):
@@ -180,13 +188,13 @@ def films_at_outputs(run: Run, own: dict[str, list[float]]) -> list[Quantity]:
     return found
 
 
-def check(run: Run, tables: Tables, own: dict[str, list[float]]) -> list[Quantity]:
-    """All of these; `own` are the columns that liquid.replay computed beside the event log."""
-    if not len(run.table("events")):
+def check(run: Run, tables: Tables, own: dict[str, list[float]], drops: Moves) -> list[Quantity]:
+    """All of these; `own` are the columns that liquid.replay computed beside the event log, `drops` what drops changed."""
+    if not len(run.table("events")) and not drops:
         return []
     return [
         formation_due(run),
         *formation_missed(run),
-        *films_at_outputs(run, own),
+        *films_at_outputs(run, own, drops),
         *standing_at_outputs(run, tables, own),
     ]

@@ -299,6 +299,12 @@ def inputs(run: io.Run) -> None:
         raise ReplayError(
             f"{history / 'transfer.parquet'} holds {rows} rows; expected the {want} of scene.json: {AGAIN}"
         )
+    if "drops" in run.tables:
+        drops, path = run.table("drops"), history / "drops.parquet"
+        _known(path, drops["i"], ids, "sphere")
+        _known(path, drops.loc[drops["partner_kind"] == laws.SPHERE, "j"], ids, "sphere")
+        on_walls = drops["partner_kind"].isin([laws.LARGE_WALL, laws.SMALL_WALL])
+        _known(path, drops.loc[on_walls, "j"], triangles["triangle"], "triangle")
     for name in ("events", "contacts", "bridges"):
         table, path = run.table(name), history / f"{name}.parquet"
         wall = table["partner_kind"] != laws.SPHERE

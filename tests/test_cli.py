@@ -55,7 +55,7 @@ def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
         "tangential_history",
         "gravity",
     }
-    assert set(switched.values()) == {"on", "off"} and len(switched) == 12
+    assert set(switched.values()) == {"on", "off"} and len(switched) == 13
 
 
 def test_laws_lists_the_registry(runner: CliRunner) -> None:

@@ -25,7 +25,7 @@ class EffectSettings(Strict):
     """Which effects are simulated. `auto`: decided by `decide`; on or off: as said.
 
     decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose
-    number is below the tolerance is off.
+    number is below the tolerance is off. liquid_weight and shedding are in no preset: they are on by hand only.
     """
 
     decide: Literal["preset", "tolerance"] = "preset"
@@ -40,6 +40,8 @@ class EffectSettings(Strict):
     rolling: Switch = "auto"
     tangential_history: Switch = "auto"
     gravity: Switch = "auto"
+    liquid_weight: Switch = "auto"
+    shedding: Switch = "auto"
 
 
 class TimeStepSettings(Limited):

@@ -68,6 +68,7 @@ class Groups:
     """Coefficient of sliding at the smallest gap (Lian, E 27)."""
     capillary_number: float
     liquid_mass: float
+    surface_tension: float
 
     @property
     def smallest_gap(self) -> float:
@@ -137,6 +138,7 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
         tangential_drag=slide if h > 0 else 0.0,
         capillary_number=speed * eta / sigma if sigma > 0 and h > 0 else 0.0,
         liquid_mass=film_volume * liquid.density_kg_per_m3 if liquid is not None else 0.0,
+        surface_tension=sigma,
     )
 
 

@@ -129,6 +129,8 @@ PROBE: dict[str, tuple[float, ...]] = {
     "viscosity": (1e-3,),
     "normal_velocity": (-0.1, 0.0, 0.1),
     "speed": (0.0, 1.0),
+    "acceleration": (0.0, 9.81, 1000.0),
+    "density": (1000.0,),
 }
 """Values a law is tried on before a run."""
 
@@ -148,6 +150,7 @@ SENSE: dict[str, Sense] = {
         "a volume from 0 to that of the film",  # a wall's film counts within ten radii
         lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),
     ),
+    "shedding": ("a volume from 0 to that of the film", lambda value, at: (value >= 0) & (value <= _film(at))),
 }
 """Kind -> what its (first) function must give on the probe grid, and where it does."""
 

@@ -17,6 +17,7 @@ from pywet.laws import (
     formation,
     own,
     rupture,
+    shedding,
     transfer,
     transfer_exact,
     viscous,
@@ -42,6 +43,10 @@ SIGNATURES: dict[str, tuple[tuple[str, ...], ...]] = {
         ("film_thickness", "radius_i", "half_width"),
     ),
     "transfer": (),
+    "shedding": (
+        ("film_volume_i", "radius_i", "acceleration", "density", "surface_tension"),
+        ("film_volume_i", "density", "surface_tension"),
+    ),
 }
 """Arguments of each function of a law, by kind."""
 
@@ -107,6 +112,7 @@ BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
         )
     },
     "transfer": {"parabola": (), "young_laplace": (), "half": ()},
+    "shedding": {"tate": shedding.SHEDDING},
 }
 BUILT_IN["capillary"]["davis"] = (davis.capillary,)
 BUILT_IN["viscous_normal"]["davis"] = (davis.normal,)
@@ -197,5 +203,6 @@ def _check_own(law: Law) -> None:
     if len(law.functions) != len(wanted):
         raise PywetError(f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}")
     for function, arguments in zip(law.functions, wanted, strict=True):
-        turning = law.kind == "viscous_tangential" and function is not law.functions[0]
-        check(function, arguments, None if turning else law.kind)  # what a turn adds to the drag may have either sign
+        # what a turn adds to the drag may have either sign; the second function of shedding is a time
+        other = law.kind in ("viscous_tangential", "shedding") and function is not law.functions[0]
+        check(function, arguments, None if other else law.kind)

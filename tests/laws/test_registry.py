@@ -49,6 +49,7 @@ def test_built_in_laws_of_each_kind() -> None:
         "dynamic_rupture": ["pitois"],
         "formation": ["shi_mccarthy"],
         "transfer": ["parabola"],
+        "shedding": ["tate"],
     }
     assert set(expected) == set(registry.SIGNATURES)
     for kind, some in expected.items():

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts.build import engine_version, plugin_path
+from pywet.engines.liggghts.deck import drop_every
 from pywet.engines.schedule import checkpoint_every
 from pywet.errors import PywetError
 from pywet.geometry.prisms import prism_of
@@ -29,6 +30,7 @@ SLOTS = {
     "rupture": ("rupture",),
     "dynamic_rupture": ("dynamic_rupture",),
     "formation": ("from_sphere", "from_sphere_at_wire", "from_wall", "from_wire"),
+    "shedding": ("shed_drop", "shed_time"),
 }
 """Kind of law -> the plugin's slots, in the order of `Law.functions`; what is in BATCHED is one slot for all of them."""
 BATCHED = ("capillary", "viscous_normal", "viscous_tangential")
@@ -96,6 +98,15 @@ class Plugin:
             C.c_int(scene.output.energy),
         )
         self._library.pywet_set_impulses(C.c_int(scene.bridges_every))
+
+        if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
+            masses = _doubles([c.mass_kg for c in scene.classes])
+            self._library.pywet_set_liquid_mass(
+                C.c_double(liquid.density_kg_per_m3),
+                C.c_int(scene.effects.liquid_weight),
+                _pointer(masses),
+                C.c_int64(drop_every(scene)),
+            )
 
     def _set_laws(self, scene: Scene) -> None:
         for kind, slots in SLOTS.items():

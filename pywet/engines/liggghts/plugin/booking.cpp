@@ -114,6 +114,7 @@ void Bridges::book() {
     e.film_j_after = e.partner_kind == SPHERE ? film[e.j] : walls.film[e.triangle];
     if (rank_ == 0) event_log_.write(e);
   }
+  carry();
 }
 
 }  // namespace pywet

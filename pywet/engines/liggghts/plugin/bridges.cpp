@@ -11,11 +11,12 @@ void Bridges::step(int64_t n) {
   const bool due = n % bridges_every == 0;
   now_ = n;
   const bool fresh = first || again || lists_are_new();
-  if (!due && !fresh && !energy && prisms.empty()) return;
+  if (!due && !fresh && !energy && !weighs && !laws.shed_drop && prisms.empty()) return;
   look();
   time_ = n * at_.dt;
   if (fresh) inside_the_box();
   read_mesh_motion(fresh);
+  weigh(again, fresh);
   events_.clear();
   proposed_.clear();
   if (moist) begin_work();
@@ -53,6 +54,7 @@ void Bridges::step(int64_t n) {
   }
   if (moist) add_work(first, first || again);
   if (again) return;
+  shed();
   if (moist && std::binary_search(output_steps.begin(), output_steps.end(), n)) snapshot();
   if (checkpoint_every > 0 && n > 0 && n % checkpoint_every == 0) save_state();
 }

@@ -3,7 +3,7 @@
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
 // Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
-// stands near, together.cpp holds their loops over many bridges, prisms.cpp dry contacts with wires, implicit.cpp holds the semi-implicit drag, impulses.cpp lets bridges act every few steps, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
+// stands near, weight.cpp and shedding.cpp hold what the liquid weighs and what drips, together.cpp holds their loops over many bridges, prisms.cpp dry contacts with wires, implicit.cpp holds the semi-implicit drag, impulses.cpp lets bridges act every few steps, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -109,6 +109,10 @@ class Bridges {
   bool energy = true;                             // works are added up and logged
   int64_t checkpoint_every = 0;                   // steps; 0: none
   int bridges_every = 1;                          // steps from one evaluation of the bridges to the next
+  bool weighs = false;                            // the liquid has mass
+  double density = 0;                             // of the liquid
+  std::vector<double> type_mass;                  // dry; index: type - 1
+  int64_t drop_every = 0;                         // steps between looks at what drips
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
@@ -144,7 +148,8 @@ class Bridges {
   std::vector<Event> events_;
   std::vector<Waiting> waiting_;
   Together together_;
-  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_, wire_log_;
+  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_, wire_log_,
+      drop_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;    // the engine's dry contact with walls
   std::vector<Weave> weaves_;
@@ -159,6 +164,11 @@ class Bridges {
   std::vector<Acting> other_works_;
   double other_power_[EFFECTS];
   std::vector<Vec> before_;                       // where spheres and ghosts were at the last look
+
+  std::vector<double> load_, weighed_;            // liquid a sphere carries [m3]: now, and in its present mass; index: id
+  bool heavier_ = false;                          // they differ
+  std::vector<double> felt_, speed_then_;         // 3 numbers an id: specific force, velocity at the last look
+  double left_ = 0;                               // liquid that fell on nothing
 
   static uint64_t key(int kind, int i, int j) {
     return (uint64_t(kind == SPHERE ? 0 : 1) << 62) | (uint64_t(uint32_t(i)) << 31) | uint64_t(uint32_t(j));
@@ -251,6 +261,19 @@ class Bridges {
   double stored(size_t bridge, double separation) const;
   void book_energy_of_events();
 
+  // weight.cpp
+  double wet_mass(int id) const;
+  void load();
+  void weigh(bool again, bool fresh);
+  void carry();
+
+  // shedding.cpp
+  std::vector<double> everywhere() const;
+  void feel(const std::vector<double> &now);
+  void land(const std::vector<double> &now, Drop &d) const;
+  void fall(Drop &d);
+  void shed();
+
   // output.cpp
   void open_logs();
   bool logging() const;
@@ -263,6 +286,8 @@ class Bridges {
   void save_state();
   void restore_forces();
 };
+
+double film_thickness(double volume, double r);
 
 // Records of all ranks, in order of the ranks.
 template <class T>

@@ -72,6 +72,7 @@ void Bridges::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
       throw std::runtime_error("the deck has no fix wall/gran named walls whose springs are those of one contact");
   }
   arrange_wires();
+  load();
   open_logs();
 }
 

@@ -8,7 +8,7 @@ namespace pywet {
 
 static const double PI = 3.14159265358979323846;
 
-static double film_thickness(double volume, double r) {
+double film_thickness(double volume, double r) {
   const double q = 3.0 * volume / (4.0 * PI * r * r * r);
   return r * std::expm1(std::log1p(q) / 3.0);  // (3L/4pi + r^3)^(1/3) - r without cancellation
 }

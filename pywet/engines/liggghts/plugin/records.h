@@ -8,7 +8,7 @@
 namespace pywet {
 
 enum { FORMATION = 0, RUPTURE = 1 };
-enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2 };
+enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2, LEFT = 3 };  // LEFT: of drops alone
 
 #pragma pack(push, 1)
 struct Event {
@@ -50,6 +50,12 @@ struct Film {
   int32_t id, pad;
   double film;
 };
+struct Drop {
+  int64_t step;
+  double time;
+  int32_t partner_kind, i, j, pad;
+  double volume, film_i_before, film_j_before, fallen, felt[3], x[3];
+};
 struct WireContact {
   int64_t step;
   int32_t mesh, triangle, i, pad;
@@ -62,6 +68,7 @@ static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py"
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
 static_assert(sizeof(Energy) == 120, "records must match pywet/history/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
+static_assert(sizeof(Drop) == 112, "records must match pywet/history/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/history/schema.py");
 
 // An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
