@@ -19,10 +19,11 @@ from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
-from pywet.scene import Strict
+from pywet.laws.kinds import PRESETS
+from pywet.strict import Strict
 
 EXACT = "young_laplace"
-DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "rupture": "willett_unequal"}
+DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_normal", "rupture")}
 """Laws of each kind where the file names none."""
 
 

@@ -22,15 +22,8 @@ from pywet.files import read_table
 from pywet.scene import ContactPair, Effects, SphereClass
 from pywet.scene import Liquid as SceneLiquid
 
-BUCK = Effects(
-    bridges=True,
-    capillary="buck",
-    viscous_normal="buck_water",
-    viscous_tangential="buck",
-    rupture="buck",
-    dynamic_rupture="pitois",
-    formation="shi_mccarthy",
-    transfer="parabola",
+BUCK = small.PAPER.model_copy(
+    update={"capillary": "buck", "viscous_normal": "buck_water", "viscous_tangential": "buck", "rupture": "buck"}
 )
 """The laws of Buck et al. in the form the engine takes; formation and sharing are those of the preset `paper`."""
 STEPS_PER_CONTACT = 50

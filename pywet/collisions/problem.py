@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pywet.collisions import contact
 from pywet.collisions.model import Parameters
 from pywet.config.entries import Excusable
-from pywet.scene import Strict
+from pywet.strict import Strict
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5)]

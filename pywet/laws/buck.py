@@ -47,7 +47,7 @@ def half_filling(volume_over_cube: float, theta: float) -> float:
     return 0.5 * (low + high)
 
 
-@force_law
+@force_law("capillary")
 def buck(
     separation: float,
     volume: float,
@@ -83,7 +83,7 @@ def buck(
     return max(line + math.pi * rim * rim * surface_tension * (1.0 / r_m - 1.0 / neck), 0.0)
 
 
-@force_law
+@force_law("viscous_normal")
 def buck_water(
     separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
 ) -> float:
@@ -112,7 +112,7 @@ def buck_water(
     return -6.0 * math.pi * viscosity * max(drag, reduced * reduced / max(separation, GAP_MIN)) * normal_velocity
 
 
-@force_law
+@force_law("viscous_tangential", "buck")
 def buck_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t v_t, (29): 6π η r ((8/15) Λ + 0.9588), Λ = ln(r/S) ≥ 0.
 
@@ -129,7 +129,7 @@ def buck_translation(separation: float, radius_i: float, radius_j: float, viscos
     return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
 
 
-@force_law
+@force_law("viscous_tangential", "buck")
 def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins, (29): 6π η r ((2/15) Λ − 0.2526).
 
@@ -145,7 +145,7 @@ def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * log - 0.2526)
 
 
-@force_law
+@force_law("rupture", "buck")
 def buck_rupture(
     volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
 ) -> float:

@@ -16,7 +16,7 @@ def effective_radius(radius_i: float, radius_j: float) -> float:
     return 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
 
 
-@force_law
+@force_law("capillary")
 def rabinovich(
     separation: float,
     volume: float,
@@ -60,7 +60,7 @@ def rabinovich(
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(phi + theta)
 
 
-@force_law
+@force_law("capillary")
 def rabinovich_small_gap(
     separation: float,
     volume: float,
@@ -98,7 +98,7 @@ def rabinovich_small_gap(
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(phi + theta)
 
 
-@force_law
+@force_law("capillary")
 def rabinovich_as_printed(
     separation: float,
     volume: float,
@@ -138,7 +138,7 @@ def rabinovich_as_printed(
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(theta) * math.sin(theta + math.sqrt(2.0 * d / r))
 
 
-@force_law
+@force_law("capillary")
 def lambert(
     separation: float,
     volume: float,

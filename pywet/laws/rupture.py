@@ -7,7 +7,7 @@ import math
 from pywet.laws.force_law import force_law
 
 
-@force_law
+@force_law("rupture")
 def willett_unequal(
     volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
 ) -> float:
@@ -32,7 +32,7 @@ def willett_unequal(
     return r * angles * (root + (0.5 * q - 0.4) * root * root)
 
 
-@force_law
+@force_law("rupture")
 def willett_unequal_as_printed(
     volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
 ) -> float:
@@ -56,7 +56,7 @@ def willett_unequal_as_printed(
     return r * angles * (root + (0.5 * q - 0.4) * root * root)
 
 
-@force_law
+@force_law("rupture")
 def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Static rupture distance of Lian et al. (1993): S_rup = (1 + θ/2) V^(1/3), θ the mean contact angle.
 
@@ -71,7 +71,7 @@ def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float
     return (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * volume ** (1.0 / 3.0)
 
 
-@force_law
+@force_law("rupture")
 def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Static rupture distance of Willett et al. (2000) for equal spheres.
 
@@ -88,7 +88,7 @@ def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
     return r * (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * (root + 0.1 * root * root)
 
 
-@force_law
+@force_law("dynamic_rupture", "pitois")
 def pitois_dynamic(speed: float, viscosity: float, surface_tension: float) -> float:
     """Factor on the rupture distance of a bridge drawn at a speed (Pitois et al. 2001): 1 + √(|v| η/σ).
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from pywet import bridge_query, scenes, small
-from pywet.effects import PRESETS
 from pywet.files import read_table
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
+from pywet.laws.kinds import PRESETS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import ContactPair, Effects, Output, Scene, SphereClass
 from pywet.screening import amounts
