@@ -15,7 +15,7 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.effects.costs import measured_costs
 from pywet.effects.numbers import Number, class_groups, effect_numbers
 from pywet.effects.shares import WITHIN, predicted_shares
-from pywet.effects.surroundings import BRIDGE_SHARE, GRAVITY, S_MIN, Surroundings
+from pywet.effects.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
 from pywet.errors import PywetError
 from pywet.laws import registry
 from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
@@ -24,7 +24,6 @@ from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 __all__ = [
     "BRIDGE_SHARE",
     "GRAVITY",
-    "S_MIN",
     "EffectPlan",
     "EffectRow",
     "Surroundings",

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
 
 GAP_MIN = 0.5e-6
 """Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""
@@ -17,10 +18,7 @@ WATER_DENSITY = 998.0
 """Density in the Reynolds number of `buck_water` [kg/m3] (table 2): a law is not given the liquid's density."""
 
 
-@helper
-def half_radius(radius_i: float, radius_j: float) -> float:
-    """Radius of the sphere of one half of the bridge: r_i at a wall, else r_eff = 2 r_i r_j/(r_i + r_j) [m]."""
-    return radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+half_radius, reduced_radius = helper(contact.bridge_radius), helper(contact.reduced_radius)
 
 
 @helper
@@ -124,7 +122,7 @@ def buck_translation(separation: float, radius_i: float, radius_j: float, viscos
     """
     if separation < 0.0:
         return 0.0
-    r = radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+    r = reduced_radius(radius_i, radius_j)
     log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
     return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
 
@@ -140,7 +138,7 @@ def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     """
     if separation < 0.0:
         return 0.0
-    r = radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+    r = reduced_radius(radius_i, radius_j)
     log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
     return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * log - 0.2526)
 

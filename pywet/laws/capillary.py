@@ -8,12 +8,9 @@ from __future__ import annotations
 import math
 
 from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
 
-
-@helper
-def effective_radius(radius_i: float, radius_j: float) -> float:
-    """Harmonic mean 2 r_i r_j/(r_i + r_j) [m]; its limit 2 r_i at a wall."""
-    return 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+effective_radius = helper(contact.effective_radius)
 
 
 @force_law("capillary")

@@ -20,6 +20,7 @@ import math
 
 from pywet.laws.force_law import ForceLaw, force_law, helper, register
 from pywet.laws.viscous import lubricated_gap, reduced_radius
+from pywet.physics import contact
 
 NOMINAL_FILM = 0.04
 """Film gap δ in units of r_red for which the registered tangential law is made: the paper's ĥ_a = 0.01 for equal spheres."""
@@ -32,10 +33,7 @@ def film_gap(volume: float, radius_i: float, radius_j: float) -> float:
     return volume / (math.pi * a * a)
 
 
-@helper
-def thickness(film_volume: float, radius: float) -> float:
-    """(3L/(4π) + r³)^(1/3) − r [m], without cancellation."""
-    return radius * math.expm1(math.log1p(3.0 * film_volume / (4.0 * math.pi * radius**3)) / 3.0)
+thickness = helper(contact.film_thickness)
 
 
 @force_law("capillary", "davis")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
-from pywet.laws.force_law import force_law
+from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
+
+effective_radius, bridge_radius = helper(contact.effective_radius), helper(contact.bridge_radius)
 
 
 @force_law("rupture")
@@ -22,11 +25,7 @@ def willett_unequal(
     >>> f"{willett_unequal(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '1.010000e-04'
     """
-    if math.isinf(radius_j):
-        r, q = 2.0 * radius_i, 0.0
-    else:
-        r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
-        q = min(radius_i, radius_j) / max(radius_i, radius_j)
+    r, q = effective_radius(radius_i, radius_j), min(radius_i, radius_j) / max(radius_i, radius_j)
     root = (volume / r**3) ** (1.0 / 3.0)
     angles = 1.0 + 0.125 * (contact_angle_i + contact_angle_j) * (1.0 + q)
     return r * angles * (root + (0.5 * q - 0.4) * root * root)
@@ -46,11 +45,7 @@ def willett_unequal_as_printed(
     >>> f"{willett_unequal_as_printed(1e-12, 1e-3, math.inf, 0.0, 0.0):.6e}"
     '9.600000e-05'
     """
-    if math.isinf(radius_j):
-        r, q = radius_i, 0.0
-    else:
-        r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
-        q = min(radius_i, radius_j) / max(radius_i, radius_j)
+    r, q = bridge_radius(radius_i, radius_j), min(radius_i, radius_j) / max(radius_i, radius_j)
     root = (volume / r**3) ** (1.0 / 3.0)
     angles = 1.0 + 0.125 * (contact_angle_i + contact_angle_j) * (1.0 + q)
     return r * angles * (root + (0.5 * q - 0.4) * root * root)
@@ -83,7 +78,7 @@ def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
     >>> f"{willett(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '1.010000e-04'
     """
-    r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+    r = effective_radius(radius_i, radius_j)
     root = (volume / r**3) ** (1.0 / 3.0)
     return r * (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * (root + 0.1 * root * root)
 

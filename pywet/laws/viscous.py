@@ -5,20 +5,14 @@ from __future__ import annotations
 import math
 
 from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
 
-S_MIN = 1e-3
-"""Added to the separation in units of r_eff (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
-
-
-@helper
-def reduced_radius(radius_i: float, radius_j: float) -> float:
-    """r_i r_j/(r_i + r_j) [m]; r_i at a wall."""
-    return radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+reduced_radius = helper(contact.reduced_radius)
 
 
 @helper
 def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float:
-    """max(S, 0) + S_min with S_min = 0.001 r_eff [m]."""
+    """max(S, 0) + S_min with S_min = 0.001 r_eff [m] (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
     if math.isinf(radius_j):
         return max(separation, 0.0) + 1e-3 * radius_i
     return max(separation, 0.0) + 2e-3 * radius_i * radius_j / (radius_i + radius_j)

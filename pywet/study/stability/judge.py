@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pywet.files import read_table
 from pywet.history.schema import FORMATION, SPHERE, WORKS
 from pywet.laws import registry
+from pywet.physics.contact import pair_mass
 from pywet.study.stability.cells import Batch
 from reference_impl.replay import replay
 
@@ -220,12 +221,7 @@ def order(run: Run, cell: int) -> float:
     largest = 0.0
     for p in run.batch.pairs:
         if p.a in kinds and (p.b in kinds or (p.b == 0 and walls)):
-            one = run.batch.classes[p.a - 1].mass_kg
-            m = (
-                one
-                if p.b == 0
-                else one * run.batch.classes[p.b - 1].mass_kg / (one + run.batch.classes[p.b - 1].mass_kg)
-            )
+            m = pair_mass(run.batch.classes, p)
             largest = max(largest, p.normal_stiffness_N_per_m * run.batch.time_step**2 / m)
     return largest / 3.0 + 1e-9
 
