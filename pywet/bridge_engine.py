@@ -17,9 +17,9 @@ from pywet import small
 from pywet.bridge_query import EXACT, Query, answer
 from pywet.errors import PywetError
 from pywet.files import read_table
+from pywet.history.initial import film_volume
 from pywet.history.schema import FORMATION, RUPTURE
 from pywet.laws import registry
-from pywet.physics.contact import film_volume
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 STEPS = 4000

@@ -19,7 +19,6 @@ from pywet.errors import PywetError
 from pywet.files import read_table, write_json
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
-from pywet.physics.contact import damping
 from pywet.ranges import SCENE
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 from pywet.screening.amounts import common_film_thickness
@@ -93,8 +92,9 @@ def liquid(choice: Choice, sphere: SphereClass) -> Liquid:
 
 def time_step(choice: Choice, sphere: SphereClass, stiffness: float) -> float:
     """A twentieth of the stable step of a dense packing, cut to two digits; explicit drag counts with its damping time."""
+    log_e = math.log(0.8)
     m = 0.5 * sphere.mass_kg
-    gamma = damping(0.8, m, stiffness)
+    gamma = -2.0 * log_e * math.sqrt(m * stiffness) / math.hypot(math.pi, log_e)
     r_red, gap = 0.5 * sphere.radius_m, 1e-3 * sphere.radius_m
     drag = 6.0 * math.pi * choice.viscosity_Pa_s * r_red**2 / gap
     implicit = choice.viscous_integration == "semi_implicit"

@@ -20,10 +20,19 @@ from pywet.geometry.stl import write_stl
 from pywet.geometry.surface import Surface, make_surface
 from pywet.history.initial import write_initial
 from pywet.laws import own
-from pywet.laws.kinds import PRESETS
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
-PAPER, EXACT = (Effects.model_validate({"bridges": True, **laws}) for laws in PRESETS.values())
+PAPER = Effects(
+    bridges=True,
+    capillary="rabinovich",
+    viscous_normal="pitois",
+    viscous_tangential="goldman",
+    rupture="willett_unequal",
+    dynamic_rupture="pitois",
+    formation="shi_mccarthy",
+    transfer="parabola",
+)
+EXACT = PAPER.model_copy(update={"capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"})
 DRY = Effects(bridges=False)
 
 

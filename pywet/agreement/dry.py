@@ -33,7 +33,6 @@ from pywet.agreement.model import (
 from pywet.agreement.replayed import classes, momenta
 from pywet.errors import PywetError
 from pywet.files import read_table
-from pywet.physics import contact
 from pywet.scene import ContactPair
 
 R, STIFFNESS, RESTITUTION, FRICTION, SPEED = 2.5e-3, 1e7, 0.8, 0.3, 0.2
@@ -73,7 +72,8 @@ def pair() -> ContactPair:
 def law() -> tuple[float, float, float]:
     """Reduced mass, damping [N s/m] and duration of the contact [s]; γ from the restitution (E 5)."""
     mass = 0.5 * classes(R)[0].mass_kg
-    damping = contact.damping(RESTITUTION, mass, STIFFNESS)
+    log = math.log(RESTITUTION)
+    damping = -2.0 * log * math.sqrt(mass * STIFFNESS) / math.hypot(math.pi, log)
     zeta = damping / (2.0 * math.sqrt(mass * STIFFNESS))
     return mass, damping, math.pi * math.sqrt(mass / STIFFNESS) / math.sqrt(1.0 - zeta**2)
 

@@ -11,7 +11,6 @@ import pandas as pd
 
 from pywet import young_laplace
 from pywet.agreement.model import Floats
-from pywet.physics.contact import bridge_radius
 from reference_impl import capillary, laws
 
 R, SIGMA, ETA, ANGLE, V_STAR = 2.5e-3, 0.07275, 1e-3, math.radians(15.0), 1e-2
@@ -84,5 +83,6 @@ def pairs() -> list[Pair]:
     """The three pairs of the table."""
     found = []
     for key, (ri, rj) in RADII.items():
-        found.append(Pair(key, ri, rj, V_STAR * bridge_radius(ri, rj) ** 3))
+        effective = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
+        found.append(Pair(key, ri, rj, V_STAR * effective**3))
     return found

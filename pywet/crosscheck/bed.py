@@ -26,12 +26,11 @@ from pywet.errors import PywetError
 from pywet.files import read_table, write_table
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import make_surface
-from pywet.laws.kinds import SWITCHED
 from pywet.scene import Output, Scene
 
 OURS, DRY = "LIGGGHTS+pywet", "LIGGGHTS, dry"
 EFFECTS = small.PAPER.model_copy(
-    update={**dict.fromkeys(SWITCHED), "capillary": small.PAPER.capillary, "rolling": False}
+    update={"viscous_normal": None, "viscous_tangential": None, "dynamic_rupture": None, "rolling": False}
 )
 STIFFNESS = 500.0
 COHESION = """fix             p_surfaceTension all property/global surfaceTension scalar {tension}

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from pywet import bridge_query, scenes, small
+from pywet.effects import PRESETS
 from pywet.files import read_table
 from pywet.geometry.solids import bin_solid
 from pywet.geometry.surface import Surface, make_surface
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
-from pywet.laws.kinds import PRESETS
 from pywet.laws.transfer import v_star_grid
-from pywet.physics.contact import bridge_radius
 from pywet.scene import ContactPair, Effects, Output, Scene, SphereClass
 from pywet.screening import amounts
 from pywet.study.accuracy.knobs import Setting, log_windows
@@ -170,7 +169,8 @@ def law_errors(setting: Setting) -> dict[str, float]:
     name = "young_laplace" if exact else setting.capillary
     force, rupture = [], []
     for ri, ti, rj, tj in BRIDGES:
-        volume, angles = REDUCED_VOLUME * bridge_radius(ri, rj) ** 3, (math.radians(ti), math.radians(tj))
+        r = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
+        volume, angles = REDUCED_VOLUME * r**3, (math.radians(ti), math.radians(tj))
         bodies = [{"radius_m": ri, "contact_angle_deg": ti}, _body(rj, tj)]
         limit = registry.get("rupture", "willett_unequal").functions[0](volume, ri, rj, *angles)
         gaps = [float(s) for s in np.linspace(0.0, 0.9 * limit, 40)]

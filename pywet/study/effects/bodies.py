@@ -12,7 +12,6 @@ import numpy as np
 from pywet import advisor
 from pywet.effects import Surroundings
 from pywet.geometry.surface import Surface
-from pywet.physics.contact import damping
 from pywet.scene import ContactPair, Effects, Liquid, Rotation, Scene, SphereClass
 from pywet.screening.amounts import common_film_thickness
 from pywet.small import Sphere
@@ -95,7 +94,8 @@ def time_step(setup: Setup) -> float:
     steps = []
     for pair in setup.pairs:
         m = setup.classes[pair.a - 1].mass_kg * (0.5 if pair.b else 1.0)
-        gamma = damping(pair.restitution, m, pair.normal_stiffness_N_per_m)
+        log_e = math.log(pair.restitution)
+        gamma = -2.0 * log_e * math.sqrt(m * pair.normal_stiffness_N_per_m) / math.hypot(math.pi, log_e)
         steps.append(advisor.largest_step(m, pair.normal_stiffness_N_per_m, gamma, 0.0, False, advisor.PACKED))
     step = STEP_FRACTION * min(steps)
     digit = 10.0 ** (math.floor(math.log10(step)) - 1)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from pywet import advisor, small
 from pywet.geometry.solids import plate, wire
-from pywet.physics.contact import bridge_radius, effective_mass, film_thickness
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass
 from pywet.study.stability import cells
 from pywet.study.stability.cells import Batch, Body, Cell, Part
@@ -64,7 +63,8 @@ class Setting:
 
     def thickness(self, kind: int, film: float) -> float:
         """Thickness of a film of that volume [m]."""
-        return float(film_thickness(film, self.radii[kind - 1]))
+        r = self.radii[kind - 1]
+        return r * math.expm1(math.log1p(3.0 * film / (4.0 * math.pi * r**3)) / 3.0)
 
     def gap(self, reach: float) -> float:
         """Gap between two spheres: exactly zero for one in five, else within or just beyond what their films reach."""
@@ -231,9 +231,9 @@ def contact(
 ) -> ContactPair:
     """A spring that overlaps by 3 % of the smaller radius at the batch's speed, or 1 % under the bridge, times `spare`."""
     one, two = classes[a - 1], classes[b - 1] if b else None
-    m = effective_mass(one.mass_kg, two.mass_kg if two else math.inf)
-    radii = one.radius_m, two.radius_m if two else math.inf
-    r, reduced = min(radii), bridge_radius(*radii)
+    m = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
+    r = one.radius_m if two is None else min(one.radius_m, two.radius_m)
+    reduced = r if two is None else 2.0 * one.radius_m * two.radius_m / (one.radius_m + two.radius_m)
     k = max(m * (speed / (0.03 * r)) ** 2, 2.0 * math.pi * reduced * sigma * 2.0 / (0.01 * r)) * spare
     return ContactPair(
         a=a, b=b, normal_stiffness_N_per_m=k, tangential_stiffness_N_per_m=2.0 / 7.0 * k, friction=0.3,

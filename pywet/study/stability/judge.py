@@ -16,9 +16,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.files import read_table
-from pywet.history.schema import FORMATION, SPHERE, WORKS
+from pywet.history.schema import FORMATION, SPHERE
 from pywet.laws import registry
-from pywet.physics.contact import pair_mass
 from pywet.study.stability.cells import Batch
 from reference_impl.replay import replay
 
@@ -221,7 +220,12 @@ def order(run: Run, cell: int) -> float:
     largest = 0.0
     for p in run.batch.pairs:
         if p.a in kinds and (p.b in kinds or (p.b == 0 and walls)):
-            m = pair_mass(run.batch.classes, p)
+            one = run.batch.classes[p.a - 1].mass_kg
+            m = (
+                one
+                if p.b == 0
+                else one * run.batch.classes[p.b - 1].mass_kg / (one + run.batch.classes[p.b - 1].mass_kg)
+            )
             largest = max(largest, p.normal_stiffness_N_per_m * run.batch.time_step**2 / m)
     return largest / 3.0 + 1e-9
 
@@ -254,9 +258,10 @@ def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
 def budget(run_dir: Path) -> dict[str, float]:
     """The run's own books: what the integrator's identity leaves over, and the normal drag's work (never above zero)."""
     energy = read_table(run_dir / "history" / "energy.parquet")
+    works = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
     moved = energy["kinetic"] + energy["spin"]
-    left = moved - moved.iloc[0] - energy[WORKS].sum(axis=1) - energy["half_kick"]
-    turnover = max(float(energy[WORKS].abs().sum(axis=1).max() + moved.max()), 1e-300)
+    left = moved - moved.iloc[0] - energy[works].sum(axis=1) - energy["half_kick"]
+    turnover = max(float(energy[works].abs().sum(axis=1).max() + moved.max()), 1e-300)
     return {
         "identity": float(left.abs().max() / turnover),
         "drag": float(max(energy["viscous_normal"].max(), 0.0) / turnover),

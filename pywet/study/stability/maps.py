@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from pywet import advisor, small
 from pywet.files import atomic_write
+from pywet.history.initial import film_volume
 from pywet.laws import registry
-from pywet.physics.contact import film_thickness, film_volume
 from pywet.scene import ContactPair, Liquid, Output, Scene, SphereClass
 from pywet.study.stability import cells, judge, running
 from pywet.study.stability.cells import Batch, Body, Cell
@@ -90,7 +90,9 @@ def head_on(
     name: str, kinds: tuple[int, int], radii: tuple[float, float], films: tuple[float, float], v: float
 ) -> Cell:
     """Two spheres that meet at a speed v [m/s]; the films touch after a few steps."""
-    reach = float(sum(film_thickness(f, r) for r, f in zip(radii, films, strict=True)))
+    reach = sum(
+        r * math.expm1(math.log1p(3.0 * f / (4.0 * math.pi * r**3)) / 3.0) for r, f in zip(radii, films, strict=True)
+    )
     apart = sum(radii) + reach + 0.02 * min(radii)
     masses = [r**3 for r in radii]
     share = masses[1] / sum(masses)
@@ -263,7 +265,7 @@ def angle_batch(angle: float) -> Batch:
 def angle_limit(v_star: float, angle: float) -> float:
     """The advisor's resolution limit of the capillary force."""
     film = v_star * SMALL**3 / DRAWN
-    thickness = float(film_thickness(film, SMALL))
+    thickness = SMALL * math.expm1(math.log1p(3.0 * film / (4.0 * math.pi * SMALL**3)) / 3.0)
     return advised(angle_batch(angle), thickness, ("capillary", "passing a bridge")) / STEP_ANGLE
 
 
