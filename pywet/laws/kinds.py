@@ -33,14 +33,14 @@ class Kind:
 
     parts: tuple[Part, ...]
     """Empty: such a law is a table made beforehand, and none can be a user's own."""
-    paper: str
-    """Law of the preset `paper`."""
+    paper: str = ""
+    """Law of the preset `paper`; empty: the kind is in no preset, and only what is named by hand."""
     exact: str = ""
     """Law of the preset `exact`, where it is another."""
     force: bool = False
     """A force on standing bridges: evaluated in every step, many bridges at once, all parts in one slot."""
     needed: bool = False
-    """No bridge without it; what is not needed has a switch of its own."""
+    """No bridge without it; what presets name and is not needed has a switch of its own."""
 
     def preset(self, preset: Preset) -> str:
         """The law that a preset names."""
@@ -122,8 +122,8 @@ KINDS: dict[str, Kind] = {
 }
 FORCES = tuple(name for name, kind in KINDS.items() if kind.force)
 NEEDED = tuple(name for name, kind in KINDS.items() if kind.needed)
-SWITCHED = tuple(name for name, kind in KINDS.items() if not kind.needed)
+SWITCHED = tuple(name for name, kind in KINDS.items() if kind.paper and not kind.needed)
 PRESETS: dict[str, dict[str, str]] = {
-    preset: {name: kind.preset(preset) for name, kind in KINDS.items()} for preset in get_args(Preset)
+    preset: {name: kind.preset(preset) for name, kind in KINDS.items() if kind.paper} for preset in get_args(Preset)
 }
 """Name of a preset -> law of each kind."""
