@@ -26,9 +26,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from pywet.errors import PywetError
-from pywet.history.initial import film_volume
 from pywet.laws import registry
 from pywet.motion import peak_speed
+from pywet.physics import contact
 from pywet.scene import ContactPair, Scene
 
 PACKED = 4.0
@@ -156,10 +156,10 @@ def _present(scene: Scene) -> list[ContactPair]:
 
 def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
     one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
-    m = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
+    m = contact.pair_mass(scene.classes, pair)
     bodies = f"{one.name} and {two.name if two else 'a wall'}"
-    k, log_e = pair.normal_stiffness_N_per_m, math.log(pair.restitution)
-    gamma = -2.0 * log_e * math.sqrt(m * k) / math.hypot(math.pi, log_e)
+    k = pair.normal_stiffness_N_per_m
+    gamma = contact.damping(pair.restitution, m, k)
     implicit = scene.viscous_integration == "semi_implicit"
     k_t = (1.0 + SPIN) * pair.tangential_stiffness_N_per_m
     dry = min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
@@ -198,9 +198,9 @@ class _Bridge:
         assert scene.liquid is not None
         self._scene, self._liquid = scene, scene.liquid
         one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
-        self._radii = (one.radius_m, two.radius_m if two else math.inf)
+        self._radii = contact.pair_radii(scene.classes, pair)
         self._angles = (one.contact_angle_rad, two.contact_angle_rad if two else _wall_angle(scene))
-        films = [film_volume(self._liquid.initial_film_thickness_m, r) for r in self._radii if math.isfinite(r)]
+        films = [contact.film_volume(self._liquid.initial_film_thickness_m, r) for r in self._radii if math.isfinite(r)]
         draw = self._law("formation")
         i, j = self._radii
         self._volume = draw(films[0], i, j) + (draw(films[1], j, i) if two else 0.0)

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from pywet.effects import OPT_IN
 from pywet.files import read_if_there, read_model, write_json
+from pywet.laws.kinds import FORCES
 from pywet.screening.shapes import Contributions, Plan
 
 FILE = "audit.json"
@@ -27,7 +28,6 @@ MEASURES = {
 }
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
 IMPULSE = "share of impulse"
-BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
 OK: Verdict = "as planned"
@@ -77,7 +77,7 @@ def _row(row: dict[str, Any], measured: dict[str, Any]) -> AuditRow:
 def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]:
     """The measure of an effect; for the bridges as a whole the forces that acted in them together."""
     if effect == "bridges":
-        shares = [measured[name]["impulse_share"] or 0.0 for name in BRIDGE_FORCES if measured[name]["acting"]]
+        shares = [measured[name]["impulse_share"] or 0.0 for name in FORCES if measured[name]["acting"]]
         return sum(shares), IMPULSE
     entry = measured.get(OTHER_NAMES.get(effect, effect))
     key, name = MEASURES.get(effect, ("impulse_share", IMPULSE))

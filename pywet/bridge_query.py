@@ -19,10 +19,12 @@ from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
-from pywet.scene import Strict
+from pywet.laws.kinds import PRESETS
+from pywet.physics.contact import bridge_radius
+from pywet.strict import Strict
 
 EXACT = "young_laplace"
-DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "rupture": "willett_unequal"}
+DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_normal", "rupture")}
 """Laws of each kind where the file names none."""
 
 
@@ -178,8 +180,7 @@ def _share(query: Query, model: str) -> float | None:
     """Part of the liquid that body 1 keeps at rupture; None where the model has no solution."""
     ri, rj, ti, tj = query.pair
     wall = math.isinf(rj)
-    r = ri if wall else 2 * ri * rj / (ri + rj)
-    reduced = np.array([query.volume_m3 / r**3])
+    reduced = np.array([query.volume_m3 / bridge_radius(ri, rj) ** 3])
     table = registry.transfer_model(model)
     try:
         return float(table(ri, ri if wall else rj, ti, tj, LARGE_WALL if wall else SPHERE, reduced)[0])

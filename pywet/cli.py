@@ -80,7 +80,7 @@ def laws(
     from pywet.laws import registry
 
     table = Table("kind", "law", "what it gives", box=None, header_style="bold")
-    for kind in registry.SIGNATURES:
+    for kind in registry.BUILT_IN:
         for name in registry.names(kind):
             functions = registry.get(kind, name).functions
             said = (functions[0].__doc__ or "").strip() if functions else "tabulated, see pywet.laws.transfer"

@@ -19,7 +19,7 @@ from numba.core import caching
 from pywet import caches
 
 __all__ = ["njit", "numba"]
-COMPILED = ("laws", "young_laplace", "collisions")
+COMPILED = ("laws", "physics", "young_laplace", "collisions")
 """Rooms of the package whose functions are compiled."""
 _SUM = hashlib.sha256().digest_size
 

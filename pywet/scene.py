@@ -8,25 +8,19 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, Field, model_validator
 
 from pywet.files import read_model
+from pywet.laws.kinds import NEEDED, Laws
+from pywet.strict import Strict
 
 
 def _title(text: str) -> str:
     """A name for people: it also stands in comments of decks and in file names' messages."""
     if not text or len(text) > 80 or not text.isprintable() or text != text.strip():
         raise ValueError("a name is one line of 1 to 80 printable characters without blanks at its ends")
-    return text
-
-
-def _law(text: str) -> str:
-    """A law's name, or path/to/file.py:function."""
-    if not text or len(text) > 1000 or not text.isprintable():
-        raise ValueError("a law's name, or path/to/file.py:function, on one line of at most 1000 characters")
     return text
 
 
@@ -42,29 +36,11 @@ Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
 """A name that becomes a folder or a file: letters, digits, _, - and ., not first of them a dot or a dash."""
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 """A name that an engine's script uses as a word of its own."""
-LawName = Annotated[str, AfterValidator(_law)]
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
 Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
-
-
-class Strict(BaseModel):
-    """Base: unknown keys are errors, values do not change after construction, NaN, inf and switches for numbers are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _no_switch_for_a_number(cls, given: Any) -> Any:
-        """True would count as 1 (YAML reads yes, on, y … as true)."""
-        for key, field in cls.model_fields.items() if isinstance(given, dict) else ():
-            value, kind = given.get(key), field.annotation
-            switch = any(v is True or v is False for v in (value if isinstance(value, (list, tuple)) else (value,)))
-            if switch and kind is not bool and not any(v is True for v in get_args(kind)):
-                raise PydanticCustomError("switch", "a number", {"key": key, "value": value})
-        return given
 
 
 class SphereClass(Strict):
@@ -151,20 +127,6 @@ class Rotation(Strict):
     period_s: Positive
 
 
-class Laws(Strict):
-    """A law for each kind, by its name or as path/to/file.py:function."""
-
-    capillary: LawName | None = None
-    viscous_normal: LawName | None = None
-    viscous_tangential: LawName | None = None
-    rupture: LawName | None = None
-    dynamic_rupture: LawName | None = None
-    formation: LawName | None = None
-    transfer: LawName | None = None
-    shedding: LawName | None = None
-    """When a film lets a drop go; None: never."""
-
-
 class Effects(Laws):
     """Which effects are simulated (the outcome of the effect plan), and by which laws."""
 
@@ -180,7 +142,7 @@ class Effects(Laws):
 
     @model_validator(mode="after")
     def _complete(self) -> Effects:
-        missing = [n for n in ("rupture", "formation", "transfer") if self.bridges and getattr(self, n) is None]
+        missing = [n for n in NEEDED if self.bridges and getattr(self, n) is None]
         if missing:
             raise ValueError(f"effects: bridges are on but no law is named for {', '.join(missing)}")
         if not self.bridges and (self.liquid_weight or self.shedding):

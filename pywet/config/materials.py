@@ -19,7 +19,7 @@ from pywet.config.entries import (
     RatioEntry,
 )
 from pywet.errors import PywetError
-from pywet.scene import Strict
+from pywet.strict import Strict
 
 FILE = "materials.yaml"
 MASS_MISFIT = 0.1

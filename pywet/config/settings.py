@@ -8,7 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
-from pywet.scene import Laws, Strict, Word
+from pywet.laws.kinds import Laws, Preset
+from pywet.scene import Word
+from pywet.strict import Strict
 
 FILE = "config.yaml"
 Switch = Literal["auto", True, False]
@@ -18,7 +20,7 @@ Switch = Literal["auto", True, False]
 class LawSettings(Laws):
     """Force laws: a preset, and laws named for single effects instead of the preset's."""
 
-    preset: Literal["paper", "exact"] = "paper"
+    preset: Preset = "paper"
 
 
 class EffectSettings(Strict):

@@ -15,16 +15,16 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.effects.costs import measured_costs
 from pywet.effects.numbers import Number, class_groups, effect_numbers
 from pywet.effects.shares import WITHIN, predicted_shares
-from pywet.effects.surroundings import BRIDGE_SHARE, GRAVITY, S_MIN, Surroundings
+from pywet.effects.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
 from pywet.errors import PywetError
 from pywet.laws import registry
+from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 __all__ = [
     "BRIDGE_SHARE",
     "GRAVITY",
     "PRESETS",
-    "S_MIN",
     "EffectPlan",
     "EffectRow",
     "Surroundings",
@@ -32,29 +32,7 @@ __all__ = [
     "plan",
 ]
 
-PRESETS: dict[str, dict[str, str]] = {
-    "paper": {
-        "capillary": "rabinovich",
-        "viscous_normal": "pitois",
-        "viscous_tangential": "goldman",
-        "rupture": "willett_unequal",
-        "dynamic_rupture": "pitois",
-        "formation": "shi_mccarthy",
-        "transfer": "parabola",
-    },
-    "exact": {
-        "capillary": "young_laplace",
-        "viscous_normal": "pitois",
-        "viscous_tangential": "goldman",
-        "rupture": "young_laplace",
-        "dynamic_rupture": "pitois",
-        "formation": "shi_mccarthy",
-        "transfer": "young_laplace",
-    },
-}
-"""Name of a preset -> law of each kind."""
-BRIDGE_EFFECTS = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")
-OF_THE_BRIDGE = (*BRIDGE_EFFECTS, "wall_films", "sharing_by_size")
+OF_THE_BRIDGE = (*SWITCHED, "wall_films", "sharing_by_size")
 """Effects that need bridges and have a switch."""
 OPT_IN = ("liquid_weight", "shedding")
 """Effects in no preset: on by hand only."""
@@ -138,7 +116,7 @@ def plan(
     named = _laws(laws)
     asked = f"preset {laws.preset}"
     rows = [bridges]
-    for effect in BRIDGE_EFFECTS:
+    for effect in SWITCHED:
         rows.append(_row(effect, bridges.on, numbers[effect], settings, named[effect], asked))
     rows.append(_formation_row(bridges.on, numbers["formation"], settings, named["formation"]))
     rows.append(_row("wall_films", bridges.on, numbers["wall_films"], settings, named["formation"], asked))
@@ -180,11 +158,10 @@ def _effects(rows: Sequence[EffectRow], named: dict[str, str], s: Surroundings) 
         tangential_history=on["tangential_history"],
         gravity=on["gravity"] or s.gravity_m_per_s2 == 0,
         wall_films=on["wall_films"] or not bridges,
-        transfer=transfer if bridges else None,
         liquid_weight=on["liquid_weight"],
         shedding=named["shedding"] if on["shedding"] else None,
-        **{effect: named[effect] if on[effect] else None for effect in BRIDGE_EFFECTS},
-        **{kind: named[kind] if bridges else None for kind in ("rupture", "formation")},
+        **{kind: named[kind] if on[kind] else None for kind in SWITCHED},
+        **{kind: (transfer if kind == "transfer" else named[kind]) if bridges else None for kind in NEEDED},
     )
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 from pywet.effects.surroundings import BRIDGE_SHARE, Groups, Surroundings, collisions, groups
 from pywet.errors import PywetError
+from pywet.laws.kinds import FORCES
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 Number = tuple[str, float]
@@ -111,7 +112,6 @@ OF_ONE_CLASS: dict[str, Callable[[Groups, Surroundings], Number]] = {
     "gravity": _gravity,
 }
 """Effect -> its number for one class; the largest over the classes counts."""
-WETTING = ("capillary", "viscous_normal", "viscous_tangential")
 
 
 def effect_numbers(
@@ -128,7 +128,7 @@ def effect_numbers(
         effect: max((number(g, s) for g in of), key=lambda pair: pair[1]) for effect, number in OF_ONE_CLASS.items()
     }
     film = max(g.film / g.radius for g in of)
-    forces = sum(found[effect][1] for effect in WETTING)
+    forces = sum(found[effect][1] for effect in FORCES)
     found["bridges"] = ("film / radius", film) if s.liquid_wanted else ("sum of the numbers of its forces", forces)
     found["formation"] = ("share of a film drawn into a bridge", BRIDGE_SHARE if film > 0 else 0.0)
     found["sharing_by_size"] = _sharing([g.radius for g in of], s, film > 0)

@@ -18,8 +18,9 @@ from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.files import atomic_write, read_json, write_json
 from pywet.motion import peak_speed, velocity
+from pywet.physics.contact import film_thickness
 from pywet.screening.results import LIQUID_TOLERANCE, coarse_share, column
-from pywet.screening.rundir import Bools, Floats, RunDir, film_thickness
+from pywet.screening.rundir import Bools, Floats, RunDir
 from pywet.screening.shapes import EngineRun, Replay, Summary
 from pywet.screening.verdict import agreement, objections
 

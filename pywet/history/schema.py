@@ -131,6 +131,9 @@ ENERGY = np.dtype(  # at output steps, in joules; works are those on the spheres
         ("half_kick", "<f8"),  # kinetic + spin - (the same at the start) - sum of the works, in exact arithmetic
     ]
 )
+_OF_ENERGY = list(ENERGY.fields or ())
+WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
+"""The works among them."""
 FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
 WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
 WIRE_SPRING = np.dtype(  # in windows: dry contacts with wires that are prisms, whose springs the engine does not hold

@@ -12,11 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from pywet.errors import PywetError
+from pywet.laws.kinds import KINDS, Sense
 from pywet.machine_code import numba
 
 
@@ -105,11 +106,41 @@ class ForceLaw:
             ) from error
 
 
-def force_law(function: Callable[..., float]) -> ForceLaw:
-    """Make a law of a plain function of floats."""
-    if not inspect.isfunction(function):
-        raise PywetError(f"@force_law stands above {function!r}; expected a plain function of floats: mend it there")
-    return ForceLaw(function)
+@overload
+def force_law(given: Callable[..., float]) -> ForceLaw: ...
+@overload
+def force_law(given: str, name: str = "") -> Callable[[Callable[..., float]], ForceLaw]: ...
+def force_law(given: Any, name: str = "") -> Any:
+    """Make a law of a plain function of floats.
+
+    `@force_law("capillary")` also makes it known, by its own name or by the one given; laws of several functions are that name
+    above each of them, in the order of their kind.
+    """
+    if isinstance(given, str):
+        return lambda function: _known(given, name, force_law(function))
+    if not inspect.isfunction(given):
+        raise PywetError(f"@force_law stands above {given!r}; expected a plain function of floats: mend it there")
+    return ForceLaw(given)
+
+
+def _known(kind: str, name: str, law: ForceLaw) -> ForceLaw:
+    if law.__module__ in sys.modules:  # a file that is run by its path is named by it
+        register(kind, name or law.name, law)
+    return law
+
+
+REGISTERED: dict[str, dict[str, tuple[ForceLaw, ...]]] = {kind: {} for kind in KINDS}
+"""Kind -> name -> the functions of a law that has made itself known."""
+
+
+def register(kind: str, name: str, *functions: ForceLaw) -> None:
+    """Make a law known under a name, or add to its functions where it has fewer than its kind asks for."""
+    if kind not in KINDS:
+        raise PywetError(f"@force_law: there is no kind of law named {kind}; expected one of {', '.join(KINDS)}")
+    together = (*REGISTERED[kind].get(name, ()), *functions)
+    if len(together) > len(KINDS[kind].parts):
+        raise PywetError(f"there is a {kind} law named {name} already; expected another name: mend the second one's")
+    REGISTERED[kind][name] = together
 
 
 helper = numba.njit(cache=True, inline="always")
@@ -134,34 +165,11 @@ PROBE: dict[str, tuple[float, ...]] = {
 }
 """Values a law is tried on before a run."""
 
-Probed = dict[str, np.ndarray]
-Sense = tuple[str, Callable[[np.ndarray, Probed], np.ndarray]]
 FINITE: Sense = ("finite numbers", lambda value, at: np.isfinite(value))
-SENSE: dict[str, Sense] = {
-    "capillary": (
-        "a force of 0 or more while the bridge is short",
-        lambda value, at: (value >= 0) | (at["separation"] > 0.3 * np.cbrt(at["volume"])),
-    ),
-    "viscous_normal": ("a force against the velocity", lambda value, at: value * at["normal_velocity"] <= 0),
-    "viscous_tangential": ("a coefficient of 0 or more", lambda value, at: value >= 0),
-    "rupture": ("a distance above 0", lambda value, at: value > 0),
-    "dynamic_rupture": ("a factor above 0", lambda value, at: value > 0),
-    "formation": (
-        "a volume from 0 to that of the film",  # a wall's film counts within ten radii
-        lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),
-    ),
-    "shedding": ("a volume from 0 to that of the film", lambda value, at: (value >= 0) & (value <= _film(at))),
-}
-"""Kind -> what its (first) function must give on the probe grid, and where it does."""
 
 
-def _film(at: Probed) -> np.ndarray:
-    own = at.get("film_volume_i")
-    return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if own is None else own
-
-
-def check(law: ForceLaw, arguments: tuple[str, ...], kind: str | None = None) -> None:
-    """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense (`SENSE`) on the probe grid."""
+def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None) -> None:
+    """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense on the probe grid."""
     if law.arguments != arguments:
         raise PywetError(
             f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
@@ -177,7 +185,7 @@ def check(law: ForceLaw, arguments: tuple[str, ...], kind: str | None = None) ->
             f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}"
         ) from error
     probed = dict(zip(arguments, grid, strict=True))
-    for expected, sensible in (FINITE, *([SENSE[kind]] if kind in SENSE else [])):
+    for expected, sensible in (FINITE, *([sense] if sense else [])):
         good = sensible(values, probed)
         if not good.all():
             worst = int(np.argmin(good))

@@ -7,7 +7,7 @@ import math
 from pywet.laws.force_law import force_law
 
 
-@force_law
+@force_law("shedding", "tate")
 def tate_drop(
     film_volume_i: float, radius_i: float, acceleration: float, density: float, surface_tension: float
 ) -> float:
@@ -40,7 +40,7 @@ def tate_drop(
     return most * bond / (2.0 * math.pi) * (3.60 / bond) ** (3.0 / 2.81)
 
 
-@force_law
+@force_law("shedding", "tate")
 def rayleigh_time(film_volume_i: float, density: float, surface_tension: float) -> float:
     """Time in which a film answers to a force: 1/ω of the slowest oscillation of a free drop of its volume.
 
@@ -55,6 +55,3 @@ def rayleigh_time(film_volume_i: float, density: float, surface_tension: float) 
     if surface_tension <= 0.0:
         return 0.0
     return math.sqrt(3.0 * density * film_volume_i / (32.0 * math.pi * surface_tension))
-
-
-SHEDDING = (tate_drop, rayleigh_time)

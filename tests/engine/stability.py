@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from pywet import advisor, small
-from pywet.history.initial import film_volume
 from pywet.laws import registry
+from pywet.physics.contact import film_volume
 from pywet.scene import Effects, Liquid, Scene
 from tests.engine.scenes import contacts, spheres_of
 

@@ -14,7 +14,7 @@ from pywet.config.entries import Excusable
 from pywet.config.messages import explain
 from pywet.errors import PywetError
 from pywet.ranges import LIMITS
-from pywet.scene import Strict
+from pywet.strict import Strict
 
 LEAST, MOST = 1e-30, 1e12
 """Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""

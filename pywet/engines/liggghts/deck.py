@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from pathlib import Path
@@ -20,7 +19,8 @@ from pywet.files import atomic_write, read_table, shown
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
-from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
+from pywet.physics import contact
+from pywet.scene import ContactPair, Scene, WallMesh
 
 TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
 FILM_GROWTH = 2.5
@@ -40,8 +40,7 @@ def damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
     a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
     (e = 0.44); γ = γ₀/(1 + γ₀ Δt/(4 m_eff)) removes this in the mean over the instant of touch (left: 0.3 %).
     """
-    log_e = math.log(pair.restitution)
-    exact = -2.0 * log_e * math.sqrt(m_eff * pair.normal_stiffness_N_per_m) / math.hypot(math.pi, log_e)
+    exact = contact.damping(pair.restitution, m_eff, pair.normal_stiffness_N_per_m)
     return exact / (1.0 + exact * time_step / (4.0 * m_eff))
 
 
@@ -54,10 +53,6 @@ def sliding_drag(m_eff: float, time_step: float) -> float:
     return m_eff / (28.0 * time_step)
 
 
-def _partners(scene: Scene, pair: ContactPair) -> tuple[SphereClass, SphereClass | None]:
-    return scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
-
-
 def property_matrices(scene: Scene) -> dict[str, str]:
     """Per-pair engine properties; the walls are the last atom type. Rolling friction [m] is divided by the engine's r_red."""
     n = len(scene.classes) + 1
@@ -65,10 +60,9 @@ def property_matrices(scene: Scene) -> dict[str, str]:
     values = {name: np.zeros((n, n)) for name in names}
     values["kn"][:] = values["kt"][:] = 1.0  # wall against wall is never evaluated; the engine wants positive numbers
     for pair in scene.pairs:
-        one, two = _partners(scene, pair)
         at = (pair.a - 1, (pair.b or n) - 1)
-        m_eff = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
-        r_red = one.radius_m if two is None else one.radius_m * two.radius_m / (one.radius_m + two.radius_m)
+        m_eff = contact.pair_mass(scene.classes, pair)
+        r_red = contact.reduced_radius(*contact.pair_radii(scene.classes, pair))
         row = (
             pair.normal_stiffness_N_per_m,
             pair.tangential_stiffness_N_per_m,

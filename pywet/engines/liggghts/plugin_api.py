@@ -20,21 +20,16 @@ from pywet.geometry.prisms import prism_of
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
 from pywet.laws.batch import batch
+from pywet.laws.kinds import KINDS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene, WallMesh
 
 SLOTS = {
-    "capillary": ("capillary",),
-    "viscous_normal": ("viscous_normal",),
-    "viscous_tangential": ("viscous_tangential",),
-    "rupture": ("rupture",),
-    "dynamic_rupture": ("dynamic_rupture",),
-    "formation": ("from_sphere", "from_sphere_at_wire", "from_wall", "from_wire"),
-    "shedding": ("shed_drop", "shed_time"),
+    name: (name,) if kind.force else tuple(part.slot or name for part in kind.parts)
+    for name, kind in KINDS.items()
+    if kind.parts
 }
-"""Kind of law -> the plugin's slots, in the order of `Law.functions`; what is in BATCHED is one slot for all of them."""
-BATCHED = ("capillary", "viscous_normal", "viscous_tangential")
-"""Kinds that are evaluated for every bridge in every step, many bridges at once."""
+"""Kind of law -> the plugin's slots, in the order of `Law.functions`; a force has one slot for all of them."""
 
 
 def _doubles(values: Any) -> Any:
@@ -110,10 +105,9 @@ class Plugin:
 
     def _set_laws(self, scene: Scene) -> None:
         for kind, slots in SLOTS.items():
-            name = getattr(scene.effects, kind)
-            if name is None:
+            if kind not in scene.effects.laws:
                 continue
-            law = registry.get(kind, name)
+            law = registry.get(kind, scene.effects.laws[kind])
             law.prepare(angle_pairs(scene))
             compiled = in_use(law)
             self._keep.append(compiled)
@@ -206,7 +200,7 @@ class Plugin:
 
 def in_use(law: registry.Law) -> tuple[Any, ...]:
     """What the plugin is given of a law: objects with an `address` for each slot of its kind."""
-    return (batch(law.functions),) if law.kind in BATCHED else law.functions
+    return (batch(law.functions),) if KINDS[law.kind].force else law.functions
 
 
 def angle_pairs(scene: Scene) -> set[tuple[float, float]]:
