@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts import driver
-from pywet.files import atomic_write, write_table
+from pywet.files import atomic_write, read_table, write_table
 from pywet.geometry.solids import plate
 from pywet.geometry.stl import write_stl
 from pywet.geometry.surface import Surface, make_surface
@@ -23,15 +23,9 @@ from pywet.laws import own
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
 PAPER = Effects(
-    bridges=True,
-    capillary="rabinovich",
-    viscous_normal="pitois",
-    viscous_tangential="goldman",
-    rupture="willett_unequal",
-    dynamic_rupture="pitois",
-    formation="shi_mccarthy",
-    transfer="parabola",
-)
+    bridges=True, capillary="rabinovich", viscous_normal="pitois", viscous_tangential="goldman", rupture="willett_unequal",
+    dynamic_rupture="pitois", formation="shi_mccarthy", transfer="parabola",
+)  # fmt: skip
 EXACT = PAPER.model_copy(update={"capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"})
 DRY = Effects(bridges=False)
 
@@ -48,6 +42,8 @@ class Sphere:
     """Held at its velocity whatever acts on it."""
     wiggle: tuple[tuple[float, float, float], float] | None = None
     """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
+    film: float | None = None
+    """Liquid on it [m3], where that is not what the scene's film thickness gives."""
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
@@ -131,16 +127,18 @@ def prepare(
 def _write(scene: Scene, spheres: Sequence[Sphere], walls: Sequence[Surface], run_dir: Path) -> None:
     """scene.json and all it refers to."""
     table = pd.DataFrame({"id": np.arange(1, len(spheres) + 1), "type": [s.kind for s in spheres]})
-    for k, axis in enumerate("xyz"):
-        table[axis] = [s.position[k] for s in spheres]
-    for k, axis in enumerate("xyz"):
-        table[f"v{axis}"] = [s.velocity[k] for s in spheres]
-    for k, axis in enumerate("xyz"):
-        table[f"w{axis}"] = [s.spin[k] for s in spheres]
+    for letter, field in (("", "position"), ("v", "velocity"), ("w", "spin")):
+        for k, axis in enumerate("xyz"):
+            table[f"{letter}{axis}"] = [getattr(s, field)[k] for s in spheres]
     write_table(table, run_dir / "spheres.parquet")
+    own = [s.film for s in spheres]
     for surface in walls:
         write_stl(surface, run_dir / "stl" / f"{surface.name}.stl")
     write_initial(scene, walls, table, run_dir)
+    if any(film is not None for film in own):
+        started = read_table(run_dir / "history" / "spheres.parquet")
+        started["film"] = [was if film is None else film for film, was in zip(own, started["film"], strict=True)]
+        write_table(started, run_dir / "history" / "spheres.parquet")
     with atomic_write(run_dir / "scene.json") as temporary:
         temporary.write_text(scene.model_dump_json(indent=1))
 

@@ -15,21 +15,8 @@ import numpy as np
 import pandas as pd
 
 from pywet import bridge_engine
-from pywet.agreement.model import (
-    EASO,
-    EXACT,
-    LIGGGHTS,
-    REFERENCE,
-    WASHINO,
-    YADE,
-    Cell,
-    Floats,
-    Source,
-    impossible,
-    measured,
-    not_run,
-    truth,
-)  # fmt: skip
+from pywet.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
 from pywet.agreement.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, Pair, R, pairs
 from pywet.agreement.rows import PAIRS
 from pywet.agreement.stock import LAWS, SCAN, Stock, scans

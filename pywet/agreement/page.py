@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.agreement import pictures
-from pywet.agreement.model import COLUMNS, LIGGGHTS, Cell, Source, said
+from pywet.agreement.columns import COLUMNS, LIGGGHTS
+from pywet.agreement.model import Cell, Source, said
 from pywet.agreement.rows import GROUPS, ROWS, Row
 from pywet.agreement.sources import SOURCES, data_file
 from pywet.files import write_json

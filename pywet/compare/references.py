@@ -9,14 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from pywet import config, scenes, stages
+from pywet.bench.subset import with_spheres
 from pywet.compare import digest
 from pywet.compare.digest import Digest
 from pywet.errors import PywetError
-from pywet.files import read_table, write_json, write_table
-from pywet.history.initial import sphere_table
+from pywet.files import read_table
 from pywet.screening import cases
 
 STORE = Path("tests/data/digests")
@@ -70,14 +68,9 @@ def screening(seed: int, folder: Path) -> Numbers:
     loaded = config.load(Path(__file__).parents[2] / "config").with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
     spheres = read_table(folder / scene.spheres_file)
-    spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
-    spheres["id"] = np.arange(1, len(spheres) + 1)
-    classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)
+    first = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
     output = scene.output.model_copy(update={"checkpoints": 0, "energy": True})
-    scene = scene.model_copy(update={"classes": classes, "duration_s": SHORTEST_S, "output": output})
-    write_table(spheres, folder / scene.spheres_file)
-    write_table(sphere_table(scene, spheres), folder / "history" / "spheres.parquet")
-    write_json(folder / "scene.json", scene.model_dump(mode="json"))
+    with_spheres(scene, folder, first, duration_s=SHORTEST_S, output=output)
     stages.simulate(folder, ranks=1, progress=False)
     stages.replay(folder)
     stages.results(folder)

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from pywet import bridge_query, scenes, small
+from pywet import bridge_query, small
+from pywet.bench.bodies import last, loose_box
 from pywet.effects import PRESETS
 from pywet.files import read_table
-from pywet.geometry.solids import bin_solid
-from pywet.geometry.surface import Surface, make_surface
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import ContactPair, Effects, Output, Scene, SphereClass
+from pywet.scenes import Choice, springs
 from pywet.screening import amounts
 from pywet.study.accuracy.knobs import Setting, log_windows
 
@@ -39,14 +39,9 @@ def effects(setting: Setting) -> Effects:
     return Effects(bridges=True, **laws)
 
 
-def glass(count: int) -> SphereClass:
-    """Glass spheres of 3 mm."""
-    return scenes.glass(scenes.Choice(), count)
-
-
-def contacts(setting: Setting) -> list[ContactPair]:
-    """Their dry contacts, as soft as the setting says."""
-    return scenes.contacts(PAPER_STIFFNESS * setting.stiffness)
+def contacts(setting: Setting) -> tuple[ContactPair, ...]:
+    """Dry contacts of glass, as soft as the setting says."""
+    return springs(PAPER_STIFFNESS * setting.stiffness)
 
 
 def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
@@ -57,8 +52,9 @@ def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
 
 def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sphere]:
     """PAIRS pairs thrown at each other, dry or with films of 1 % of water."""
-    sphere, choice = glass(2 * PAIRS), scenes.Choice()
-    liquid = scenes.liquid(choice, sphere) if moist else None
+    choice = Choice()
+    sphere = choice.glass(2 * PAIRS)
+    liquid = choice.liquid(sphere) if moist else None
     step = time_step(setting, sphere, choice.viscosity_Pa_s if moist else 0.0)
     r, v = sphere.radius_m, 0.5 * SPEED
     reach = 2.2 * liquid.initial_film_thickness_m if liquid else 0.0
@@ -83,7 +79,7 @@ def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sph
 
 def restitutions(folder: Path) -> list[float]:
     """Speed of parting over that of approach, of each pair; 0 for a pair that stays together."""
-    end = read_table(folder / "trajectory.parquet").query("step == step.max()").sort_values("id")
+    end = last(folder)
     v, z = end["vz"].to_numpy(), end["z"].to_numpy()
     held: set[int] = set()
     bridges = folder / "history" / "bridges.parquet"
@@ -99,7 +95,8 @@ def restitutions(folder: Path) -> list[float]:
 
 def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
     """Two wet spheres drawn apart from touch at 0.05 m/s."""
-    sphere, choice, speed = glass(2), scenes.Choice(), 0.05
+    choice, speed = Choice(), 0.05
+    sphere = choice.glass(2)
     r, step = sphere.radius_m, time_step(setting, sphere, choice.viscosity_Pa_s)
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
@@ -107,7 +104,7 @@ def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
     ]
     steps = round(0.8 * r / speed / step)
     small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=scenes.liquid(choice, sphere), effects=effects(setting),
+        folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
         time_step_s=step, steps=steps, log_every_step=True, output_interval_s=steps * step,
         viscous_integration=setting.integration,
     )  # fmt: skip
@@ -121,7 +118,7 @@ def pulled(folder: Path) -> dict[str, float]:
     """
     log, events = (read_table(folder / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     return {
-        "pull_force": float(np.interp(glass(2).radius_m / 50.0, log["separation"], log["force_i_z"].abs())),
+        "pull_force": float(np.interp(Choice().radius_m / 50.0, log["separation"], log["force_i_z"].abs())),
         "pull_rupture": float(events[events["kind"] == 1]["separation"].iloc[0]),
         "pull_work": float(read_table(folder / "history" / "energy.parquet")["drive"].iloc[-1]),
     }
@@ -129,15 +126,15 @@ def pulled(folder: Path) -> dict[str, float]:
 
 def prepare_bed(folder: Path, setting: Setting, seed: int, seconds: float = 0.12) -> list[small.Sphere]:
     """216 moist spheres that fall into a box."""
-    choice = scenes.Choice(spheres=216, seed=seed)
-    sphere, r, across = glass(choice.spheres), choice.radius_m, 6
+    choice = Choice(spheres=216, seed=seed)
+    sphere = choice.glass(choice.spheres)
     step = time_step(setting, sphere, choice.viscosity_Pa_s)
-    bodies = scenes._lattice(choice, across, 2.3, 1.5 * r)
+    bodies, box = loose_box(choice.spheres, choice.radius_m, seed)
     steps = round(seconds / step)
     windows, length = log_windows(setting.contact_log)
     small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=scenes.liquid(choice, sphere), effects=effects(setting),
-        walls=[_box(r, across)], wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps,
+        folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
+        walls=[box], wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps,
         gravity=(0.0, 0.0, -9.81), box=0.055, viscous_integration=setting.integration,
         output=Output(interval_s=max(1, steps // 20) * step, contact_windows=windows, contact_window_steps=length),
     )  # fmt: skip
@@ -158,11 +155,6 @@ def settled(folder: Path) -> dict[str, float]:
     }
 
 
-def _box(r: float, across: int) -> Surface:
-    half = 1.15 * r * across + 0.5 * r
-    return make_surface("box", "wall", bin_solid(half, 0.004, 4, 0.0, 20.0 * r))
-
-
 def law_errors(setting: Setting) -> dict[str, float]:
     """Largest error of force (of that at touch) and rupture distance (of itself) against the exact bridge, over BRIDGES."""
     exact = setting.capillary == "exact"
@@ -175,14 +167,9 @@ def law_errors(setting: Setting) -> dict[str, float]:
         limit = registry.get("rupture", "willett_unequal").functions[0](volume, ri, rj, *angles)
         gaps = [float(s) for s in np.linspace(0.0, 0.9 * limit, 40)]
         query = bridge_query.Query.model_validate(
-            {
-                "bodies": bodies,
-                "volume_m3": volume,
-                "surface_tension_N_per_m": 0.0728,
-                "separations_m": gaps,
-                "laws": ["young_laplace"],
-            }
-        )
+            {"bodies": bodies, "volume_m3": volume, "surface_tension_N_per_m": 0.0728, "separations_m": gaps,
+             "laws": ["young_laplace"]}
+        )  # fmt: skip
         truth = bridge_query.answer(query)
         law = registry.get("capillary", name)
         law.prepare([angles])
