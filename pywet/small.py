@@ -17,7 +17,7 @@ from pywet.engines.liggghts import driver
 from pywet.files import atomic_write, read_table, write_table
 from pywet.geometry.solids import plate
 from pywet.geometry.stl import write_stl
-from pywet.geometry.surface import Surface, make_surface
+from pywet.geometry.surface import Floats, Surface, make_surface
 from pywet.history.initial import write_initial
 from pywet.laws import own
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
@@ -46,10 +46,14 @@ class Sphere:
     """Liquid on it [m3], where that is not what the scene's film thickness gives."""
 
 
+def square(half_side: float) -> Floats:
+    """Corners of a square about the origin, shape (4, 2) [m]."""
+    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
     """A large flat plate whose upper face lies at `top`."""
-    outline = half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return make_surface("floor", "wall", plate(outline, top - thickness, top))
+    return make_surface("floor", "wall", plate(square(half_side), top - thickness, top))
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:

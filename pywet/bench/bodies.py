@@ -30,14 +30,15 @@ FIT_IN_DRUM = 44
 
 
 def sphere_classes(
-    *radii_m: float, counts: int | Sequence[int] = 1, density: float = GLASS, angle_rad: float = WETTED, name: str = "class{k}"
+    *radii_m: float, counts: int | Sequence[int] = 1, density: float | Sequence[float] = GLASS,
+    angle_rad: float | Sequence[float] = WETTED, name: str = "class{k}",
 ) -> tuple[SphereClass, ...]:  # fmt: skip
     """One class per radius, of glass; `name` may hold {k}, the number of the class, and {mm}, its diameter."""
-    numbers = [counts] * len(radii_m) if isinstance(counts, int) else counts
+    many, densities, angles = (np.broadcast_to(v, len(radii_m)).tolist() for v in (counts, density, angle_rad))
     return tuple(
-        SphereClass(name=name.format(k=k, mm=f"{2e3 * r:g}"), type=k, radius_m=r, density_kg_per_m3=density,
-                    contact_angle_rad=angle_rad, count=n)
-        for k, (r, n) in enumerate(zip(radii_m, numbers, strict=True), start=1)
+        SphereClass(name=name.format(k=k + 1, mm=f"{2e3 * r:g}"), type=k + 1, radius_m=r, density_kg_per_m3=densities[k],
+                    contact_angle_rad=angles[k], count=many[k])
+        for k, r in enumerate(radii_m)
     )  # fmt: skip
 
 
@@ -61,10 +62,10 @@ def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tu
     )
 
 
-def reduced_mass(classes: Sequence[SphereClass], pair: ContactPair) -> float:
-    """Mass of the relative motion of a contact [kg]; a wall does not move."""
-    one = classes[pair.a - 1].mass_kg
-    return one if pair.b == 0 else one * classes[pair.b - 1].mass_kg / (one + classes[pair.b - 1].mass_kg)
+def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
+    """Mass of the relative motion of two types [kg]; a wall (b = 0) does not move."""
+    one = classes[a - 1].mass_kg
+    return one if b == 0 else one * classes[b - 1].mass_kg / (one + classes[b - 1].mass_kg)
 
 
 def dashpot(mass: float, stiffness: float, restitution: float) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write, read_csv
+from pywet.files import read_csv, write_csv
 from pywet.study.stability import figures, hard, sweep
 from pywet.study.stability.maps import MAPS, Map
 from pywet.view import page
@@ -73,7 +73,7 @@ def map_sections(folder: Path) -> list[page.Section]:
     """The maps, and each one's table beside the page."""
     made = {name: table_of(chart, folder) for name, chart in MAPS.items()}
     for name, table in made.items():
-        _write(table, folder / f"map_{name}.csv")
+        write_csv(table, folder / f"map_{name}.csv")
     groups = (
         ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
         (
@@ -98,7 +98,7 @@ def hard_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     table = pd.concat(
         [read_csv(folder / "hard" / f"{n}.csv", keep_default_na=False) for n in hard.SCENES], ignore_index=True
     )
-    _write(table, folder / "hard_scenes.csv")
+    write_csv(table, folder / "hard_scenes.csv")
     rows: list[list[page.Cell | str]] = []
     for r in table.itertuples():
         fine = str(r.state) in ("stable", "law", str(r.expected))
@@ -182,8 +182,3 @@ def write(folder: Path, path: Path) -> Path:
         cards,
         f"{seen['cases']} cases in {seen['wall_s'] / 60.0:.0f} min of wall time; tables beside this page in {folder.name}/.",
     )
-
-
-def _write(table: pd.DataFrame, path: Path) -> None:
-    with atomic_write(path) as temporary:
-        table.to_csv(temporary, index=False)
