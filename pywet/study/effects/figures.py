@@ -6,14 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from pywet.report.pictures import plt
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
 from pywet.study.effects.scenes import SCENES
 from pywet.study.effects.verdict import SHORTEST, Choice, step_time

@@ -6,9 +6,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
-
 from pywet.study.effects import figures
 from pywet.study.effects.measures import ABSOLUTE, WORDS
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
@@ -54,14 +51,8 @@ def write(path: Path, records: Records, judged: Judged) -> Path:
     return page.write(path, "Only the effects a scene calls for", lead, sections, cards)
 
 
-def _picture(figure: Figure, caption: str) -> str:
-    text = page.picture(figure, caption)
-    plt.close(figure)
-    return text
-
-
 def _matrix(records: Records, judged: Judged) -> str:
-    return _picture(
+    return page.picture(
         figures.matrix(records, judged),
         "Each field: the largest change of a wanted quantity when this effect alone is left out (“<”: within what the "
         "first arrangements scatter), and the change of processor time. A dash: the scene does not have the effect.",
@@ -97,7 +88,7 @@ def _plan(records: Records, judged: Judged) -> str:
         "plan",
     ]
     return (
-        _picture(
+        page.picture(
             figures.plan_against_all(judged),
             "Left: what the plan's choice changes against everything on, from the same first arrangements. Right: the whole run, "
             "start included.",
@@ -147,7 +138,7 @@ def _unused(records: Records) -> str:
 
 
 def _shares(records: Records) -> str:
-    return _picture(
+    return page.picture(
         figures.shares(records),
         "Share of each force in the sum over weight, capillary and viscous forces of |force| × time: predicted before the "
         "run, and taken from 200 steps at which every bridge was logged. Dashed: factor 3 (claimed for weight and capillary "

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -16,6 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
+from pywet.report.pictures import plt
 from pywet.study.stability.maps import Map
 
 Floats = NDArray[np.float64]
@@ -92,7 +89,6 @@ def maps_figure(charts: list[tuple[Map, pd.DataFrame]], columns: int = 2) -> Fig
     if any(chart.name.startswith(("step", "stiff")) for chart, _ in charts):
         shown.append(Line2D([], [], color="#0b3c78", lw=2.2, ls="--", label="a tenth of it (energy to 1 %)"))
     figure.legend(handles=shown, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
-    plt.close(figure)
     return figure
 
 
@@ -124,5 +120,4 @@ def field(cases: pd.DataFrame) -> Figure:
         handles=[Line2D([], [], marker="o", ls="", color=colour[s], label=names[s]) for s in present],
         loc="outside lower center", ncols=3, frameon=False,
     )  # fmt: skip
-    plt.close(figure)
     return figure
