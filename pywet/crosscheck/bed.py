@@ -18,6 +18,7 @@ import pandas as pd
 
 from pywet import small, stages
 from pywet.bench.bodies import contacts, coordination, last, loose_box
+from pywet.crosscheck.rows import TWO_ERRORS, row
 from pywet.engines.liggghts import deck, process
 from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
@@ -172,17 +173,9 @@ def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
                 continue
             value = float(one.mean())
             error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
+            scene = f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds"
+            spread = 2.0 * error / value
             found.append(
-                {
-                    "scene": f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds",
-                    "quantity": quantity.replace("_", " "),
-                    "engine": engine,
-                    "value": float(two.mean()),
-                    "reference": reference,
-                    "reference_value": value,
-                    "deviation": float(two.mean()) / value - 1.0,
-                    "spread": 2.0 * error / value,
-                    "note": "spread: two standard errors of the difference",
-                }
+                row(scene, quantity.replace("_", " "), engine, two.mean(), reference, value, spread, TWO_ERRORS)
             )
     return found

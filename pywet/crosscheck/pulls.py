@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from pywet import bridge_engine, bridge_query, young_laplace
+from pywet.crosscheck.rows import row
 from pywet.engines.stock import liggghts_force, yade_force
 from pywet.geometry.surface import Floats
 
@@ -44,11 +45,11 @@ def rows() -> list[dict[str, Any]]:
         for engine, values in forces.items():
             for k, share in enumerate(SHARES):
                 quantity = f"force at {share:.0%} of the rupture distance [N]"
-                found.append(_row(scene, quantity, engine, values[k], "exact", exact[k]))
+                found.append(row(scene, quantity, engine, values[k], "exact", exact[k]))
                 if engine in (OURS, "YADE"):
-                    found.append(_row(scene, quantity, engine, values[k], "Rabinovich, closed form", closed[k]))
+                    found.append(row(scene, quantity, engine, values[k], "Rabinovich, closed form", closed[k]))
         for engine, distance in rupture_distances(rj, limit).items():
-            found.append(_row(scene, "rupture distance [m]", engine, distance, "exact", limit))
+            found.append(row(scene, "rupture distance [m]", engine, distance, "exact", limit))
     return found
 
 
@@ -131,27 +132,7 @@ def limits() -> list[dict[str, Any]]:
     two = points(gap, RADIUS).assign(contact_angle_j=0.0)
     refused = yade_force(two, "Rabinovich")["reason"].iloc[0]
     return [
-        _row("two equal spheres", "force at an overlap of 0.001 r [N]", "YADE", overlap, "Rabinovich at touch", touch),
-        _row("sphere and wall", "force at a gap of 10 µm [N]", "YADE", wall, "YADE between equal spheres", pair),
-        {
-            **_row("two equal spheres", "two contact angles", "YADE", math.nan, "", math.nan),
-            "note": refused,
-        },
+        row("two equal spheres", "force at an overlap of 0.001 r [N]", "YADE", overlap, "Rabinovich at touch", touch),
+        row("sphere and wall", "force at a gap of 10 µm [N]", "YADE", wall, "YADE between equal spheres", pair),
+        row("two equal spheres", "two contact angles", "YADE", math.nan, "", math.nan, note=refused),
     ]
-
-
-def _row(
-    scene: str, quantity: str, engine: str, value: float, reference: str, reference_value: float
-) -> dict[str, Any]:
-    deviation = float(value) / reference_value - 1.0 if reference_value else math.nan
-    return {
-        "scene": scene,
-        "quantity": quantity,
-        "engine": engine,
-        "value": float(value),
-        "reference": reference,
-        "reference_value": float(reference_value),
-        "deviation": deviation,
-        "spread": math.nan,
-        "note": "",
-    }
