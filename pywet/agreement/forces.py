@@ -17,10 +17,10 @@ import pandas as pd
 from pywet import bridge_engine
 from pywet.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
-from pywet.agreement.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, Pair, R, pairs
+from pywet.agreement.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, R, compared_gaps, drawn_gaps, pairs
 from pywet.agreement.rows import PAIRS
 from pywet.agreement.stock import LAWS, SCAN, Stock, scans
-from pywet.bridge_query import Query
+from pywet.bench.pair import Pair
 from pywet.engines.stock.liggghts import liggghts_drag
 from pywet.errors import PywetError
 from pywet.files import read_table
@@ -42,7 +42,7 @@ def source(folder: Path) -> Source:
         curves[pair.key] = {}
         for preset in CAPILLARY:
             log, events = _drawn(pair, preset, folder / f"pull_{preset}_{pair.key}")
-            cells += list(_engine(pair, preset, pair.gaps, log, events))
+            cells += list(_engine(pair, preset, compared_gaps(pair), log, events))
             if pair.key == "equal":
                 cells.append(_engine_overlap(pair, preset, log))
             if pair.key == "equal" and preset == "paper":
@@ -50,7 +50,7 @@ def source(folder: Path) -> Source:
             curves[pair.key][f"LIGGGHTS + pywet, {preset}"] = _thinned(log)
         cells += [*_stock(pair, stock), *_edges(pair, stock)]
         if pair.key == "equal":
-            cells += [*_overlap(pair, stock), *_drag(pair, pair.gaps)]
+            cells += [*_overlap(pair, stock), *_drag(pair, compared_gaps(pair))]
         curves[pair.key] |= _curves(pair, stock)
     return Source("forces", cells, curves)
 
@@ -59,7 +59,7 @@ def _stock_forces() -> Stock:
     """All that the stock programs are asked: two calls of each law."""
     stock, asked = Stock(), []
     for pair in pairs():
-        asked += [pair.points(pair.gaps, "gaps"), pair.points(pair.drawn_gaps, "curve")]
+        asked += [pair.points(compared_gaps(pair), "gaps"), pair.points(drawn_gaps(pair), "curve")]
         asked.append(pair.points(np.array(OVERLAPS) * R, "overlap"))
         asked.append(pair.points(np.linspace(0.3, 2.5, SCAN) * pair.limit("paper"), "coarse"))
     stock.measure(pd.concat(asked, ignore_index=True))
@@ -75,17 +75,7 @@ def _stock_forces() -> Stock:
 
 def _drawn(pair: Pair, preset: str, folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Contact log and events of the two bodies drawn apart in the engine, from a small overlap."""
-    bodies: list[dict[str, Any]] = [{"radius_m": pair.ri}, {"wall": "large"} if pair.wall else {"radius_m": pair.rj}]
-    query = Query.model_validate(
-        {
-            "bodies": [{**b, "contact_angle_deg": math.degrees(ANGLE)} for b in bodies],
-            "volume_m3": pair.volume,
-            "surface_tension_N_per_m": SIGMA,
-            "viscosity_Pa_s": 0.0,
-            "velocity_m_per_s": 0.05,
-            "separations_m": [1.2 * min(OVERLAPS) * R, 1e-4],
-        }
-    )
+    query = pair.query([1.2 * min(OVERLAPS) * R, 1e-4], viscosity_Pa_s=0.0, velocity_m_per_s=0.05)
     law, rupture = CAPILLARY[preset]
     return bridge_engine._pull(folder, query, law, rupture, "pitois")
 
@@ -117,7 +107,7 @@ def _engine(
         )
     else:
         yield truth(row, EXACT, f"Young-Laplace meridian in closed form; {where}", len(at))
-        own = [own_bridge.solve(s, pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).force * SIGMA for s in at]
+        own = [own_bridge.solve(s, *pair.bridge).force * SIGMA for s in at]
         exact = pair.exact(at)
         yield measured(row, REFERENCE, np.array(own), exact, at=names, note="collocation, shares no code")
         note = "tabulated force in the engine, stated error 0.1 % of the force at touch"
@@ -130,7 +120,7 @@ def _engine(
         yield measured(row, LIGGGHTS, broken, np.array([limit]), note="event log", link=link)
     else:
         yield truth(row, EXACT, "limit of stability of the exact bridge", 1)
-        own_limit = own_bridge.rupture(pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).separation
+        own_limit = own_bridge.rupture(*pair.bridge).separation
         yield measured(
             row, REFERENCE, np.array([own_limit]), np.array([limit]), note="second variation, shares no code"
         )
@@ -163,9 +153,6 @@ NOTES = {
 }
 
 
-UNBOUNDED = "lubrication of an unbounded liquid, whatever the bridge's volume; force with viscosity less that without, over speed"
-
-
 def _note(column: str, preset: str) -> str:
     return NOTES.get(column) or f"YADE's law {LAWS[YADE, preset]}; it takes a wall for an equal sphere"
 
@@ -194,7 +181,7 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
             yield truth(row, REFERENCE, "force at touch", 3)
         else:
             yield truth(row, EXACT, "force at touch", 3)
-            own = own_bridge.solve(0.0, pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).force * SIGMA
+            own = own_bridge.solve(0.0, *pair.bridge).force * SIGMA
             yield measured(row, REFERENCE, np.full(3, own), touch, note="collocation")
         for column in STOCK:
             try:
@@ -275,7 +262,7 @@ def _thinned(log: pd.DataFrame) -> dict[str, list[float]]:
 
 def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
     """Force over gap of all programs for the picture."""
-    apart = pair.drawn_gaps[pair.drawn_gaps >= 0]
+    apart = drawn_gaps(pair)[drawn_gaps(pair) >= 0]
     exact = [None if math.isnan(f) else f for f in pair.exact(apart)]
     found: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}
     for column in STOCK:

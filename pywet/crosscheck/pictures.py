@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,19 +45,17 @@ def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verd
 
 def pulls(path: Path, shares: int = 40) -> None:
     """Force over gap: exact bridge, and what each engine gives, for spheres and at a wall."""
-    from pywet import young_laplace
     from pywet.crosscheck import pulls as scenes
 
-    angle = math.radians(scenes.ANGLE_DEG)
     chosen = {name: scenes.PAIRS[name] for name in ("two equal spheres", "sphere and wall")}
     with plt.rc_context(PLAIN):
         figure, axes = plt.subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
-        for ax, (title, rj) in zip(axes, chosen.items(), strict=True):
-            limit = young_laplace.rupture(scenes.VOLUME, scenes.RADIUS, rj, angle, angle).separation
+        for ax, (title, pair) in zip(axes, chosen.items(), strict=True):
+            limit = pair.limit("exact")
             gaps = np.linspace(0.005, 1.25, shares) * limit
-            exact = scenes.exact_force(gaps[gaps < limit], rj)
+            exact = pair.exact(gaps[gaps < limit])
             ax.plot(1e6 * gaps[gaps < limit], 1e3 * exact, color=COLOURS["exact"], lw=3, alpha=0.35, label="exact")
-            closed = scenes.engine_forces(gaps, rj)
+            closed = scenes.engine_forces(pair, gaps)
             styles = {scenes.OURS: (COLOURS["LIGGGHTS"], "-", 1.6), "YADE": (COLOURS["YADE"], "--", 1.8)}
             for engine, values in closed.items():
                 colour, style, width = styles.get(engine, (COLOURS.get(engine, "#888888"), ":", 1.8))

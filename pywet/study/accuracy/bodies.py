@@ -10,6 +10,7 @@ import numpy as np
 
 from pywet import bridge_query, small
 from pywet.bench.bodies import last, loose_box
+from pywet.bench.pair import Pair
 from pywet.effects import PRESETS
 from pywet.files import read_table
 from pywet.history.schema import LARGE_WALL, SPHERE
@@ -162,18 +163,13 @@ def law_errors(setting: Setting) -> dict[str, float]:
     force, rupture = [], []
     for ri, ti, rj, tj in BRIDGES:
         r = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
-        volume, angles = REDUCED_VOLUME * r**3, (math.radians(ti), math.radians(tj))
-        bodies = [{"radius_m": ri, "contact_angle_deg": ti}, _body(rj, tj)]
-        limit = registry.get("rupture", "willett_unequal").functions[0](volume, ri, rj, *angles)
-        gaps = [float(s) for s in np.linspace(0.0, 0.9 * limit, 40)]
-        query = bridge_query.Query.model_validate(
-            {"bodies": bodies, "volume_m3": volume, "surface_tension_N_per_m": 0.0728, "separations_m": gaps,
-             "laws": ["young_laplace"]}
-        )  # fmt: skip
-        truth = bridge_query.answer(query)
+        pair = Pair("", ri, rj, REDUCED_VOLUME * r**3, (math.radians(ti), math.radians(tj)), 0.0728)
+        limit = registry.get("rupture", "willett_unequal").functions[0](*pair.bridge)
+        gaps = np.linspace(0.0, 0.9 * limit, 40)
+        truth = bridge_query.answer(pair.query(gaps.tolist(), laws=["young_laplace"]))
         law = registry.get("capillary", name)
-        law.prepare([angles])
-        given = law.functions[0](np.array(gaps), volume, ri, rj, *angles, 0.0728)
+        law.prepare([pair.angles])
+        given = law.functions[0](gaps, *pair.bridge, pair.sigma)
         right = np.array([np.nan if f is None else f for f in truth["force_N"]["young_laplace"]], dtype=float)
         force.append(float(np.nanmax(np.abs(given - right)) / right[0]))
         end = truth["rupture_distance_m"]["young_laplace"]
@@ -192,8 +188,3 @@ def sharing_error(setting: Setting, finest: int) -> dict[str, float]:
         fine, given = (table(ri, size, math.radians(ti), math.radians(tj), kind, grid) for grid in (at, coarse))
         worst = max(worst, float(np.abs(np.interp(at, coarse, given) - fine)[at >= 1e-5].max()))
     return {"sharing_ratio": worst}
-
-
-def _body(radius: float, angle: float) -> dict[str, object]:
-    end = {"contact_angle_deg": angle}
-    return {"wall": "large", **end} if math.isinf(radius) else {"radius_m": radius, **end}
