@@ -155,22 +155,12 @@ def one(study: StudyScene, setup: Setup, variant: Variant, seed: int, run_dir: P
     info = small.run(run_dir, setup.spheres) if setup.spheres else driver.run(run_dir, progress=False)
     made = plan_of(setup, decide="tolerance")
     record = {
-        "scene": study.name,
-        "seed": seed,
-        "variant": variant.name,
-        "effects": variant.effects.model_dump(),
-        "wanted": study.wanted(run_dir),
-        "cpu_s": info.cpu_s,
-        "loop_cpu_s": info.loop_cpu_s,
-        "wall_s": info.wall_s,
-        "steps": info.steps,
-        "spheres": info.spheres,
-        "plugin": info.plugin_hash is not None,
-        "peak_memory_B": info.peak_memory_B,
-        "plugin_arrays_B": plugin_arrays(scene, run_dir),
-        "shares": measured_shares(scene, run_dir),
-        "plan": made.as_dict()["rows"],
-    }
+        "scene": study.name, "seed": seed, "variant": variant.name, "effects": variant.effects.model_dump(),
+        "wanted": study.wanted(run_dir), "cpu_s": info.cpu_s, "loop_cpu_s": info.loop_cpu_s, "wall_s": info.wall_s,
+        "steps": info.steps, "spheres": info.spheres, "plugin": info.plugin_hash is not None,
+        "peak_memory_B": info.peak_memory_B, "plugin_arrays_B": plugin_arrays(scene, run_dir),
+        "shares": measured_shares(scene, run_dir), "plan": made.as_dict()["rows"],
+    }  # fmt: skip
     shutil.rmtree(run_dir)
     return record
 
