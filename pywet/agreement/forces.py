@@ -7,7 +7,7 @@ Truth of preset `paper` is the law typed anew in `reference_impl`; of preset `ex
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -99,32 +99,34 @@ def _engine(
     link = f"runs/pull_{preset}_{pair.key}/"
     names = _named(at, limit)
     where = f"V* {V_STAR:g}, contact angle 15°, {len(at)} gaps"
-    if preset == "paper":
-        yield impossible(row, EXACT, "the law is a fit; what the exact bridge gives is in the rows below")
-        yield truth(row, REFERENCE, f"closed form typed anew from the paper; {where}", len(at))
-        yield measured(
-            row, LIGGGHTS, force, pair.paper(at), at=names, note="contact log of a pull at 0.05 m/s", link=link
-        )
-    else:
-        yield truth(row, EXACT, f"Young-Laplace meridian in closed form; {where}", len(at))
-        own = [own_bridge.solve(s, *pair.bridge).force * SIGMA for s in at]
-        exact = pair.exact(at)
-        yield measured(row, REFERENCE, np.array(own), exact, at=names, note="collocation, shares no code")
-        note = "tabulated force in the engine, stated error 0.1 % of the force at touch"
-        yield measured(row, LIGGGHTS, force, exact, at=names, note=note, link=link)
+    wanted = pair.exact(at) if preset == "exact" else pair.paper(at)
+    own = lambda: np.array([own_bridge.solve(g, *pair.bridge).force * SIGMA for g in at])  # noqa: E731
+    said = "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+    fit = "the law is a fit; what the exact bridge gives is in the rows below"
+    yield from _best(row, preset, f"{said}; {where}", fit, own, wanted, "collocation, shares no code", names)
+    table = "tabulated force in the engine, stated error 0.1 % of the force at touch"
+    note = table if preset == "exact" else "contact log of a pull at 0.05 m/s"
+    yield measured(row, LIGGGHTS, force, wanted, at=names, note=note, link=link)
     broken = events.loc[events["kind"] == RUPTURE, "rupture_distance"].to_numpy(float)[:1]
     row = f"rupture_{preset}_{pair.key}"
+    own = lambda: np.array([own_bridge.rupture(*pair.bridge).separation])  # noqa: E731
+    said = "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+    fit = "the law is a fit; the exact limit is in the rows below"
+    yield from _best(row, preset, said, fit, own, np.array([limit]), "second variation, shares no code")
+    note = "event log; table, stated error 2e-4" if preset == "exact" else "event log"
+    yield measured(row, LIGGGHTS, broken, np.array([limit]), note=note, link=link)
+
+
+def _best(
+    row: str, preset: str, said: str, fit: str, own: Callable[[], Floats], exact: Floats, note: str, at: Sequence[str] = ()
+) -> Iterator[Cell]:  # fmt: skip
+    """What a row is held against: the paper's law by the reference, or the exact bridge, which the reference solves too."""
     if preset == "paper":
-        yield impossible(row, EXACT, "the law is a fit; the exact limit is in the rows below")
-        yield truth(row, REFERENCE, "closed form typed anew from the paper", 1)
-        yield measured(row, LIGGGHTS, broken, np.array([limit]), note="event log", link=link)
+        yield impossible(row, EXACT, fit)
+        yield truth(row, REFERENCE, said, len(exact))
     else:
-        yield truth(row, EXACT, "limit of stability of the exact bridge", 1)
-        own_limit = own_bridge.rupture(*pair.bridge).separation
-        yield measured(
-            row, REFERENCE, np.array([own_limit]), np.array([limit]), note="second variation, shares no code"
-        )
-        yield measured(row, LIGGGHTS, broken, np.array([limit]), note="event log; table, stated error 2e-4", link=link)
+        yield truth(row, EXACT, said, len(exact))
+        yield measured(row, REFERENCE, own(), exact, at=at, note=note)
 
 
 def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
@@ -176,13 +178,8 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
     for preset in CAPILLARY:
         row = f"capillary_{preset}_overlap"
         touch = pair.paper(np.zeros(3)) if preset == "paper" else pair.exact(np.zeros(3))
-        if preset == "paper":
-            yield impossible(row, EXACT, "the law is a fit")
-            yield truth(row, REFERENCE, "force at touch", 3)
-        else:
-            yield truth(row, EXACT, "force at touch", 3)
-            own = own_bridge.solve(0.0, *pair.bridge).force * SIGMA
-            yield measured(row, REFERENCE, np.full(3, own), touch, note="collocation")
+        own = lambda: np.full(3, own_bridge.solve(0.0, *pair.bridge).force * SIGMA)  # noqa: E731
+        yield from _best(row, preset, "force at touch", "the law is a fit", own, touch, "collocation")
         for column in STOCK:
             try:
                 at, values = stock.force(column, preset, pair.key, "overlap")

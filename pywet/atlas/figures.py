@@ -39,7 +39,7 @@ def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, laws: Sequence[str] =
         for axis, law in zip(axes, laws, strict=False):
             off = forces.loc[at].assign(error=100 * errors.loc[at, law])
             table = off.pivot_table(index="v_star", columns="share", values="error")
-            look = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
+            look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
             image = axis.pcolormesh(table.columns, np.log10(table.index), table.to_numpy(), **look)
             axis.set(title=law, xlabel="S / S_rup", ylabel="log₁₀ V*")
             axis.grid(False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -17,6 +18,8 @@ LEAD = (
     "what other programs compute."
 )
 FOOTER = "pywet laws --atlas; the numbers are beside this page as CSV, the pictures as SVG"
+Frame = Any
+"""A table, of whose columns pandas' types know nothing."""
 Report = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
@@ -78,7 +81,7 @@ VALIDATION = (
 )
 
 
-def _choice(cost: pd.DataFrame) -> str:
+def _choice(cost: Frame) -> str:
     ratio = cost.set_index("law").loc["young_laplace", "ratio"]
     return paragraph(
         "Take `young_laplace`: the exact force, from a table made once per pair of contact angles; a bridge met before costs "
@@ -93,7 +96,7 @@ def _graded(value: float, hint: str = "") -> Cell:
     return Cell(_percent(value), "good" if value < 0.02 else "fair" if value < 0.15 else "bad", hint)
 
 
-def _forces(tables: dict[str, pd.DataFrame], pictures: dict[str, str]) -> str:
+def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
     """Every law by bodies and gap, the most accurate between equal spheres first; cost beside."""
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
     cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.REGIONS for g in errors.GAPS]
@@ -124,7 +127,7 @@ def _forces(tables: dict[str, pd.DataFrame], pictures: dict[str, str]) -> str:
     )  # fmt: skip
 
 
-def _rupture(found: pd.DataFrame, pictures: dict[str, str]) -> str:
+def _rupture(found: Frame, pictures: dict[str, str]) -> str:
     rows: list[list[Cell | str]] = [
         [f"`{r.law}`", str(r.bodies), _graded(float(r.median)), _percent(float(r.p95)), _percent(float(r.worst))]
         for r in found[~found["law"].isin(cost.LEFT_OUT)].itertuples()
@@ -132,7 +135,7 @@ def _rupture(found: pd.DataFrame, pictures: dict[str, str]) -> str:
     return table(["law", "bodies", "median |error| %", "95 % %", "worst %"], rows) + drawing(pictures["rupture"])
 
 
-def _sharing(found: pd.DataFrame, pictures: dict[str, str]) -> str:
+def _sharing(found: Frame, pictures: dict[str, str]) -> str:
     """Parabola against exact, per pair of bodies."""
     rows: list[list[Cell | str]] = []
     for (q, small, large), part in found.groupby(["ratio", "angle_i_deg", "angle_j_deg"], sort=False):
@@ -154,7 +157,7 @@ def _sharing(found: pd.DataFrame, pictures: dict[str, str]) -> str:
     return table(header, rows) + drawing(pictures["fig7"], caption)
 
 
-def _misprints(found: pd.DataFrame) -> str:
+def _misprints(found: Frame) -> str:
     rows: list[list[Cell | str]] = [
         [f"`{r.printed}`", f"`{r.mended}`", str(r.bodies), f"{r.smallest:.0f}", f"{r.median:.0f}", f"{r.largest:.0f}"]
         for r in found.itertuples()
@@ -162,7 +165,7 @@ def _misprints(found: pd.DataFrame) -> str:
     return table(["as printed", "against", "bodies", "smallest %", "median %", "largest %"], rows)
 
 
-def _stock(found: pd.DataFrame, missing: list[str]) -> str:
+def _stock(found: Frame, missing: list[str]) -> str:
     rows: list[list[Cell | str]] = [
         [*map(str, (r.program, r.law, r.bodies)), f"{r.share:g}", _percent(float(r.low)), _percent(float(r.high)), str(r.bridges)]
         for r in found.itertuples()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,6 +18,7 @@ from pywet.files import read_table
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import ContactPair, Liquid, SphereClass
+from pywet.screening import rundir
 from pywet.screening.amounts import S_MIN, common_film_thickness, liquid_volume
 from pywet.small import Sphere
 
@@ -111,7 +113,12 @@ def wetting(classes: Sequence[SphereClass], percent: float, viscosity: float = 1
     return water(common_film_thickness(classes, liquid_volume(classes, percent, 1000.0)), viscosity, tension)
 
 
-def at_places(places: Floats, kinds: Sequence[int] | None = None) -> list[Sphere]:
+def film_thickness(volume: float, radius: float) -> float:
+    """Thickness of one sphere's film of that volume [m]."""
+    return float(rundir.film_thickness(np.asarray(volume), np.asarray(radius)))
+
+
+def at_places(places: Floats, kinds: Sequence[int] | NDArray[Any] | None = None) -> list[Sphere]:
     """Spheres at rest, shape (n, 3) [m]."""
     of = kinds if kinds is not None else [1] * len(places)
     return [Sphere(int(k), (float(x), float(y), float(z))) for k, (x, y, z) in zip(of, places, strict=True)]
@@ -167,7 +174,7 @@ def last(run_dir: Path) -> pd.DataFrame:
     return table[table["step"] == table["step"].max()].sort_values("id").reset_index(drop=True)
 
 
-def coordination(at: Floats, radius: Floats, gap: float | None = None) -> float:
+def coordination(at: NDArray[Any], radius: NDArray[Any], gap: float | None = None) -> float:
     """Mean number of spheres in touch with a sphere: up to a gap [m], or up to a hundredth of the larger radius.
 
     >>> round(coordination(np.array([[0.0, 0, 0], [2.0, 0, 0], [9.0, 0, 0]]), np.ones(3)), 3)

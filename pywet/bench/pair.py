@@ -70,7 +70,7 @@ class Pair:
             pair=self.key, what=what,
         )  # fmt: skip
 
-    def query(self, gaps: Sequence[float], **more: Any) -> Query:
+    def query(self, gaps: Sequence[float] | Floats, **more: Any) -> Query:
         """The question to `pywet bridge`; `more` are further keys of it."""
         second = {"wall": "large"} if self.wall else {"radius_m": self.rj}
         ti, tj = (math.degrees(t) for t in self.angles)

@@ -11,7 +11,7 @@ if __name__ == "__main__":  # the server that engines are forked from reads this
         if part == "page":
             folder = Path(snakemake.output.cases).parent
             sweep.collect([Path(p) for p in snakemake.input.batches], Path(snakemake.output.cases))
-            report.write(folder, Path(snakemake.output.page))
+            report.write_page(folder, Path(snakemake.output.page))
         elif part == "map":
             maps.map_row(snakemake.wildcards.map, int(snakemake.wildcards.row), Path(snakemake.output.table).parents[1])
         elif part == "hard":

@@ -69,7 +69,7 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
                 if math.isfinite(choice.saving):
                     text += f"\ntime {-100 * choice.saving:+.0f} %"
             axes.add_patch(Rectangle((column, row), 0.96, 0.92, facecolor=face))
-            look = {"ha": "center", "va": "center", "fontsize": 9.5, "color": ink, "linespacing": 1.35}
+            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9.5, "color": ink, "linespacing": 1.35}
             axes.text(column + 0.48, row + 0.46, text, **look)
     axes.set_xlim(0, len(SWITCHED))
     axes.set_ylim(len(names), 0)
@@ -84,7 +84,13 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
         (WRONG, "left out, wrongly"), (ABSENT, "not in this scene"),
     ]  # fmt: skip
     handles = [Rectangle((0, 0), 1, 1, facecolor=c) for c, _ in keys]
-    place = {"loc": "upper center", "bbox_to_anchor": (0.46, -0.01), "ncol": 5, "frameon": False, "fontsize": 9.5}
+    place: dict[str, Any] = {
+        "loc": "upper center",
+        "bbox_to_anchor": (0.46, -0.01),
+        "ncol": 5,
+        "frameon": False,
+        "fontsize": 9.5,
+    }
     axes.legend(handles, [t for _, t in keys], **place)
     return figure
 

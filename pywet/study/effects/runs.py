@@ -176,7 +176,7 @@ def prepare(setup: Setup, variant: Variant, run_dir: Path) -> Scene:
     liquid, effects = setup.liquid, variant.effects
     if effects.bridges and liquid is None:  # the plugin with nothing to do
         liquid = wetting(setup.classes, 0.0)
-    windows = {"contact_windows": min(SAMPLES, steps), "contact_window_steps": 1}
+    windows: dict[str, Any] = {"contact_windows": min(SAMPLES, steps), "contact_window_steps": 1}
     return small.prepare(
         run_dir, setup.classes, setup.spheres, setup.pairs, liquid=liquid, effects=effects, walls=setup.walls,
         wall_angle_rad=0.7, time_step_s=step, steps=steps, gravity=setup.gravity if effects.gravity else (0.0, 0.0, 0.0),

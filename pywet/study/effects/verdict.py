@@ -75,8 +75,8 @@ class Choice:
 def choices(records: Iterable[Record]) -> list[Choice]:
     """All choices of one scene, all seeds, in the order they were run."""
     every = list(records)
-    runs = pd.DataFrame(every, index=pd.MultiIndex.from_tuples([(r["variant"], r["seed"]) for r in every]))
-    wanted = pd.DataFrame(list(runs["wanted"]), index=runs.index, dtype=float)
+    runs: Any = pd.DataFrame(every, index=pd.MultiIndex.from_tuples([(r["variant"], r["seed"]) for r in every]))
+    wanted: Any = pd.DataFrame(list(runs["wanted"]), index=runs.index, dtype=float)
     full = wanted.loc[EVERYTHING]
     wanted = wanted[[seed in full.index for _, seed in wanted.index]]
     sizes = {name: 1.0 if name in ABSOLUTE else abs(float(full[name].mean())) or 1.0 for name in full}
@@ -99,7 +99,9 @@ def _choice(
     both = [seed for seed in runs.index if seed in full.index]
     its, other = runs.loc[both], full.loc[both]
     same = bool(its["effects"].iloc[0] == other["effects"].iloc[0])
-    times, reference = ([step_time(r) for r in of.to_dict("records")] for of in (its, other))
+    times, reference = (
+        [step_time({str(k): v for k, v in r.items()}) for r in of.to_dict("records")] for of in (its, other)
+    )
     saved = [0.0] if same else [1.0 - t / r for t, r in zip(times, reference, strict=True)]
     timed = same or min(reference) >= SHORTEST
     return Choice(

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet import small
-from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
+from pywet.bench.bodies import contact, film_thickness, reduced_mass, sphere_classes, water
 from pywet.geometry.solids import plate, wire
 from pywet.scene import Effects, Liquid, SphereClass
-from pywet.screening.rundir import film_thickness
 from pywet.small import Sphere
 from pywet.study.stability import cells
 from pywet.study.stability.cells import Batch, Cell, Part, ball
@@ -66,7 +65,7 @@ class Setting:
 
     def thickness(self, kind: int, film: float) -> float:
         """Thickness of a film of that volume [m]."""
-        return float(film_thickness(film, self.radii[kind - 1]))
+        return film_thickness(film, self.radii[kind - 1])
 
     def gap(self, reach: float) -> float:
         """Gap between two spheres: exactly zero for one in five, else within or just beyond what their films reach."""
@@ -110,7 +109,7 @@ def chain(s: Setting) -> tuple[Sphere, ...]:
         film, r = s.film(kind), s.radii[kind - 1]
         if found:
             last = found[-1]
-            reach = s.thickness(kind, film) + s.thickness(last.kind, last.film)
+            reach = s.thickness(kind, film) + s.thickness(last.kind, last.film or 0.0)
             x += s.radii[last.kind - 1] + r + s.gap(reach)
         found.append(ball(kind, (x, 0.0, 0.0), 0.5 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film))
     return tuple(found)
@@ -197,7 +196,7 @@ def draw_cell(s: Setting, name: str, how: str) -> Cell:
     else:
         bodies = pair(s, how)
     fastest = max(float(np.linalg.norm(b.velocity)) for b in bodies)
-    films = [b.film / s.radii[b.kind - 1] ** 3 for b in bodies]
+    films = [(b.film or 0.0) / s.radii[b.kind - 1] ** 3 for b in bodies]
     says: dict[str, Any] = {
         "kind": how, "spheres": len(bodies), "smallest_m": min(s.radii[b.kind - 1] for b in bodies),
         "largest_m": max(s.radii[b.kind - 1] for b in bodies), "fastest_m_per_s": fastest,

@@ -22,4 +22,4 @@ def study(cases: int, seed: int, folder: Path, console: Console) -> Path:
     jobs += [partial(hard.hard_scene, name, folder) for name in hard.SCENES]
     made = [job() for job in track([*jobs, *batches], "maps, hard scenes, cases", console=console, transient=True)]
     sweep.collect(made[len(jobs) :], folder / "cases.csv")
-    return report.write(folder, folder.with_suffix(".html"))
+    return report.write_page(folder, folder.with_suffix(".html"))

@@ -19,11 +19,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet import small
-from pywet.bench.bodies import WETTED, contacts, sphere_classes, water
+from pywet.bench.bodies import WETTED, contacts, film_thickness, sphere_classes, water
 from pywet.history.initial import film_volume
 from pywet.laws import registry
 from pywet.scene import ContactPair, SphereClass
-from pywet.screening.rundir import film_thickness
 from pywet.study.stability import cells, judge, running
 from pywet.study.stability.cells import Batch, Cell, ball
 
@@ -75,7 +74,7 @@ def head_on(
     name: str, kinds: tuple[int, int], radii: tuple[float, float], films: tuple[float, float], v: float
 ) -> Cell:
     """Two spheres that meet at a speed v [m/s]; the films touch after a few steps."""
-    reach = sum(float(film_thickness(f, r)) for r, f in zip(radii, films, strict=True))
+    reach = sum(film_thickness(f, r) for r, f in zip(radii, films, strict=True))
     apart = sum(radii) + reach + 0.02 * min(radii)
     masses = [r**3 for r in radii]
     share = masses[1] / sum(masses)
@@ -238,9 +237,7 @@ def angle_batch(angle: float) -> Batch:
 def angle_limit(v_star: float, angle: float) -> float:
     """The advisor's resolution limit of the capillary force."""
     film = v_star * SMALL**3 / DRAWN
-    return (
-        advised(angle_batch(angle), float(film_thickness(film, SMALL)), ("capillary", "passing a bridge")) / STEP_ANGLE
-    )
+    return advised(angle_batch(angle), film_thickness(film, SMALL), ("capillary", "passing a bridge")) / STEP_ANGLE
 
 
 MAPS: dict[str, Map] = {

@@ -74,20 +74,16 @@ def map_sections(folder: Path) -> list[page.Section]:
     made = {name: table_of(chart, folder) for name, chart in MAPS.items()}
     for name, table in made.items():
         write_csv(table, folder / f"map_{name}.csv")
+    others = "Stiffness and speed, film and size ratio, angle and volume"
     groups = (
         ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
-        (
-            "Stiffness and speed, film and size ratio, angle and volume",
-            "Stiffness, film, angle",
-            ("stiffness", "ratio", "angle"),
-        ),
+        (others, "Stiffness, film, angle", ("stiffness", "ratio", "angle")),
     )
     found = []
     for heading, short, names in groups:
         charts = [(MAPS[n], made[n]) for n in names]
-        picture = page.picture(
-            figures.maps_figure(charts, len(charts)), "Each field is one point, judged in the engine"
-        )
+        drawn = figures.maps_figure(charts, len(charts))
+        picture = page.picture(drawn, "Each field is one point, judged in the engine")
         words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(made[n]))) for n in names]
         found.append(page.Section(heading, picture + "".join(words), short))
     return found
@@ -141,17 +137,14 @@ def case_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     body += page.table(["what", *map(str, counts.columns)], rows)
     bad = cases[~cases["state"].isin(["stable", "law"])]
     if len(bad):
-        body += page.table(
-            ["case", "what", "state", "sentence", "replay"],
-            [
-                [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)]
-                for r in bad.itertuples()
-            ],
-        )
+        listed = [
+            [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)] for r in bad.itertuples()
+        ]  # fmt: skip
+        body += page.table(["case", "what", "state", "sentence", "replay"], listed)
     return page.Section(f"{len(cases)} hard cases", body, "Cases"), cases
 
 
-def write(folder: Path, path: Path) -> Path:
+def write_page(folder: Path, path: Path) -> Path:
     """Write the page and its tables."""
     maps = map_sections(folder)
     scenes, hard_table = hard_section(folder)
@@ -162,9 +155,7 @@ def write(folder: Path, path: Path) -> Path:
     unexplained = seen["cases"] - fine - by_law
     hard_fine = int(((hard_table["state"] == hard_table["expected"]) | (hard_table["state"] == "law")).sum())
     cards = [
-        page.Card(
-            f"{unexplained}", f"of {seen['cases']} hard cases without an explanation", "bad" if unexplained else "good"
-        ),
+        page.Card(f"{unexplained}", f"of {seen['cases']} hard cases without an explanation", "bad" if unexplained else "good"),
         page.Card(f"{seen['ledger']:.0e}", "largest error of a cell's liquid ledger, over its liquid", "good"),
         page.Card(f"{by_law}", "cases in which the paper's tangential law makes energy, whatever the step"),
         page.Card(
