@@ -43,24 +43,14 @@ def _replayed(run_dir: Path) -> Numbers:
     return digest.numbers_in(run_dir)
 
 
-def _scene(name: str, choice: scenes.Choice, seed: int, folder: Path) -> Numbers:
-    scenes.run(name, folder, scenes.Choice(**{**choice.__dict__, "seed": seed}))
-    return _replayed(folder)
+def _scene(name: str, **chosen: float) -> Callable[[int, Path], Numbers]:
+    """A scene of `pywet scene` with its choices; a seed of it."""
 
+    def run_seed(seed: int, folder: Path) -> Numbers:
+        scenes.run(name, folder, scenes.Choice(**{**chosen, "seed": seed}))  # type: ignore[arg-type]
+        return _replayed(folder)
 
-def pull(seed: int, folder: Path) -> Numbers:
-    """Two spheres drawn apart: `pywet scene pull`."""
-    return _scene("pull", scenes.Choice(seconds=0.02), seed, folder)
-
-
-def collision(seed: int, folder: Path) -> Numbers:
-    """Two wet spheres thrown at each other: `pywet scene collision`."""
-    return _scene("collision", scenes.Choice(moisture_percent=0.2), seed, folder)
-
-
-def bed(seed: int, folder: Path) -> Numbers:
-    """Forty moist spheres that come to rest in a box."""
-    return _scene("bed", scenes.Choice(spheres=40, seconds=0.12), seed, folder)
+    return run_seed
 
 
 def screening(seed: int, folder: Path) -> Numbers:
@@ -106,13 +96,14 @@ def _flat(found: dict[str, object]) -> Numbers:
 
 
 SCENES: dict[str, Reference] = {
-    "pull": Reference("pywet scene pull --seconds 0.02", (1,), 1e-6, pull),
-    "collision": Reference("pywet scene collision --moisture 0.2", (1,), 1e-6, collision),
-    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)), 1e-6, bed),
+    "pull": Reference("pywet scene pull --seconds 0.02", (1,), 1e-6, _scene("pull", seconds=0.02)),
+    "collision": Reference("pywet scene collision --moisture 0.2", (1,), 1e-6, _scene("collision", moisture_percent=0.2)),
+    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)), 1e-6,
+                     _scene("bed", spheres=40, seconds=0.12)),
     "screening": Reference("case 2, smoke scale, 16 spheres, 0.9 s", tuple(range(1, 9)), 1e-6, screening),
     "wall": Reference("pywet collide wall (glass 1.74 mm, 100 µm of water, 1 m/s, 30°)", (1,), 1e-6, wall),
     "spheres": Reference("pywet collide spheres (three equal, St 6, 30°)", (1,), 1e-6, spheres),
-}
+}  # fmt: skip
 """Name of a digest -> its scene. A seed means nothing to a scene of one seed: it is deterministic."""
 
 

@@ -137,7 +137,7 @@ def case_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     body += page.table(["what", *map(str, counts.columns)], rows)
     bad = cases[~cases["state"].isin(["stable", "law"])]
     if len(bad):
-        listed = [
+        listed: list[list[page.Cell | str]] = [
             [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)] for r in bad.itertuples()
         ]  # fmt: skip
         body += page.table(["case", "what", "state", "sentence", "replay"], listed)
