@@ -83,6 +83,12 @@ MAX_DEPTH = 100
 """Deepest nesting of a JSON file that is read; this package writes four levels."""
 
 
+def write_csv(table: pd.DataFrame, path: Path, **how: Any) -> None:
+    """A table for other programs; `how` as `DataFrame.to_csv` takes it."""
+    with atomic_write(path) as temporary:
+        table.to_csv(temporary, index=False, **how)
+
+
 def parse_json(text: str | bytes, name: str, cure: str) -> Any:
     """JSON as Python values; `name` is what was given, `cure` where to mend it.
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from pywet import config as settings
@@ -16,6 +14,7 @@ from pywet.evidence.judging import MISSING, Answer, Statement, judge
 from pywet.evidence.kept import Kept
 from pywet.evidence.statements import STATEMENTS
 from pywet.files import atomic_write
+from pywet.report.pictures import STYLE, plt, svg
 from pywet.view import plots
 from pywet.view.collect import CaseResult
 
@@ -132,7 +131,7 @@ def fig14(pair: Sequence[Kept]) -> str:
     """Bars of the paper's divisions of the apparatus at the end of the runs."""
     if not pair:
         return ""
-    with plt.rc_context(plots.STYLE):  # type: ignore[arg-type]
+    with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.0, 3.2), layout="constrained")
         places = np.arange(len(FIG14))
         for k, run in enumerate(pair):
@@ -142,10 +141,7 @@ def fig14(pair: Sequence[Kept]) -> str:
         axes.set_xticks(places + 0.2 * (len(pair) - 1), list(FIG14))
         axes.set_ylabel("share of the liquid in %")
         axes.legend()
-        text = io.StringIO()
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-        plt.close(figure)
-    return text.getvalue()
+        return svg(figure, transparent=True)
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ def effects(
     from pywet.study.effects import study
 
     make_folder(out_dir)
-    for line in study.run(out_dir, seeds, size, scene):
+    for line in study.whole_study(out_dir, seeds, size, scene):
         typer.echo(line)
 
 

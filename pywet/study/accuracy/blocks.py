@@ -6,9 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
-
 from pywet.errors import PywetError
 from pywet.study.accuracy import choice, figures, front
 from pywet.study.accuracy.errors import GROUPS
@@ -73,7 +70,7 @@ def _choice_row(table: dict[str, Any], accuracy: float, kind: str, groups: tuple
 
 
 def fronts(table: dict[str, Any]) -> str:
-    return as_picture(
+    return picture(
         figures.fronts(table),
         "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
         "facets, law, integration and impulses; rings: the defaults, counted the same way. What chance may hide counts in full "
@@ -196,9 +193,3 @@ def error_cell(errors: Sequence[dict[str, Any]], group: str) -> Cell:
     if value == 0.0:
         return Cell("0", "", hint)
     return Cell(f"{value:.2g} ± {limit:.1g}" if limit else f"{value:.2g}", "" if value > limit else "none", hint)
-
-
-def as_picture(figure: Figure, caption: str) -> str:
-    html = picture(figure, caption)
-    plt.close(figure)
-    return html
