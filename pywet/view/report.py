@@ -106,7 +106,7 @@ def _beside(out: Path) -> str | None:
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
     """What the template shows."""
-    moist = [r for r in results if r.moist]
+    moist = [r for r in results if r.bridged]
     replayed = [r for r in results if r.agreement]
     return {
         "scale": scale,
