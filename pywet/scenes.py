@@ -91,7 +91,7 @@ def liquid(choice: Choice, sphere: SphereClass) -> Liquid:
 
 
 def time_step(choice: Choice, sphere: SphereClass, stiffness: float) -> float:
-    """A twentieth of the stable step of a dense packing, cut to two digits; explicit drag counts with its damping time."""
+    """A tenth of the stable step of a dense packing, cut to two digits; explicit drag counts with its damping time."""
     log_e = math.log(0.8)
     m = 0.5 * sphere.mass_kg
     gamma = -2.0 * log_e * math.sqrt(m * stiffness) / math.hypot(math.pi, log_e)

@@ -1,5 +1,5 @@
 """The reference scenes whose digests are stored (tests/data/digests): small, each done in seconds, over several seeds where a
-seed means anything. `pywet digest --renew` runs them again; it refuses when the replay disagrees.
+seed means anything. `pywet digest` runs them again; it refuses when the replay disagrees.
 """
 
 from __future__ import annotations
