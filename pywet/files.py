@@ -1,7 +1,8 @@
 """Whole files or none: everything is written under a temporary name in the same folder and renamed at the end.
 
 And the one way to read a file back: `read_json`, `read_model`, `read_table` end a wrong one in a sentence, never a traceback.
-Tables carry check sums, so that a flipped bit is found.
+Tables carry check sums, so that a flipped bit is found. pandas and pydantic are imported where they are used: every command
+imports this module, and `pywet --help` is to answer at once.
 """
 
 from __future__ import annotations
@@ -12,15 +13,12 @@ import os
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, TypeVar
-
-import numpy as np
-import pandas as pd
-from pyarrow.lib import ArrowException
-from pydantic import TypeAdapter, ValidationError
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pywet.errors import PywetError
-from pywet.history.schema import INTEGER, NUMBER, expected_columns, needs_rows
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Model = TypeVar("Model")
 AGAIN = "the run is not whole or was changed: run it again"
@@ -171,6 +169,8 @@ def read_model(path: Path, model: type[Model], cure: str = AGAIN) -> Model:
 def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
     if shape is Any:
         return value
+    from pydantic import TypeAdapter, ValidationError
+
     try:
         return TypeAdapter(shape).validate_json(json.dumps(value))
     except ValidationError as error:
@@ -185,6 +185,11 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> 
 
     A sentence where it is missing, damaged, lacks a column, or holds in it anything but finite numbers (integers).
     """
+    import pandas as pd
+    from pyarrow.lib import ArrowException
+
+    from pywet.history.schema import NUMBER, expected_columns, needs_rows
+
     path = Path(path)
     try:
         table = pd.read_parquet(path, page_checksum_verification=True)
@@ -206,6 +211,8 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> 
 
 def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     """A CSV table, with pandas' own options; a sentence where it is missing, empty or damaged."""
+    import pandas as pd
+
     try:
         table: pd.DataFrame = pd.read_csv(path, **how)
     except (OSError, ValueError) as error:
@@ -214,15 +221,16 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     return table
 
 
-KINDS = {INTEGER: "iu", NUMBER: "iuf"}
-"""What a column is said to hold -> kinds of numpy's that are that."""
-
-
 def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
     """Refuse text in place of numbers, fractions in place of integers, NaN and infinities."""
-    if not len(values) or kind not in KINDS:
+    import numpy as np
+
+    from pywet.history.schema import INTEGER, NUMBER
+
+    dtypes = {INTEGER: "iu", NUMBER: "iuf"}
+    if not len(values) or kind not in dtypes:
         return
-    if values.dtype.kind not in KINDS[kind]:
+    if values.dtype.kind not in dtypes[kind]:
         raise PywetError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
     if kind == NUMBER and not np.isfinite(values.to_numpy(dtype=float)).all():
         raise PywetError(f"{where} holds a value that is not finite, expected numbers: {cure}")

@@ -18,6 +18,7 @@ from pywet.errors import PywetError
 from pywet.files import read_table, write_json, write_table
 from pywet.history.initial import sphere_table
 from pywet.screening import cases
+from pywet.shipped import place
 
 STORE = Path("tests/data/digests")
 Numbers = dict[str, tuple[float, float, str]]
@@ -67,7 +68,7 @@ def bed(seed: int, folder: Path) -> Numbers:
 
 def screening(seed: int, folder: Path) -> Numbers:
     """Case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
-    loaded = config.load(Path(__file__).parents[2] / "config").with_seed(10000 + seed)
+    loaded = config.load(place("config")).with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
     spheres = read_table(folder / scene.spheres_file)
     spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)

@@ -123,7 +123,7 @@ def parse(model: type[Model], data: Any, where: str) -> Model:
 
 
 def _read_text(path: Path) -> str:
-    data = read_text(path, "a folder of the configuration has it")
+    data = read_text(path, "a folder of the configuration has it, `pywet init DIR` writes one")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

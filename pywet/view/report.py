@@ -8,12 +8,12 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
+import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
@@ -133,7 +133,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "figures": _figures(results),
         "picture": _picture(picture),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
-        "version": _version(),
+        "version": pywet.__version__,
     }
 
 
@@ -245,10 +245,3 @@ def _power(value: float | None) -> str:
     if value is None:
         return "–"
     return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
-
-
-def _version() -> str:
-    try:
-        return version("pywet")
-    except PackageNotFoundError:
-        return "not installed as a package"

@@ -41,7 +41,7 @@ def pair(run_dir: Path, law: str = "rabinovich", speed: float = 0.05, **options:
 
 
 def test_nan_of_a_law_stops_the_run_and_names_the_contact(tmp_path: Path) -> None:
-    """The spheres, the step and the separation, a part of a millimetre, to six digits; the finished-run folder does not appear."""
+    """The spheres, the step and the separation, to six digits; the finished-run folder does not appear."""
     path = tmp_path / "law.py"
     path.write_text(LAW)
     said = r"not finite for the bridge of sphere 1 and sphere 2 at step \d+ \(separation 0\.00040098\d m\)"

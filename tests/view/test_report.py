@@ -101,7 +101,9 @@ def test_the_summary_of_a_dry_run_is_not_taken_for_a_moist_case(config: settings
 def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: settings.Config, folder: Path) -> None:
     """The synthetic run's ledger ends with four bridges formed and two ruptured."""
     usual = collect(folder, [config.case(2)])[0]
-    rows = {r["name"]: (r["paper"], r["other"]) for r in presets.shown([presets.Pair(usual, usual, "exact")])[0]["rows"]}
+    rows = {
+        r["name"]: (r["paper"], r["other"]) for r in presets.shown([presets.Pair(usual, usual, "exact")])[0]["rows"]
+    }
     assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
 
 

@@ -22,6 +22,7 @@ from pywet.engines.liggghts import logs
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
 from pywet.scene import Scene
+from pywet.shipped import place
 
 FOLDER = "checkpoint"
 FINGERPRINT = "fingerprint.json"
@@ -35,7 +36,7 @@ CODE = [
     path
     for pattern in ("laws/*.py", "young_laplace/*.py", "history/*.py", "engines/liggghts/*.py", "motion.py")
     for path in sorted(Path(__file__).parents[2].glob(pattern))
-] + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
+] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
 
 

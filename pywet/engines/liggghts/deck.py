@@ -20,8 +20,9 @@ from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
 from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
+from pywet.shipped import place
 
-TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
+TEMPLATES = place("liggghts_inputs")
 FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 

@@ -19,11 +19,12 @@ from pywet.motion import peak_speed
 from pywet.scene import Effects, Rotation, Scene
 from pywet.scenes import drum_walls
 from pywet.screening import cases
+from pywet.shipped import place
 from pywet.small import Sphere
 from pywet.study.effects import measures
 from pywet.study.effects.bodies import SHAKEN, Setup, contacts, jets, lattice, pyramid, spheres_of, wetted
 
-CONFIG = Path(__file__).parents[3] / "config"
+CONFIG = place("config")
 Measure = Callable[[Path], dict[str, float]]
 
 
