@@ -310,6 +310,7 @@ def bridge(
 
     query = bridge_query.read(file)
     own.trust(query.laws if trust else ())
+    showing.say_wait()
     if engine is None:
         found = bridge_query.answer(query)
     elif engine == "liggghts":
@@ -335,13 +336,15 @@ def wall(
 
 @collide.command()
 def spheres(file: JsonFile) -> None:
-    """Wet spheres in a plane (Davis 2023); the first call on a machine compiles for a minute."""
+    """Wet spheres in a plane (Davis 2023)."""
     import json
 
     from pywet.collisions import spheres as module
 
-    with err.status("colliding (compiled at first use)"):
-        answer = module.collide_file(file)
+    problem = module.read(file)
+    showing.say_wait()
+    with err.status("colliding"):
+        answer = module.describe(module.run(problem))
     typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 

@@ -32,6 +32,24 @@ def test_help_loads_no_library_of_numbers() -> None:
     assert done.stdout.split() == []
 
 
+def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_while(
+    runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line on standard error where the mark of `pywet.warm` is missing, none where it is there; the answer is JSON alone."""
+    from pywet import machine_code
+    from pywet.collisions import spheres
+
+    monkeypatch.setattr(spheres, "run", lambda problem: problem)
+    monkeypatch.setattr(spheres, "describe", lambda problem: {"t_end": problem.t_end})
+    monkeypatch.setattr(machine_code, "_mark", lambda: tmp_path / "ready")
+    question = ["collide", "spheres", str(CONFIG.parent / "examples" / "three_equal_spheres.json")]
+    first = runner.invoke(app, question)
+    machine_code.mark()
+    second = runner.invoke(app, question)
+    assert first.stderr.startswith("compiling for this processor, once") and second.stderr == ""
+    assert json.loads(first.stdout) == json.loads(second.stdout) == {"t_end": 400.0}
+
+
 def test_version_is_that_of_the_package(runner: CliRunner) -> None:
     said = runner.invoke(app, ["--version"])
     assert (said.exit_code, said.output.split()) == (0, ["pywet", version("pywet")]) and pywet.__version__ == version(

@@ -119,7 +119,7 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     )
     assert where.startswith(str(tmp_path / "env")) and where.split()[1][0].isdigit()
     assert "rabinovich" in pywet("laws")
-    assert '"capillary_N"' in pywet("bridge", str(ROOT / "examples" / "bridge.json"))
+    assert '"force_N"' in pywet("bridge", str(ROOT / "examples" / "bridge.json"))
     assert '"e_n"' in pywet("collide", "wall", str(ROOT / "examples" / "wall_wet.json"))
     assert '"outcome"' in pywet("collide", "spheres", str(ROOT / "examples" / "three_equal_spheres.json"))
     pywet("init", "study")
