@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pywet.errors import PywetError
+from pywet.errors import FileError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,14 +35,15 @@ def atomic_write(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise PywetError(
+        raise FileError(
             f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
-            "expected a writable folder with free space"
+            "expected a writable folder with free space",
+            path=path,
         ) from error
     except ValueError as error:
         if "null" not in str(error):  # a path with a zero byte
             raise
-        raise PywetError(f"{shown(path)} is no path ({error}); expected one without a zero byte") from error
+        raise FileError(f"{shown(path)} is no path ({error}); expected one without a zero byte", path=path) from error
     finally:
         with suppress(OSError, ValueError):
             temporary.unlink(missing_ok=True)
@@ -116,9 +117,11 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         json.dumps(found, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
         return found
     except UnicodeDecodeError as error:
-        raise PywetError(f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}") from error
+        raise FileError(
+            f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}", path=name
+        ) from error
     except (ValueError, RecursionError) as error:
-        raise PywetError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}") from error
+        raise FileError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}", path=name) from error
 
 
 def one_line(error: object, most: int = 300) -> str:
@@ -137,9 +140,11 @@ def read_text(path: Path, cure: str) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise PywetError(f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}") from error
+        raise FileError(
+            f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}", path=path
+        ) from error
     except ValueError as error:  # a path with a zero byte
-        raise PywetError(f"{shown(path)} is no path ({error}); expected a file: {cure}") from error
+        raise FileError(f"{shown(path)} is no path ({error}); expected a file: {cure}", path=path) from error
 
 
 def shown(path: Path) -> str:
@@ -177,7 +182,7 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
         said = first["msg"].removeprefix("Value error, ")
-        raise PywetError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}") from error
+        raise FileError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}", path=path) from error
 
 
 def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> pd.DataFrame:
@@ -195,13 +200,13 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> 
         table = pd.read_parquet(path, page_checksum_verification=True)
     except (OSError, ValueError, KeyError, TypeError, OverflowError, ArrowException) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
+        raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
     kinds = expected_columns(path)
     missing = [name for name in (*kinds, *columns) if name not in table.columns]
     if missing:
-        raise PywetError(f"{shown(path)} has no column {', '.join(missing)}: {cure}")
+        raise FileError(f"{shown(path)} has no column {', '.join(missing)}: {cure}", path=path)
     if table.empty and needs_rows(path):
-        raise PywetError(f"{shown(path)} holds no row: {cure}")
+        raise FileError(f"{shown(path)} holds no row: {cure}", path=path)
     if path.parent.name == "results" and kinds:  # one column more for each size class and holder
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
     for name, kind in kinds.items():
@@ -217,7 +222,7 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
         table: pd.DataFrame = pd.read_csv(path, **how)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
+        raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
     return table
 
 
@@ -231,6 +236,6 @@ def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
     if not len(values) or kind not in dtypes:
         return
     if values.dtype.kind not in dtypes[kind]:
-        raise PywetError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
+        raise FileError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
     if kind == NUMBER and not np.isfinite(values.to_numpy(dtype=float)).all():
-        raise PywetError(f"{where} holds a value that is not finite, expected numbers: {cure}")
+        raise FileError(f"{where} holds a value that is not finite, expected numbers: {cure}")

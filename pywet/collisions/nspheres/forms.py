@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from pywet.collisions.nspheres.equal import three_equal_spheres
 from pywet.collisions.nspheres.problem import MOST_SPHERES, Problem
 from pywet.config.entries import Excusable
-from pywet.config.messages import explain
+from pywet.config.messages import mistake
 from pywet.errors import PywetError
 from pywet.ranges import LIMITS
 from pywet.scene import Strict
@@ -135,4 +135,4 @@ def parse(description: Any, where: str = "the description") -> Problem:
     try:
         return model.model_validate(description).problem()
     except ValidationError as error:
-        raise PywetError(explain(error, model, where)) from error
+        raise mistake(error, model, where) from error

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
@@ -241,6 +241,17 @@ def from_folder(path: Path, folder: Path) -> str:
     return way
 
 
+class Cohesion(NamedTuple):
+    """A stock cohesion model: words in the styles of pairs and walls, lines before these and at the end of the set-up."""
+
+    words: str = ""
+    before: str = ""
+    after: str = ""
+
+
+NO_COHESION = Cohesion()
+
+
 def write_deck(
     scene: Scene,
     run_dir: Path,
@@ -250,9 +261,11 @@ def write_deck(
     integrate: str = "all",
     thermo: int = 0,
     resume: Checkpoint | None = None,
+    cohesion: Cohesion = NO_COHESION,
 ) -> None:
     """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
 
+    `cohesion` is a stock model of the program's own, for comparisons.
     With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
     """
     every, done = scene.output_every, resume.step if resume else 0
@@ -271,7 +284,8 @@ def write_deck(
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
         "friction": "history" if scene.effects.tangential_history else "no_history",
-        "drag": "off" if scene.effects.tangential_history else "on",
+        "cohesion": cohesion,
+        "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),

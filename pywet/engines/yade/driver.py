@@ -24,7 +24,7 @@ from pywet.engines.liggghts.driver import alone
 from pywet.engines.liggghts.process import die_with_parent, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
-from pywet.errors import PywetError
+from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.files import read_json, read_table, write_json, write_table
 from pywet.geometry.stl import read_stl
 from pywet.history import tables
@@ -101,10 +101,12 @@ def refuse(scene: Scene) -> None:
 def check_engine() -> str:
     """Version of the installed program; PywetError where it is missing or of another major version."""
     if shutil.which(PROGRAM) is None:
-        raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
+        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
     version = package_version("yade")
     if version is not None and not version.startswith(MAJOR_VERSION):
-        raise PywetError(f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version")
+        raise EngineError(
+            f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version"
+        )
     return version or MAJOR_VERSION
 
 
@@ -204,9 +206,8 @@ def _watch(folder: Path, scene: Scene, report: Callable[[int, int], None]) -> No
             child.kill()
             raise
     if not (folder / "done").exists():
-        raise PywetError(
-            f"{scene.name}: YADE stopped: {_reason(folder, child.returncode)} (all messages: {output.name})"
-        )
+        reason = _reason(folder, child.returncode)
+        raise StoppedRun(f"{scene.name}: YADE stopped: {reason} (all messages: {output.name})", reason=reason)
 
 
 def _last_step(path: Path) -> int:
