@@ -41,7 +41,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
             path=path,
         ) from error
     except ValueError as error:
-        if "null" not in str(error):  # a path with a zero byte
+        if "\0" not in str(path):
             raise
         raise FileError(f"{shown(path)} is no path ({error}); expected one without a zero byte", path=path) from error
     finally:

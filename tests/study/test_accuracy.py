@@ -337,6 +337,23 @@ def test_the_exact_preset_is_written_without_a_law_beside_it(tmp_path: Path) -> 
     assert config.load(tmp_path / "two").settings.effects == CONFIG.settings.effects
 
 
+def test_settings_are_written_however_the_file_is_laid_out(tmp_path: Path) -> None:
+    """Groups in braces on one line, or left out; keys in another order."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    path = tmp_path / "config" / "config.yaml"
+    lines = path.read_text().splitlines(keepends=True)
+    start = next(k for k, line in enumerate(lines) if line.startswith("laws:"))
+    end = next(
+        k for k, line in enumerate(lines[start + 1 :], start + 1) if line.strip() and not line.startswith((" ", "#"))
+    )
+    for laws in ("laws: {rupture: lian, preset: paper}\n", ""):
+        path.write_text("".join([*lines[:start], laws, *lines[end:]]))
+        target = tmp_path / f"new {bool(laws)}"
+        edit.write(tmp_path / "config", target, "smoke", {"capillary": "willett"})
+        found = config.load(target).settings.laws
+        assert (found.preset, found.capillary, found.rupture) == ("paper", "willett", None)
+
+
 def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Killed after three runs, it does the others once; a file cut short or of other settings counts as missing."""
     done: list[str] = []
