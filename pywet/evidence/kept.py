@@ -186,6 +186,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             **more,
             "seed": run.scene.seed,
             "time_step_s": run.scene.time_step_s,
+            "normal_stiffness_N_per_m": max(p.normal_stiffness_N_per_m for p in run.scene.pairs),
             "coarse_share": coarse_share(run.scene),
             "checks": [c["name"] for c in summary["checks"] if c["ok"]],
             "liquid_tolerance": LIQUID_TOLERANCE,

@@ -81,7 +81,9 @@ def _row(k: Kept) -> str:
     hours = "–" if about["cpu_s"] is None else f"{about['cpu_s'] / 3600:.2f}"
     if about["resumed_at_step"] is not None:  # what was spent before a kill is not known
         hours = f"> {hours}"
-    chosen = f"{about['scale']}, dt {about['time_step_s']:.3g} s"
+    chosen = (
+        f"{about['scale']}, springs {about['normal_stiffness_N_per_m']:.3g} N/m, dt {1e6 * about['time_step_s']:.3g} µs"
+    )
     counts = f"{events} | {about['contacts']:,} | {ledger}"
     return f"| {k.folder.name} | {chosen} | {hours} | {counts} | {agreed} | {fractions} | {liquid} |"
 

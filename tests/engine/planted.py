@@ -20,7 +20,7 @@ import numpy as np
 
 from pywet import small
 from pywet.engines.liggghts import build, driver
-from pywet.engines.liggghts.process import Usage
+from pywet.engines.process import Usage
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Scene

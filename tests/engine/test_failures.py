@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from pywet import small
-from pywet.engines.liggghts import build, collecting, driver
+from pywet.engines import process
+from pywet.engines.liggghts import build, checkpoint, collecting, driver
 from pywet.errors import PywetError
 from tests.engine.scenes import WATER, contacts, spheres_of
 
@@ -90,7 +91,7 @@ def test_engine_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_engine_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
     """The plugin is refused for another engine."""
-    monkeypatch.setattr(build, "package_version", lambda package: "4.0.0-1")
+    monkeypatch.setattr(process, "package_version", lambda package: "4.0.0-1")
     with pytest.raises(PywetError, match=r"LIGGGHTS 4\.0\.0-1 is installed, the plugin is written for 3\.8\.0"):
         build.engine_version()
 
@@ -179,7 +180,7 @@ def test_two_runs_in_one_folder(tmp_path: Path) -> None:
     """The second one is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    with driver.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
+    with process.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
         small.run(tmp_path, spheres)
 
 
@@ -201,3 +202,13 @@ def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(shutil, "which", lambda name: None if name == "mpirun" else f"/usr/bin/{name}")
     with pytest.raises(PywetError, match="2 ranks were asked for but there is no mpirun; expected openmpi-bin"):
         driver.run(tmp_path, ranks=2)
+
+
+def test_progress_is_what_the_engine_has_said_last(tmp_path: Path) -> None:
+    """The setting up after a checkpoint is 10 kB of messages, and the engine's own log lags behind what it prints."""
+    assert checkpoint.last_step(tmp_path) == 0
+    head = "    Step    Atoms         KinEng            CPU\n"
+    rows = head + "       0     4211              0              0\n  294922     4211   0.025    42.1\n"
+    (tmp_path / "output.log").write_text(rows + 100 * ("fix move_wires all move/mesh " + 70 * "x" + "\n"))
+    (tmp_path / "log.liggghts").write_text(head)
+    assert checkpoint.last_step(tmp_path) == 294922

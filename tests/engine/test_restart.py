@@ -20,6 +20,7 @@ import pandas as pd
 import pytest
 
 from pywet import small
+from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, deck, driver
 from pywet.scene import Scene
 from reference_impl.replay import replay
@@ -94,7 +95,7 @@ def kill_and_compare(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, 
         prepare(folder, kind, **more)
         last = killed(folder, ranks, step)
         at = driver.run(folder, ranks, progress=False).resumed_at_step
-        assert at is not None and step - deck.checkpoint_every(Scene.read(folder / "scene.json")) <= at <= last
+        assert at is not None and step - schedule.checkpoint_every(Scene.read(folder / "scene.json")) <= at <= last
         same_bits(tmp_path / "whole", folder)
 
 

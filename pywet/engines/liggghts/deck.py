@@ -12,6 +12,7 @@ import jinja2
 import numpy as np
 import pandas as pd
 
+from pywet.engines import schedule
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
@@ -114,23 +115,10 @@ def skin(scene: Scene) -> float:
     return 0.4 * min(c.radius_m for c in scene.classes)
 
 
-def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints; 0: none."""
-    wanted = scene.output.checkpoints
-    return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
-
-
 def checkpoints(scene: Scene) -> list[int]:
-    """Steps at which the state is saved, and from which the run goes on as one that was killed does.
-
-    Without the plugin a run then takes the forces of the step anew; in a window, whose motion is checked against the forces
-    recorded, it waits.
-    """
-    every = checkpoint_every(scene)
-    steps = set(range(every, scene.steps, every) if every else ())
-    for first, last in windows.recorded(scene) if not attached(scene) else ():
-        steps = {last - 1 if first <= step < last else step for step in steps}
-    return sorted(step for step in steps if step < scene.steps)
+    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step anew, so that they keep out of windows,
+    whose motion is checked against the forces recorded."""
+    return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 
 
 def movers(scene: Scene) -> list[dict[str, str]]:
@@ -157,42 +145,19 @@ def mesh_style(scene: Scene, wall: WallMesh) -> str:
 
 
 def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
-    """The pieces of a run: its stages (until the slide opens, while it is drawn, the rest), cut at the checkpoints.
-
-    After `done` steps, what is left of them. `before` and `after`: lines around the steps; `checkpoint`: the step whose state is
-    saved then, after which the engine is emptied.
-    """
-    pieces, at = [], 0
-    for stage in _stages(scene):
-        end = at + stage["steps"]
-        cuts = [s for s in checkpoints(scene) if at < s <= end]
-        for stop in sorted({*cuts, end} - {at}):
-            piece = {
-                "before": stage["before"],
-                "steps": stop - at,
-                "after": stage["after"] if stop == end else [],
-                "checkpoint": stop if stop in cuts else None,
-            }
-            if at >= done:
-                pieces.append(piece)
-            at = stop
-    return pieces
-
-
-def _stages(scene: Scene) -> list[dict[str, Any]]:
-    total = scene.steps
+    """What is left of the run after `done` steps in pieces, with the lines around each; checkpoints empty the engine."""
     sliding = [w.name for w in scene.walls if w.motion == "slides"]
-    if scene.slide is None or not sliding:
-        return [{"before": [], "after": [], "steps": total}]
-    opens = min(total, round(scene.slide.opens_at_s / scene.time_step_s))
-    drawn = min(total, opens + round(scene.slide.travel_s / scene.time_step_s))
-    velocity = " ".join(repr(c) for c in scene.slide.velocity_m_per_s)
-    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {velocity}" for name in sliding]
+    speed = " ".join(repr(c) for c in scene.slide.velocity_m_per_s) if scene.slide else ""
+    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {speed}" for name in sliding]
     stop = [f"unfix draw_{name}" for name in sliding]
     return [
-        {"before": [], "after": [], "steps": opens},
-        {"before": draw, "after": stop, "steps": drawn - opens},
-        {"before": [], "after": [], "steps": total - drawn},
+        {
+            "before": draw if piece.drawn else [],
+            "steps": piece.steps,
+            "after": stop if piece.stops else [],
+            "checkpoint": piece.checkpoint,
+        }
+        for piece in schedule.pieces(scene, checkpoints(scene), done)
     ]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import checkpoint_every
+from pywet.engines.schedule import checkpoint_every
 from pywet.errors import EngineError, PywetError
 from pywet.geometry.prisms import prism_of
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.engines.liggghts import driver, process
+from pywet.engines.process import Usage, die_with_parent
 from pywet.errors import PywetError, StoppedRun
 from pywet.scene import Scene
 from pywet.study.stability import cells
@@ -27,7 +28,7 @@ def _child(run_dir: str, folder: str) -> None:
     log = os.open(str(Path(folder) / "output.log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 1)
     os.dup2(log, 2)
-    process.die_with_parent()
+    die_with_parent()
     code = 0
     try:
         worker.run(Path(run_dir), Path(folder))
@@ -37,7 +38,7 @@ def _child(run_dir: str, folder: str) -> None:
     os._exit(code)
 
 
-def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> process.Usage:
+def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> Usage:
     """Stands in for `process.execute` on one rank; what it used is not asked for."""
     if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
         return process.execute(command, folder, scene, report, watch or (lambda: None))
@@ -48,7 +49,7 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
     child.join()
     if child.exitcode != 0:
         raise process.stopped(scene, folder, child.exitcode or 0)
-    return process.Usage(0.0, None)
+    return Usage(0.0, None)
 
 
 def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -> tuple[cells.Batch, dict[str, str]]:
