@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -125,4 +126,5 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     pywet("init", "study")
     assert "fraction retained" in pywet("run", "1", folder=tmp_path / "study")
     pywet("scene", "pull", "--seconds", "0.02", folder=tmp_path / "study")  # with the plugin
-    assert "agrees" in pywet("replay", "results/scenes/pull", folder=tmp_path / "study")
+    said = pywet("replay", "--json", "results/scenes/pull", folder=tmp_path / "study")
+    assert json.loads(said)["status"] == "agrees"
