@@ -220,6 +220,8 @@ class Scene(Strict):
     rotation: Rotation | None = None
     effects: Effects
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
+    bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
+    """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201
@@ -259,6 +261,14 @@ class Scene(Strict):
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
         if not self.effects.gravity and any(self.gravity_m_per_s2):
             raise ValueError(f"scene {self.name}: gravity is off in its effects but gravity_m_per_s2 is not zero")
+        output, windows = self.output, self.output.contact_windows > 0
+        if windows and output.contact_window_steps < self.bridges_every:
+            raise ValueError(
+                f"scene {self.name}: contact_window_steps is {output.contact_window_steps} and bridges_every "
+                f"{self.bridges_every}; expected windows in which bridges act: at least as many steps, or no windows"
+            )
+        if self.bridges_every > 1 and not self.effects.bridges:
+            raise ValueError(f"scene {self.name}: bridges_every is {self.bridges_every} without bridges; expected 1")
         if self.rotation is None and any(w.motion == "turns" for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
@@ -270,8 +280,9 @@ class Scene(Strict):
 
     @property
     def output_every(self) -> int:
-        """Steps between outputs."""
-        return max(1, round(self.output.interval_s / self.time_step_s))
+        """Steps between outputs, at which bridges act."""
+        every = self.bridges_every
+        return every * max(1, round(self.output.interval_s / self.time_step_s) // every)
 
     @property
     def output_steps(self) -> list[int]:

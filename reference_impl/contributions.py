@@ -91,8 +91,8 @@ def _totals(setup: Setup, found: list[Forces]) -> tuple[dict[str, float], dict[s
                 ("viscous_normal", np.abs(b.normal), np.abs(b.normal * approach)),
                 ("viscous_tangential", size(b.tangential), np.abs(dot(b.tangential, b.slip))),
             ):
-                impulse[name] += dt * float(force.sum())
-                energy[name] += dt * float(power.sum())
+                impulse[name] += dt * float((b.weight * force).sum())
+                energy[name] += dt * float((b.weight * power).sum())
     return impulse, energy, dissipated
 
 
@@ -155,5 +155,5 @@ def _beyond_static(run: Run, found: list[Forces]) -> float:
             continue
         limit = b.table["rupture_distance"].to_numpy(float)
         factor = laws.pitois_factor(size(b.relative), run.meta["viscosity"], run.meta["surface_tension"])
-        total += dt * float(size(b.force())[b.gap * factor > limit].sum())
+        total += dt * float((b.weight * size(b.force()))[b.gap * factor > limit].sum())
     return total

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from reference_impl import coverage, laws, links_chain, snapshots
+from reference_impl import coverage, impulses, laws, links_chain, snapshots
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
 from reference_impl.forces import Contacts, angles
@@ -104,8 +104,8 @@ def due(run: Run, e: Events) -> Link | None:
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
         lowest = float((gap / limit)[rows].min())
-        # of a limit set too low, each passes it by less than a step's way
-        first = gap - speed * float(run.meta["time_step"]) < lowest * limit
+        # of a limit set too low, each passes it by less than the way from one look to the next
+        first = gap - speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
         words = f"it is made too early (at {lowest:.4g} of the limit)"
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)

@@ -7,6 +7,8 @@ From a step's end to the next the engine adds half a kick of the one and half a 
 holds to round-off, as it does for spin and torque. F is the reference's own: weight, dry contacts (dry.py, contacts found by
 touching.py), bridges (wet.py). The engine's own sums enter only in the half step back to the speeds with which forces are taken;
 that they belong to the recorded speeds is checked as well.
+
+Bridges act for as many steps as impulses.py says.
 """
 
 from __future__ import annotations
@@ -155,8 +157,9 @@ def _sums(
     terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
     weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
     if w is not None:
-        terms.append((w.k, w.a, w.b, w.wall, w.force(), *w.torques(setup)))
-        weights.append(np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential))
+        force_a, torque_a, torque_b = (w.weight[:, None] * part for part in (w.force(), *w.torques(setup)))
+        terms.append((w.k, w.a, w.b, w.wall, force_a, torque_a, torque_b))
+        weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
     for (k, a, b, wall, f, ta, tb), weight in zip(terms, weights, strict=True):
         pair = np.flatnonzero(~wall)
         for at, who, sign, turn in ((np.arange(len(k)), a, 1.0, ta), (pair, b, -1.0, tb)):

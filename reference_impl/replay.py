@@ -9,7 +9,20 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, diagnosis, dynamics, faults, forces, io, liquid, snapshots, transfer, whole, window
+from reference_impl import (
+    coverage,
+    diagnosis,
+    dynamics,
+    faults,
+    forces,
+    impulses,
+    io,
+    liquid,
+    snapshots,
+    transfer,
+    whole,
+    window,
+)
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
@@ -28,7 +41,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     quantities = [*liquid.check(run, *own), *snapshots.check(run, tables, own[0])]
     events_done = time.process_time()
     io.note("contacts")
-    quantities += forces.check(run)
+    quantities += [*forces.check(run), *impulses.check(run)]
     contacts_done = time.process_time()
     io.note("transfer ratios")
     moved, more = dynamics.check(Path(run_dir), run)

@@ -1,6 +1,7 @@
 """Bridges that formed too early or not at all, and the snapshots of films and bridges at every output against the events.
 
-A missed formation is looked for where positions are known: between spheres, at the output steps of trajectory.parquet.
+A missed formation is looked for where positions are known: between spheres, at the output steps of trajectory.parquet and in the
+windows that record motion, there at every step at which bridges act. So none is later than the steps between those.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def formation_due(run: Run) -> Quantity:
 
 
 def formation_missed(run: Run) -> list[Quantity]:
-    """Spheres whose films touch at an output step have a bridge."""
+    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
     table = touching_pairs(run)
     if not len(table):
         return []
@@ -57,27 +58,59 @@ def formation_missed(run: Run) -> list[Quantity]:
 
 
 def touching_pairs(run: Run) -> pd.DataFrame:
-    """Spheres whose films touch at an output step and whether their bridge is missing; not those with an event in that step."""
+    """Spheres whose films touch and whether their bridge is missing; not those with an event in that step."""
+    found = [table for table in (_at_outputs(run), _in_windows(run)) if len(table)]
+    if not found:
+        return pd.DataFrame()
+    table, events = pd.concat(found, ignore_index=True), run.table("events")
+    moved = pd.MultiIndex.from_frame(pd.concat([events[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]))
+    busy = [pd.MultiIndex.from_frame(table[["step", s]]).isin(moved) for s in "ij"]
+    return table[~(busy[0] | busy[1])].reset_index(drop=True)
+
+
+def _at_outputs(run: Run) -> pd.DataFrame:
+    """Pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
     path = run.folder / "trajectory.parquet"
     if not path.exists() or not len(run.table("films")):
         return pd.DataFrame()
     steps = set(run.table("films")["step"])
     where = pd.read_parquet(path, columns=["step", "id", "x", "y", "z"])
     where = where[where["step"].isin(steps) & (where["step"] > 0)]
-    films = where.merge(run.table("films"), on=["step", "id"])
+    table = _all_touching(run, where.merge(run.table("films"), on=["step", "id"]))
+    bridges = run.table("bridges")
+    standing = pd.MultiIndex.from_frame(bridges.loc[bridges["partner_kind"] == laws.SPHERE, ["step", "i", "j"]])
+    return table.assign(missed=~pd.MultiIndex.from_frame(table[["step", "i", "j"]]).isin(standing))
+
+
+def _in_windows(run: Run) -> pd.DataFrame:
+    """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
+    path, events = run.folder / "history" / "window_states.parquet", run.table("events")
+    if not path.exists() or not len(events):
+        return pd.DataFrame()
+    where = pd.read_parquet(path, columns=["step", "id", "x", "y", "z"])
+    where = where[(where["step"] > 0) & (where["step"] % run.meta.get("bridges_every", 1) == 0)].sort_values("step")
+    events = events.astype({"i": np.int64, "j": np.int64}).sort_values("step", kind="stable")
+    pairs = events[events["partner_kind"] == laws.SPHERE]
+    names = {"i": "film_i_after", "j": "film_j_after"}
+    moved = pd.concat([t[["step", s, names[s]]].set_axis(["step", "id", "film"], axis=1)
+                       for t, s in ((events, "i"), (pairs, "j"))])  # fmt: skip
+    films = pd.merge_asof(where, moved.sort_values("step", kind="stable"), on="step", by="id")
+    first = films["id"].map(run.table("spheres").set_index("id")["film"])
+    table = _all_touching(run, films.assign(film=films["film"].fillna(first).clip(lower=0.0)))
+    if not len(table):
+        return table
+    last = pd.merge_asof(table, pairs[["step", "i", "j", "kind"]], on="step", by=["i", "j"])
+    return table.assign(missed=(last["kind"] != FORMATION).to_numpy())
+
+
+def _all_touching(run: Run, films: pd.DataFrame) -> pd.DataFrame:
+    """Pairs that touch in each step of a table of places and films."""
     films["radius"] = films["id"].map(bodies(run).radius)
     films["reach"] = films["radius"] + thickness(films["film"].to_numpy(float), films["radius"].to_numpy(float))
-    bridges, events = run.table("bridges"), run.table("events")
-    spheres = bridges[bridges["partner_kind"] == laws.SPHERE]
-    standing = pd.MultiIndex.from_frame(spheres[["step", "i", "j"]])
-    moved = pd.MultiIndex.from_frame(pd.concat([events[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]))
-    pairs = [found for _, rows in films.groupby("step") if len(found := _touching(rows))]
-    if not pairs:
-        return pd.DataFrame()
-    table = pd.concat(pairs, ignore_index=True)
-    busy = [pd.MultiIndex.from_frame(table[["step", s]]).isin(moved) for s in "ij"]
-    table = table[~(busy[0] | busy[1])].reset_index(drop=True)
-    return table.assign(missed=~pd.MultiIndex.from_frame(table[["step", "i", "j"]]).isin(standing))
+    none = pd.DataFrame({name: np.zeros(0) for name in ("step", "i", "j", "separation", "films")})
+    return pd.concat([none, *(_touching(rows) for _, rows in films.groupby("step"))], ignore_index=True).astype(
+        {"step": np.int64, "i": np.int64, "j": np.int64}
+    )
 
 
 def _touching(rows: pd.DataFrame) -> pd.DataFrame:

@@ -12,12 +12,13 @@ from reference_impl.io import Run
 FORMATION = 0
 
 
-def formed(run: Run) -> pd.DataFrame:
+def formed(run: Run, contacts: pd.DataFrame | None = None) -> pd.DataFrame:
     """Volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
 
-    NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture.
+    NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture; where bridges act
+    every few steps, from its formation on.
     """
-    contacts, events = run.table("contacts"), run.table("events")
+    contacts, events = run.table("contacts") if contacts is None else contacts, run.table("events")
     key = ["step", "wall", "i", "j"]
     left = contacts.assign(wall=contacts["partner_kind"] != laws.SPHERE, row=np.arange(len(contacts)))[[*key, "row"]]
     right = events.assign(
@@ -29,7 +30,7 @@ def formed(run: Run) -> pd.DataFrame:
         right.sort_values("step", kind="stable"),
         on="step",
         by=["wall", "i", "j"],
-        allow_exact_matches=False,
+        allow_exact_matches=run.meta.get("bridges_every", 1) > 1,
     ).sort_values("row", kind="stable")
     columns = ["volume", "rupture_distance", "formed", "event"]
     return found[columns].where(found["kind"] == FORMATION).reset_index(drop=True)

@@ -42,14 +42,16 @@ class EffectSettings(Strict):
     gravity: Switch = "auto"
 
 
-class TimeStepSettings(Strict):
+class TimeStepSettings(Limited):
     """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time).
 
     viscous_integration `semi_implicit`: lubrication is stable at any step, so that the viscous damping time does not count.
+    bridges_every: bridges are evaluated every so many steps and act as an impulse for all of them (multiple time stepping).
     """
 
     fraction: RatioEntry
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
+    bridges_every: Annotated[int, Field(ge=1)] = 1
 
 
 class OutputSettings(Limited):
@@ -86,4 +88,13 @@ class Settings(Limited):
         number, times = Counter(self.cases).most_common(1)[0]
         if times > 1:
             raise ValueError(f"each case once in cases ({number} is there {times} times)")
+        return self
+
+    @model_validator(mode="after")
+    def _bridges_act_in_windows(self) -> Settings:
+        every, steps = self.time_step.bridges_every, self.output.contact_window_steps
+        if self.output.contact_windows and steps < every:
+            raise ValueError(
+                f"output.contact_window_steps of at least time_step.bridges_every ({steps} is less than {every})"
+            )
         return self

@@ -55,9 +55,9 @@ def slide(scene: Scene) -> Window | None:
 
 
 def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints; 0: none."""
-    wanted = scene.output.checkpoints
-    return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
+    """Steps between checkpoints, at which bridges act; 0: none."""
+    wanted, every = scene.output.checkpoints, scene.bridges_every
+    return every * max(1, math.ceil(scene.steps / ((wanted + 1) * every))) if wanted else 0
 
 
 def checkpoints(scene: Scene, avoided: Sequence[Window] = ()) -> list[int]:

@@ -73,6 +73,10 @@ CONTACT = np.dtype(
         ("sharing_j", "<i4"),
         ("push", "<f8", 3),  # semi-implicit: change of v_i - v_j in the step by all other forces [m/s]
         ("spin_push", "<f8", 3),  # the same of r_i w_i + r_j w_j
+        (
+            "weight",
+            "<f8",
+        ),  # steps for which these forces act, at once: 1, with bridges_every k at formation (k - 1)/2, then k
     ]
 )
 

@@ -34,6 +34,7 @@ CHANGES = {
     "moist": {},
     "semi_implicit": {"viscous_integration": "semi_implicit"},
     "exact": {"effects": small.EXACT},
+    "impulses": {"bridges_every": 4},
     "dry": {"effects": small.DRY},
 }
 
@@ -124,7 +125,8 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "ranks", "moments"), [("moist", 1, (500,)), ("moist", 2, (700,)), ("dry", 1, (2500,))]
+    ("kind", "ranks", "moments"),
+    [("moist", 1, (500,)), ("moist", 2, (700,)), ("impulses", 1, (500,)), ("dry", 1, (2500,))],
 )
 def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, ...]) -> None:
     """While the slide is drawn, on one rank and two; a dry run on the stock program."""
@@ -138,6 +140,7 @@ def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int
         ("moist", 2, (100, 300, 900, 1100)),
         ("semi_implicit", 1, (200, 600, 1000)),
         ("semi_implicit", 2, (200, 600, 1000)),
+        ("impulses", 2, (200, 600, 1000)),
         ("exact", 1, (200, 600, 1000)),
         ("exact", 2, (200, 600, 1000)),
         ("dry", 1, (600, 2000, 3600, 5000)),

@@ -57,7 +57,7 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
         assert made.wire_sides == CONFIG.scale(scale).wire_sides.value
         assert knobs.log_windows(made.contact_log) == (log.contact_windows, log.contact_window_steps)
         assert CONFIG.settings.laws.preset == "paper" and made.capillary == "rabinovich"
-        assert made.ranks == CONFIG.settings.ranks
+        assert made.ranks == CONFIG.settings.ranks and made.bridges_every == step.bridges_every
     for knob in KNOBS.values():
         for size in ("quick", "standard", "reduced"):
             assert getattr(knobs.default(size), knob.name) in knob.levels(size)
@@ -65,14 +65,14 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
 
 def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
     """Every knob of a screening run is found in what the engine gets."""
-    turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit")
+    turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit", 4)
     scene = sieve.prepare(tmp_path, "moist", turned, sieve.SIZES["quick"], 10009, ROOT / "config")
     usual = sieve.prepare(tmp_path / "b", "moist", Setting(), sieve.SIZES["quick"], 10009, ROOT / "config")
     # the step goes with the fraction and with one over the root of the springs
     assert scene.time_step_s / usual.time_step_s == pytest.approx(2.0 / np.sqrt(3.0), rel=0.01)
     assert scene.effects.capillary == scene.effects.rupture == scene.effects.transfer == "young_laplace"
     assert (scene.output.contact_windows, scene.output.contact_window_steps) == (3, 10)
-    assert scene.transfer_nodes == 51 and scene.viscous_integration == "semi_implicit"
+    assert scene.transfer_nodes == 51 and scene.viscous_integration == "semi_implicit" and scene.bridges_every == 4
     wires = [next(w for w in s.walls if w.holder == "wires") for s in (scene, usual)]
     assert len(wires[0].triangle_part) > 4 * len(wires[1].triangle_part)
 
@@ -296,6 +296,8 @@ def test_load_of_a_case_is_that_of_its_scene() -> None:
     load, moist = cost.load_of(CONFIG, 2, "smoke", cost.Habit(2.5, 1.0))
     assert moist and (load.spheres, load.triangles, round(load.steps)) == (335, 388, 48338)
     assert load.bridges == 2.5 * 335
+    rare, _ = cost.load_of(edit.changed(CONFIG, "smoke", {"bridges_every": 4}), 2, "smoke", cost.Habit(2.5, 1.0))
+    assert rare.terms[3] == load.terms[3] / 4 and rare.bridges == load.bridges
     # 1 m/s passes half the skin of 0.4 x 2.5 mm two thousand times a second
     assert load.lists == pytest.approx(1.6 * 2000.0, rel=1e-12)
 
@@ -316,11 +318,12 @@ def test_settings_are_written_into_a_copy_that_reads_back(tmp_path: Path) -> Non
         "wire_sides": 8,
         "capillary": "willett",
         "integration": "semi_implicit",
+        "bridges_every": 4,
     }
     edit.write(ROOT / "config", tmp_path / "new", "smoke", levels)
     got = config.load(tmp_path / "new")
     assert got.settings.time_step.fraction.value == 0.1 and got.settings.laws.capillary == "willett"
-    assert got.settings.time_step.viscous_integration == "semi_implicit"
+    assert got.settings.time_step.viscous_integration == "semi_implicit" and got.settings.time_step.bridges_every == 4
     assert (got.scale("smoke").stiffness_factor.value, got.scale("smoke").wire_sides.value) == (0.03, 8)
     assert got.scale("reduced") == CONFIG.scale("reduced") and got.scale("full") == CONFIG.scale("full")
     assert before == {name: (ROOT / "config" / name).read_text() for name in config.FILES}

@@ -238,6 +238,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
         "viscosity": liquid.viscosity_Pa_s,
         "time_step": scene.time_step_s,
         "viscous_integration": scene.viscous_integration,
+        "bridges_every": scene.bridges_every,
         "effects": scene.effects.model_dump(),
         "types": [
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}

@@ -95,6 +95,7 @@ class Plugin:
             C.c_int(moist),
             C.c_int(scene.output.energy),
         )
+        self._library.pywet_set_impulses(C.c_int(scene.bridges_every))
 
     def _set_laws(self, scene: Scene) -> None:
         for kind, slots in SLOTS.items():

@@ -76,7 +76,7 @@ def fronts(table: dict[str, Any]) -> str:
     return as_picture(
         figures.fronts(table),
         "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
-        "facets, law and integration; rings: the defaults, counted the same way. What chance may hide counts in full "
+        "facets, law, integration and impulses; rings: the defaults, counted the same way. What chance may hide counts in full "
         "against a cheaper setting and not at all against the default or a finer one, so that a ring at the foot says: nothing "
         "was found wrong with it. A ring to the right of its line could have had the same for less.",
     )
@@ -133,7 +133,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
     rows: list[list[Cell | str]] = []
     for knob in KNOBS:
-        by_level = [{row["level"]: row for row in t["knobs"][knob]} for t in tables]
+        by_level = [{row["level"]: row for row in t["knobs"].get(knob, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
             cells = [Cell(f"{KNOBS[knob].title}: {level}")]
             for rows_of, own in zip(by_level, tables, strict=True):

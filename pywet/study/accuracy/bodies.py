@@ -76,7 +76,7 @@ def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sph
     small.prepare(
         folder, [sphere], bodies, contacts(setting), liquid=liquid, effects=effects(setting) if moist else small.DRY,
         time_step_s=step, steps=steps, log_every_step=False, output_interval_s=steps * step,
-        viscous_integration=setting.integration,
+        viscous_integration=setting.integration, bridges_every=setting.bridges_every if moist else 1,
     )  # fmt: skip
     return bodies
 
@@ -109,7 +109,7 @@ def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
     small.prepare(
         folder, [sphere], bodies, contacts(setting), liquid=scenes.liquid(choice, sphere), effects=effects(setting),
         time_step_s=step, steps=steps, log_every_step=True, output_interval_s=steps * step,
-        viscous_integration=setting.integration,
+        viscous_integration=setting.integration, bridges_every=setting.bridges_every,
     )  # fmt: skip
     return bodies
 
@@ -139,6 +139,7 @@ def prepare_bed(folder: Path, setting: Setting, seed: int, seconds: float = 0.12
         folder, [sphere], bodies, contacts(setting), liquid=scenes.liquid(choice, sphere), effects=effects(setting),
         walls=[_box(r, across)], wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps,
         gravity=(0.0, 0.0, -9.81), box=0.055, viscous_integration=setting.integration,
+        bridges_every=setting.bridges_every,
         output=Output(interval_s=max(1, steps // 20) * step, contact_windows=windows, contact_window_steps=length),
     )  # fmt: skip
     return bodies

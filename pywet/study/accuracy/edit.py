@@ -41,6 +41,8 @@ def changed(config: Config, scale: str, levels: Levels) -> Config:
         step = step.model_copy(update={"fraction": put(step.fraction, float(levels["fraction"]))})
     if "integration" in levels:
         step = step.model_copy(update={"viscous_integration": levels["integration"]})
+    if "bridges_every" in levels:
+        step = step.model_copy(update={"bridges_every": int(levels["bridges_every"])})
     if "capillary" in levels:
         laws = laws.model_copy(update=law_names(str(levels["capillary"])))
     if "stiffness" in levels:
@@ -71,6 +73,8 @@ def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
         main["time_step"]["fraction"]["value"] = levels["fraction"]
     if "integration" in levels:
         main["time_step"]["viscous_integration"] = levels["integration"]
+    if "bridges_every" in levels:
+        main["time_step"]["bridges_every"] = levels["bridges_every"]
     if "capillary" in levels:
         laws = main.setdefault("laws", {})
         for key, law in law_names(str(levels["capillary"])).items():

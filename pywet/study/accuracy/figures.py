@@ -22,7 +22,11 @@ DRY_SCENES = ("dry", "pair_dry")
 SCENES = {"moist": WET_SCENES, "dry": DRY_SCENES}
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
 KNOB_COLOUR = dict(
-    zip(KNOBS, ("#0b3c78", "#d98032", "#5d8a3a", "#b3261e", "#8b5fa5", "#4a9bd4", "#7f7463", "#c2185b"), strict=True)
+    zip(
+        KNOBS,
+        ("#0b3c78", "#d98032", "#5d8a3a", "#b3261e", "#8b5fa5", "#4a9bd4", "#7f7463", "#c2185b", "#00796b"),
+        strict=True,
+    )
 )
 RC: Any = STYLE
 FLOOR = 1e-4

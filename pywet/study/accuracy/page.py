@@ -126,7 +126,8 @@ def predictions(
             duration = run["steps"] * run["time_step_s"]
             lists = min(duration * habit.speed / (0.5 * cost.SKIN * cost.SMALLEST_M), run["steps"])
             bridges = habit.bridges_per_sphere * run["spheres"] if run["scene"] == "moist" else 0.0
-            load = cost.Load(run["steps"], lists, run["spheres"], run["triangles"], bridges)
+            load = cost.Load(run["steps"], lists, run["spheres"], run["triangles"], bridges,
+                             run["setting"].get("bridges_every", 1))  # fmt: skip
             found.append((run["scene"], run["loop_cpu_s"], machine.seconds(load)))
     return found
 

@@ -32,10 +32,10 @@ SCREENING = ("dry", "moist")
 KNOBS_OF: dict[str, tuple[str, ...]] = {
     "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
     "moist": tuple(knobs.KNOBS),
-    "bed": ("fraction", "stiffness", "capillary", "integration", "transfer_nodes"),
+    "bed": ("fraction", "stiffness", "capillary", "integration", "bridges_every", "transfer_nodes"),
     "pair_dry": ("fraction", "stiffness"),
-    "pair_wet": ("fraction", "stiffness", "capillary", "integration"),
-    "pull": ("fraction", "capillary", "integration"),
+    "pair_wet": ("fraction", "stiffness", "capillary", "integration", "bridges_every"),
+    "pull": ("fraction", "capillary", "integration", "bridges_every"),
     "laws": ("capillary", "transfer_nodes"),
 }
 """Scene -> the knobs that are turned in it."""

@@ -72,6 +72,7 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
                 update={
                     "fraction": put(step.fraction, setting.fraction),
                     "viscous_integration": setting.integration,
+                    "bridges_every": setting.bridges_every,
                 }
             ),
             "laws": config.settings.laws.model_copy(update=law_names(setting.capillary)),

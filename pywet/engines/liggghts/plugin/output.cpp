@@ -35,6 +35,7 @@ void Bridges::write_contact(const Bridge &b, const Geometry &g, const Terms &t) 
   c.factor_normal = t.factor_normal; c.factor_tangential = t.factor_tangential;
   c.sharing_i = t.sharing_i; c.sharing_j = t.sharing_j;
   store(t.push, c.push); store(t.spin_push, c.spin_push);
+  c.weight = weight_;
   store(t.tangential, c.viscous_tangential);
   store((t.viscous - t.capillary) * g.n + t.tangential, c.force_i);
   store((-g.radius_i) * turn, c.torque_i);

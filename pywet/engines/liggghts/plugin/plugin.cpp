@@ -165,6 +165,9 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
   state->energy = energy != 0;
 }
 
+// Bridges act every so many steps, see impulses.cpp; outputs and checkpoints are at such steps.
+EXPORT void pywet_set_impulses(int every) { state->bridges_every = every; }
+
 // After pywet_attach: go on from a state file.
 EXPORT const char *pywet_resume(const char *state_file) {
   return guarded([&] { state->resume(state_file); });

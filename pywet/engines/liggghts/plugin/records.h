@@ -28,7 +28,7 @@ struct Contact {
   double viscous_tangential[3], force_i[3], torque_i[3], torque_j[3];
   double viscous_law, factor_normal, factor_tangential;
   int32_t sharing_i, sharing_j;
-  double push[3], spin_push[3];
+  double push[3], spin_push[3], weight;
 };
 struct Ledger {
   int64_t step;
@@ -57,7 +57,7 @@ struct WireContact {
 };
 #pragma pack(pop)
 static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
-static_assert(sizeof(Contact) == 392, "records must match pywet/history/schema.py");
+static_assert(sizeof(Contact) == 400, "records must match pywet/history/schema.py");
 static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py");
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
 static_assert(sizeof(Energy) == 120, "records must match pywet/history/schema.py");
