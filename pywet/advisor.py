@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from pywet.errors import PywetError
+from pywet.errors import PywetError, UnstableStep
 from pywet.laws import registry
 from pywet.motion import peak_speed
 from pywet.physics import contact
@@ -124,7 +124,7 @@ def advise(scene: Scene) -> Advice:
 
 
 def refuse_unstable(scene: Scene) -> None:
-    """Raise `PywetError` when the scene's time step is beyond a stability limit."""
+    """Raise `UnstableStep` when the scene's time step is beyond a stability limit."""
     for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
         if limit.stability and scene.time_step_s > limit.time_step_s:
             implicit = scene.viscous_integration == "semi_implicit"
@@ -132,9 +132,11 @@ def refuse_unstable(scene: Scene) -> None:
             remedy = "lower it" if alone else "lower it or set viscous_integration to semi_implicit"
             if scene.bridges_every > 1 and limit.effect != "contact":
                 remedy = f"{remedy}, or bridges_every, which is {scene.bridges_every}"
-            raise PywetError(
+            raise UnstableStep(
                 f"the time step of scene {scene.name}, {scene.time_step_s:.3g} s, would be unstable: the {limit.effect} of "
-                f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}"
+                f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}",
+                step_s=scene.time_step_s,
+                largest_s=limit.time_step_s,
             )
 
 

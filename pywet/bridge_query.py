@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from pywet import young_laplace
 from pywet.config.entries import Excusable
-from pywet.config.messages import explain
+from pywet.config.messages import mistake
 from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.history.schema import LARGE_WALL, SPHERE
@@ -104,7 +104,7 @@ def read(path: Path) -> Query:
     try:
         query = Query.model_validate(given)
     except ValidationError as error:
-        raise PywetError(explain(error, Query, str(path))) from error
+        raise mistake(error, Query, str(path)) from error
     known = {name for kind in DEFAULT for name in registry.names(kind)}
     for name in query.laws:
         if name not in known and ".py:" not in name:

@@ -61,7 +61,7 @@ def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
                 size = errors.loc[own & (share >= low) & (share <= high), law].abs().dropna()
                 if len(size) == 0:
                     continue
-                worst = forces.loc[size.idxmax()]
+                worst = forces.loc[size.index[int(size.to_numpy().argmax())]]
                 where = (
                     f"V* {worst['v_star']:.0e}, θ {worst['angle_i_deg']:g}/{worst['angle_j_deg']:g}°, "
                     f"S/S_rup {worst['share']:g}, q {worst['ratio']:g}"

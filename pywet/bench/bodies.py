@@ -17,9 +17,9 @@ from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
+from pywet.physics.contact import S_MIN
 from pywet.scene import ContactPair, Liquid, SphereClass
-from pywet.screening import rundir
-from pywet.screening.amounts import S_MIN, common_film_thickness, liquid_volume
+from pywet.screening.amounts import common_film_thickness, liquid_volume
 from pywet.small import Sphere
 
 Floats = NDArray[np.float64]
@@ -111,11 +111,6 @@ def water(
 def wetting(classes: Sequence[SphereClass], percent: float, viscosity: float = 1e-3, tension: float = 0.0728) -> Liquid:
     """Liquid of 1000 kg/m3, so many per cent of the spheres' mass, as the same film on all."""
     return water(common_film_thickness(classes, liquid_volume(classes, percent, 1000.0)), viscosity, tension)
-
-
-def film_thickness(volume: float, radius: float) -> float:
-    """Thickness of one sphere's film of that volume [m]."""
-    return float(rundir.film_thickness(np.asarray(volume), np.asarray(radius)))
 
 
 def at_places(places: Floats, kinds: Sequence[int] | NDArray[Any] | None = None) -> list[Sphere]:

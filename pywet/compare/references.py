@@ -1,5 +1,5 @@
 """The reference scenes whose digests are stored (tests/data/digests): small, each done in seconds, over several seeds where a
-seed means anything. `pywet digest --renew` runs them again; it refuses when the replay disagrees.
+seed means anything. `pywet digest` runs them again; it refuses when the replay disagrees.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pywet.compare.digest import Digest
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.screening import cases
+from pywet.shipped import place
 
 STORE = Path("tests/data/digests")
 Numbers = dict[str, tuple[float, float, str]]
@@ -55,7 +56,7 @@ def _scene(name: str, **chosen: float) -> Callable[[int, Path], Numbers]:
 
 def screening(seed: int, folder: Path) -> Numbers:
     """Case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
-    loaded = config.load(Path(__file__).parents[2] / "config").with_seed(10000 + seed)
+    loaded = config.load(place("config")).with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
     spheres = read_table(folder / scene.spheres_file)
     first = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]

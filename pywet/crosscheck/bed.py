@@ -127,9 +127,7 @@ def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
     folder = run_dir / "engine.partial"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    deck.write_deck(scene, run_dir, folder)
-    setup = folder / "setup.liggghts"
-    setup.write_text(_with_cohesion(setup.read_text(), scene, bed, LIGGGHTS_MODELS[model]))
+    deck.write_deck(scene, run_dir, folder, cohesion=_cohesion(scene, bed, LIGGGHTS_MODELS[model]))
     command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     process.execute(command, folder, scene, lambda done, total: None)
     write_table(read_trajectory(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
@@ -138,8 +136,8 @@ def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
     folder.rename(run_dir / "engine")
 
 
-def _with_cohesion(text: str, scene: Scene, bed: Bed, model: str) -> str:
-    """The deck of a dry scene with the cohesion model in its pair and wall styles, and its numbers."""
+def _cohesion(scene: Scene, bed: Bed, model: str) -> deck.Cohesion:
+    """The cohesion model with its numbers, as the deck of a dry scene takes it."""
     sphere = bed.choice.glass(bed.spheres)
     content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
     # both models' longest bridge, (1 + theta/2) V^(1/3), with all liquid of two spheres in it
@@ -149,10 +147,9 @@ def _with_cohesion(text: str, scene: Scene, bed: Bed, model: str) -> str:
         angle=math.degrees(sphere.contact_angle_rad),
         farthest=repr(1.0 + 0.5 * length / sphere.radius_m),
     )
-    text = text.replace("tangential history", f"tangential history cohesion {model}")
-    text = text.replace(" tangential_damping off", "")
-    text = text.replace("pair_style ", numbers + "pair_style ", 1)
-    return text + f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
+    return deck.Cohesion(
+        f" cohesion {model}", numbers, f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
+    )
 
 
 def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pywet.errors import PywetError
+from pywet.errors import EngineError, PywetError
 from pywet.scene import Scene
 
 Report = Callable[[int, int], None]
@@ -54,13 +54,13 @@ def said(command: list[str], given: str = "", folder: Path | None = None) -> str
             start_new_session=True,
         )
     except OSError as error:
-        raise PywetError(f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}") from error
+        raise EngineError(f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}") from error
     try:
         return child.communicate(given, timeout=ANSWER_S)[0]
     except subprocess.TimeoutExpired as error:
         os.killpg(child.pid, signal.SIGKILL)
         child.wait()
-        raise PywetError(
+        raise EngineError(
             f"{command[0]} did not answer within {ANSWER_S:g} s; expected its version at once: {MEND}"
         ) from error
 

@@ -16,7 +16,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
 from pywet.laws.kinds import KINDS, Sense
 from pywet.machine_code import numba
 
@@ -100,9 +100,10 @@ class ForceLaw:
             lines = [line.strip() for line in str(error).splitlines() if line.strip()]
             reasons = [line for line in lines if not line.startswith("Failed in nopython mode")]
             reason = reasons[0] if reasons else type(error).__name__
-            raise PywetError(
+            raise LawError(
                 f"law {self.name} does not compile ({reason}); expected a function of floats that numba understands: "
-                f"mend {self.python.__code__.co_filename}"
+                f"mend {self.python.__code__.co_filename}",
+                law=self.name,
             ) from error
 
 
@@ -119,7 +120,7 @@ def force_law(given: Any, name: str = "") -> Any:
     if isinstance(given, str):
         return lambda function: _known(given, name, force_law(function))
     if not inspect.isfunction(given):
-        raise PywetError(f"@force_law stands above {given!r}; expected a plain function of floats: mend it there")
+        raise LawError(f"@force_law stands above {given!r}; expected a plain function of floats: mend it there")
     return ForceLaw(given)
 
 
@@ -171,9 +172,10 @@ FINITE: Sense = ("finite numbers", lambda value, at: np.isfinite(value))
 def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None) -> None:
     """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense on the probe grid."""
     if law.arguments != arguments:
-        raise PywetError(
+        raise LawError(
             f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
-            f"mend {law.python.__code__.co_filename}"
+            f"mend {law.python.__code__.co_filename}",
+            law=law.name,
         )
     grid = np.array(list(itertools.product(*(PROBE[name] for name in arguments)))).T
     try:
@@ -181,8 +183,9 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
     except PywetError:
         raise
     except Exception as error:  # whatever the user's law raises
-        raise PywetError(
-            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}"
+        raise LawError(
+            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}",
+            law=law.name,
         ) from error
     probed = dict(zip(arguments, grid, strict=True))
     for expected, sensible in (FINITE, *([sense] if sense else [])):
@@ -191,6 +194,7 @@ def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None)
             worst = int(np.argmin(good))
             at = ", ".join(f"{name}={column[worst]:g}" for name, column in probed.items())
             value = f"{values[worst]:g}" if np.isfinite(values[worst]) else "a value that is not finite"
-            raise PywetError(
-                f"law {law.name} gives {value} at {at}; expected {expected}: mend {law.python.__code__.co_filename}"
+            raise LawError(
+                f"law {law.name} gives {value} at {at}; expected {expected}: mend {law.python.__code__.co_filename}",
+                law=law.name,
             )

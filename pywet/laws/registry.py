@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
 from pywet.laws import (
     buck,
     capillary,
@@ -91,8 +91,9 @@ def get(kind: str, name: str) -> Law:
     elif own.is_own(name):
         functions = own.functions(kind, name)
     else:
-        raise PywetError(
-            f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function"
+        raise LawError(
+            f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function",
+            law=name,
         )
     return checked(kind, name, functions)
 
@@ -106,16 +107,17 @@ def checked(kind: str, name: str, functions: Any) -> Law:
 
 def _check_kind(kind: str) -> None:
     if kind not in KINDS:
-        raise PywetError(f"there is no kind of law named {kind}; expected one of {', '.join(KINDS)}")
+        raise LawError(f"there is no kind of law named {kind}; expected one of {', '.join(KINDS)}", law=kind)
 
 
 def _load(point: EntryPoint) -> Any:
     try:
         return point.load()
     except (Exception, SystemExit) as error:
-        raise PywetError(
+        raise LawError(
             f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; mend or uninstall the package that "
-            f"publishes it in the entry-point group {GROUP}"
+            f"publishes it in the entry-point group {GROUP}",
+            law=point.name,
         ) from error
 
 
@@ -131,14 +133,18 @@ def _fits(kind: str, point: EntryPoint) -> bool:
 def _check_own(law: Law) -> None:
     wanted = KINDS[law.kind].parts
     if not wanted:
-        raise PywetError(
-            f"law {law.name}: a {law.kind} law cannot be a user's own; expected {', '.join(names(law.kind))}"
+        raise LawError(
+            f"law {law.name}: a {law.kind} law cannot be a user's own; expected {', '.join(names(law.kind))}",
+            law=law.name,
         )
     if not all(isinstance(f, ForceLaw) for f in law.functions):
-        raise PywetError(
-            f"law {law.name} is not decorated with @force_law (a tuple of such functions where a kind has many)"
+        raise LawError(
+            f"law {law.name} is not decorated with @force_law (a tuple of such functions where a kind has many)",
+            law=law.name,
         )
     if len(law.functions) != len(wanted):
-        raise PywetError(f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}")
+        raise LawError(
+            f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}", law=law.name
+        )
     for function, part in zip(law.functions, wanted, strict=True):
         check(function, part.arguments, part.sense)

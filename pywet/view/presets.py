@@ -40,7 +40,7 @@ def _shown(pair: Pair) -> dict[str, Any]:
 def _numbers(pair: Pair) -> list[dict[str, str]]:
     """Fraction retained, bridges and liquid at the end, and what the run took."""
     rows = []
-    a, b = ({**(r.summary or {}), **((r.summary or {}).get("bridges") or {})} for r in (pair.usual, pair.twin))
+    a, b = ({**(r.summary or {}), **((r.summary or {}).get("events") or {})} for r in (pair.usual, pair.twin))
     for name, key, form in (
         ("fraction retained", "fraction_retained_end", "{:.3f}"),
         ("bridges formed", "formations", "{:.0f}"),

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
+import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
@@ -98,7 +98,7 @@ def _beside(out: Path) -> str | None:
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
     """What the template shows."""
-    moist = [r for r in results if r.moist]
+    moist = [r for r in results if r.bridged]
     replayed = [r for r in results if r.agreement]
     return {
         "scale": scale,
@@ -125,7 +125,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "figures": _figures(results),
         "picture": _picture(picture),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
-        "version": _version(),
+        "version": pywet.__version__,
     }
 
 
@@ -223,10 +223,3 @@ def _power(value: float | None) -> str:
     if value is None:
         return "–"
     return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
-
-
-def _version() -> str:
-    try:
-        return version("pywet")
-    except PackageNotFoundError:
-        return "not installed as a package"

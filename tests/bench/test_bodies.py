@@ -15,6 +15,7 @@ from pywet.bench.pair import Pair
 from pywet.bench.subset import with_spheres
 from pywet.errors import PywetError
 from pywet.history.initial import film_volume
+from pywet.physics.contact import film_thickness
 from pywet.scene import Scene
 
 R = 1e-3
@@ -42,7 +43,7 @@ def test_wetting_puts_in_what_was_asked_for() -> None:
     film = bodies.wetting(classes, 2.0).initial_film_thickness_m
     liquid = sum(c.count * film_volume(film, c.radius_m) for c in classes) * 1000.0
     assert liquid == pytest.approx(0.02 * sum(c.count * c.mass_kg for c in classes), rel=1e-12)
-    assert bodies.film_thickness(film_volume(film, R), R) == pytest.approx(film, rel=1e-12)
+    assert film_thickness(film_volume(film, R), R) == pytest.approx(film, rel=1e-12)
 
 
 def test_a_step_of_drag_is_shorter_than_the_dry_one() -> None:

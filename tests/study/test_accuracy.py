@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -339,6 +340,23 @@ def test_the_exact_preset_is_written_without_a_law_beside_it(tmp_path: Path) -> 
     assert config.load(tmp_path / "two").settings.effects == CONFIG.settings.effects
 
 
+def test_settings_are_written_however_the_file_is_laid_out(tmp_path: Path) -> None:
+    """Groups in braces on one line, or left out; keys in another order."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    path = tmp_path / "config" / "config.yaml"
+    lines = path.read_text().splitlines(keepends=True)
+    start = next(k for k, line in enumerate(lines) if line.startswith("laws:"))
+    end = next(
+        k for k, line in enumerate(lines[start + 1 :], start + 1) if line.strip() and not line.startswith((" ", "#"))
+    )
+    for laws in ("laws: {rupture: lian, preset: paper}\n", ""):
+        path.write_text("".join([*lines[:start], laws, *lines[end:]]))
+        target = tmp_path / f"new {bool(laws)}"
+        edit.write(tmp_path / "config", target, "smoke", {"capillary": "willett"})
+        found = config.load(target).settings.laws
+        assert (found.preset, found.capillary, found.rupture) == ("paper", "willett", None)
+
+
 def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Killed after three runs, it does the others once; a file cut short or of other settings counts as missing."""
     done: list[str] = []
@@ -361,6 +379,37 @@ def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypa
     monkeypatch.setattr(runs, "do", lambda run, size, _: done.append(run.name) or kept(run, size))
     runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     assert done == [first[0], *wanted[3:]]
+
+
+def test_runs_of_another_configuration_are_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An edited number of the materials counts, comments and what the study sets itself do not; bodies have no configuration."""
+    done: list[str] = []
+
+    def do(run: runs.Run, size: str, config_dir: Path) -> dict[str, Any]:
+        done.append(run.name)
+        return {**asdict(run), "setting": run.setting.as_dict(), "size": size, "failed": None}
+
+    def both() -> int:
+        done.clear()
+        for scene in ("dry", "pair_dry"):
+            runs.do_round(tmp_path, scene, 10007, "quick", tmp_path / "config", lambda *a: None)
+        return len(done)
+
+    def edit_(name: str, old: str, new: str) -> None:
+        path = tmp_path / "config" / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    monkeypatch.setattr(runs, "do", do)
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    dry, pairs = (len(runs.design(scene, 10007, "quick")) for scene in ("dry", "pair_dry"))
+    assert both() == dry + pairs
+    edit_("config.yaml", "ranks: 1", "ranks: 2  # of the engine")
+    assert both() == 0 and len(list(runs.load(tmp_path, "quick", tmp_path / "config"))) == dry + pairs
+    edit_("materials.yaml", "viscosity_Pa_s: {value: ", "viscosity_Pa_s: {value: 2")
+    assert len(list(runs.load(tmp_path, "quick", tmp_path / "config"))) == pairs
+    assert both() == dry
 
 
 def test_a_round_begins_and_ends_with_the_default_and_starts_elsewhere_for_each_seed() -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pywet import caches
 from pywet.engines import process
-from pywet.errors import PywetError
+from pywet.errors import EngineError, PywetError
 
 ENGINE_VERSION = "3.8.0"
 SOURCES = Path(__file__).parent / "plugin"
@@ -29,11 +29,11 @@ def engine_version() -> str:
     """Version of the installed engine library, checked against the one this plugin is written for."""
     version = process.package_version("libliggghts-dev")
     if version is None:
-        raise PywetError(
+        raise EngineError(
             "the LIGGGHTS headers were not found; expected Debian's package libliggghts-dev: run `make setup`"
         )
     if not version.startswith(ENGINE_VERSION):
-        raise PywetError(
+        raise EngineError(
             f"LIGGGHTS {version} is installed, the plugin is written for {ENGINE_VERSION}; "
             f"install libliggghts-dev {ENGINE_VERSION} (Debian 12)"
         )
@@ -54,7 +54,7 @@ def source_hash() -> str:
 def compiler_version() -> str:
     """First line of `g++ --version`."""
     if shutil.which("g++") is None or shutil.which("mpicxx") is None:
-        raise PywetError(
+        raise EngineError(
             "no C++ compiler for the plugin was found; expected g++ and mpicxx (libopenmpi-dev): run `make setup`"
         )
     return process.said(["g++", "--version"]).partition("\n")[0]
@@ -83,7 +83,7 @@ def _compile(target: Path) -> None:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:300])
-            raise PywetError(f"the plugin does not compile: {first}; expected headers of LIGGGHTS {ENGINE_VERSION}")
+            raise EngineError(f"the plugin does not compile: {first}; expected headers of LIGGGHTS {ENGINE_VERSION}")
         built.rename(target)
         caches.seal(target)
 

@@ -23,6 +23,7 @@ from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
 from pywet.scene import Scene
+from pywet.shipped import place
 
 FOLDER = "checkpoint"
 FINGERPRINT = "fingerprint.json"
@@ -45,7 +46,7 @@ CODE = [
         "motion.py",
     )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
-] + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
+] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
 
 

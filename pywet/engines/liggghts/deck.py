@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
@@ -21,8 +21,9 @@ from pywet.laws import registry
 from pywet.motion import viblin_movers
 from pywet.physics import contact
 from pywet.scene import ContactPair, Scene, WallMesh
+from pywet.shipped import place
 
-TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
+TEMPLATES = place("liggghts_inputs")
 FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 
@@ -209,6 +210,17 @@ def from_folder(path: Path, folder: Path) -> str:
     return way
 
 
+class Cohesion(NamedTuple):
+    """A stock cohesion model: words in the styles of pairs and walls, lines before these and at the end of the set-up."""
+
+    words: str = ""
+    before: str = ""
+    after: str = ""
+
+
+NO_COHESION = Cohesion()
+
+
 def write_deck(
     scene: Scene,
     run_dir: Path,
@@ -218,9 +230,11 @@ def write_deck(
     integrate: str = "all",
     thermo: int = 0,
     resume: Checkpoint | None = None,
+    cohesion: Cohesion = NO_COHESION,
 ) -> None:
     """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
 
+    `cohesion` is a stock model of the program's own, for comparisons.
     With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
     """
     every, done = scene.output_every, resume.step if resume else 0
@@ -239,7 +253,8 @@ def write_deck(
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
         "friction": "history" if scene.effects.tangential_history else "no_history",
-        "drag": "off" if scene.effects.tangential_history else "on",
+        "cohesion": cohesion,
+        "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),

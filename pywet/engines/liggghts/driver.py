@@ -25,7 +25,7 @@ from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
 from pywet.engines.liggghts.process import LOOP_TIME, execute
 from pywet.engines.liggghts.tables import prepare_laws
 from pywet.engines.process import Usage, alone, package_version, progress_bar
-from pywet.errors import NotWhole, PywetError
+from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.files import read_table, write_json, write_table
 from pywet.history import tables
 from pywet.scene import Scene
@@ -201,12 +201,14 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
 
 def _check_engine(ranks: int) -> str:
     if shutil.which(PROGRAM) is None:
-        raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
+        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
     if ranks > 1 and shutil.which("mpirun") is None:
-        raise PywetError(f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`")
+        raise EngineError(
+            f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`"
+        )
     version = package_version("liggghts")
     if version is not None and not version.startswith(ENGINE_VERSION):
-        raise PywetError(
+        raise EngineError(
             f"LIGGGHTS {version} is installed; expected {ENGINE_VERSION} (Debian 12): install that version"
         )
     return version or ENGINE_VERSION

@@ -15,7 +15,7 @@ import pandas as pd
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.liggghts.deck import drop_every
 from pywet.engines.schedule import checkpoint_every
-from pywet.errors import PywetError
+from pywet.errors import EngineError, PywetError
 from pywet.geometry.prisms import prism_of
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
@@ -53,7 +53,7 @@ class Plugin:
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
         if built_for != engine_version():
-            raise PywetError(
+            raise EngineError(
                 f"the plugin was built for LIGGGHTS {built_for}, {engine_version()} is installed: run `make setup`"
             )
         self._keep: list[Any] = []

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
 from pywet.engines.process import OUTPUT, Report, Usage, attend
-from pywet.errors import PywetError
+from pywet.errors import StoppedRun
 from pywet.scene import Scene
 
 LOOP_TIME = "loop_cpu_s.txt"
@@ -45,7 +45,7 @@ def execute(
             os.truncate(path, LARGEST_LOG)
         raise
     if status != 0:
-        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {_reason(folder, status)} (all messages: {folder / OUTPUT})")
+        raise stopped(scene, folder, status, f" (all messages: {folder / OUTPUT})")
     return usage
 
 
@@ -60,11 +60,21 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
     for path in _too_large(folder):
         with open(path, "rb") as log:
             said = log.read(4096).decode(errors="replace").strip().splitlines()
-        raise PywetError(
+        raise StoppedRun(
             f"{scene.name}: LIGGGHTS was ended at step {last_step(folder)} of {scene.steps}: it wrote more than "
             f"{LARGEST_LOG // 10**6} MB into {path}, where some hundred lines were expected; the first is: "
-            f"{said[0][:200] if said else ''!r}"
+            f"{said[0][:200] if said else ''!r}",
+            step=last_step(folder),
         )
+
+
+def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
+    """What the engine said before it stopped. Text is all that comes from it, so that here, once, numbers are read from it."""
+    reason = _reason(folder, returncode)
+    spheres = [int(n) for pair in re.findall(r"\bspheres? (\d+)(?: and (\d+))?", reason) for n in pair if n]
+    step = re.search(r"\bstep (\d+)", reason)
+    sentence = f"{scene.name}: LIGGGHTS stopped: {reason}{more}"
+    return StoppedRun(sentence, reason=reason, spheres=tuple(spheres), step=int(step.group(1)) if step else None)
 
 
 def _reason(folder: Path, returncode: int) -> str:

@@ -21,7 +21,7 @@ from pywet.engines import schedule
 from pywet.engines.process import OUTPUT, Report, alone, attend, package_version, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
-from pywet.errors import PywetError
+from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.files import read_json, read_table, write_json, write_table
 from pywet.geometry.stl import read_stl
 from pywet.history import tables
@@ -98,10 +98,12 @@ def refuse(scene: Scene) -> None:
 def check_engine() -> str:
     """Version of the installed program; PywetError where it is missing or of another major version."""
     if shutil.which(PROGRAM) is None:
-        raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
+        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
     version = package_version("yade")
     if version is not None and not version.startswith(MAJOR_VERSION):
-        raise PywetError(f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version")
+        raise EngineError(
+            f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version"
+        )
     return version or MAJOR_VERSION
 
 
@@ -182,7 +184,8 @@ def _watch(folder: Path, scene: Scene, report: Report) -> None:
     command = [PROGRAM, "-j1", "-x", "-n", str(SCRIPT), "task.json"]
     status, _ = attend(command, folder, environment, lambda: report(_last_step(folder / "progress.txt"), scene.steps))
     if not (folder / "done").exists():
-        raise PywetError(f"{scene.name}: YADE stopped: {_reason(folder, status)} (all messages: {folder / OUTPUT})")
+        reason = _reason(folder, status)
+        raise StoppedRun(f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)
 
 
 def _last_step(path: Path) -> int:

@@ -20,11 +20,12 @@ from pywet.geometry.surface import Surface, make_surface
 from pywet.motion import peak_speed
 from pywet.scene import Effects, Rotation, Scene, SphereClass
 from pywet.screening import cases
+from pywet.shipped import place
 from pywet.small import Sphere
 from pywet.study.effects import measures
 from pywet.study.effects.bodies import SHAKEN, Setup, jets, lattice, pyramid
 
-CONFIG = Path(__file__).parents[3] / "config"
+CONFIG = place("config")
 NAMED, ROLLING = "{mm} mm", 2e-5
 """Name of a class of spheres; rolling friction [m] of glass of some millimetres."""
 Measure = Callable[[Path], dict[str, float]]

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet import small
-from pywet.bench.bodies import contact, film_thickness, reduced_mass, sphere_classes, water
+from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
 from pywet.geometry.solids import plate, wire
+from pywet.physics.contact import film_thickness
 from pywet.scene import Effects, Liquid, SphereClass
 from pywet.small import Sphere
 from pywet.study.stability import cells

@@ -19,9 +19,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet import small
-from pywet.bench.bodies import WETTED, contacts, film_thickness, sphere_classes, water
+from pywet.bench.bodies import WETTED, contacts, sphere_classes, water
+from pywet.errors import StoppedRun
 from pywet.history.initial import film_volume
 from pywet.laws import registry
+from pywet.physics.contact import film_thickness
 from pywet.scene import ContactPair, SphereClass
 from pywet.study.stability import cells, judge, running
 from pywet.study.stability.cells import Batch, Cell, ball
@@ -134,11 +136,8 @@ def point(batch: Batch, run_dir: Path) -> dict[str, Any]:
     try:
         cells.prepare(batch, run_dir)
         running.launch(run_dir, allow_unstable=True)
-    except Exception as error:
-        said = str(error).partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
-        if not said:
-            raise
-        return {"state": "stopped", "said": said, "made": math.nan}
+    except StoppedRun as error:
+        return {"state": "stopped", "said": error.reason, "made": math.nan}
     found = judge.verdicts(batch, run_dir)
     return worst([state_of(v) for v in found])
 

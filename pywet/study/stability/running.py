@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import multiprocessing as mp
 import os
-import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -18,12 +17,11 @@ import pandas as pd
 
 from pywet.engines.liggghts import driver, process
 from pywet.engines.process import Usage, die_with_parent
-from pywet.errors import PywetError
+from pywet.errors import PywetError, StoppedRun
 from pywet.files import write_csv
 from pywet.scene import Scene
 from pywet.study.stability import cells
 
-NAMED = re.compile(r"(?:sphere|spheres) (\d+)")
 PRELOAD = ["pywet.study.stability.warm"]
 
 
@@ -54,7 +52,7 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
     child.start()
     child.join()
     if child.exitcode != 0:
-        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {process._reason(folder, child.exitcode or 0)}")
+        raise process.stopped(scene, folder, child.exitcode or 0)
     return Usage(0.0, None)
 
 
@@ -71,9 +69,8 @@ def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -
             launch(run_dir, batch.ranks, allow_unstable)
             return batch, stopped
         except PywetError as error:
-            said = str(error).partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
-            found = NAMED.search(said)
-            name = batch.owner()[int(found.group(1))] if found else ""
+            said, spheres = (error.reason, error.spheres) if isinstance(error, StoppedRun) else ("", ())
+            name = batch.owner()[spheres[0]] if spheres else ""
             if not name or name in stopped:
                 return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
             stopped[name] = said

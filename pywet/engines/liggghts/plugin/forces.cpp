@@ -15,14 +15,14 @@ double film_thickness(double volume, double r) {
 
 void Bridges::set_film(int id, double volume) {
   if (volume < -1e-12 * initial_ || !std::isfinite(volume))
-    throw Stop("the film on sphere " + std::to_string(id) + " would be " + std::to_string(1e9 * volume) + " mm3 after step " +
+    throw Stop("the film on sphere " + std::to_string(id) + " would be " + number(1e9 * volume) + " mm3 after step " +
                std::to_string(now_) + ", expected zero or more; the formation law draws more than it says");
   film[id] = volume;
   thickness_[id] = film_thickness(std::max(volume, 0.0), radius(id));
   thicker_ = std::max(thicker_, thickness_[id] - thickness_then_[id]);
   if (thickness_[id] > allowed_thickness(id) && volume > 0)
-    throw Stop("the film on sphere " + std::to_string(id) + " has grown to " + std::to_string(1e3 * thickness_[id]) +
-               " mm, the neighbour list sees films up to " + std::to_string(1e3 * allowed_thickness(id)) +
+    throw Stop("the film on sphere " + std::to_string(id) + " has grown to " + number(1e3 * thickness_[id]) +
+               " mm, the neighbour list sees films up to " + number(1e3 * allowed_thickness(id)) +
                " mm; raise FILM_GROWTH in pywet/engines/liggghts/deck.py");
 }
 
@@ -66,8 +66,8 @@ void Bridges::check_overlap(const Geometry &g, int kind, int i, int j) const {
   const double smaller = std::min(g.radius_i, g.radius_j);
   if (g.separation >= -largest_overlap * smaller) return;
   throw std::runtime_error("sphere " + std::to_string(i) + " overlaps " + (kind == SPHERE ? "sphere " : "wall part ") +
-                           std::to_string(j) + " by " + std::to_string(-g.separation / smaller) + " of its radius at step " +
-                           std::to_string(now_) + ", allowed is " + std::to_string(largest_overlap) +
+                           std::to_string(j) + " by " + number(-g.separation / smaller) + " of its radius at step " +
+                           std::to_string(now_) + ", allowed is " + number(largest_overlap) +
                            "; likely too large a time step or too soft a contact");
 }
 
@@ -253,7 +253,7 @@ void Bridges::add_viscous(const Bridge &b, const Geometry &g, Terms &t) const {
 void Bridges::not_finite(const Bridge &b, double separation) const {
   throw std::runtime_error("a force law gave a value that is not finite for the bridge of sphere " + std::to_string(b.i) +
                            (b.kind == SPHERE ? " and sphere " : " and wall part ") + std::to_string(b.j) + " at step " +
-                           std::to_string(now_) + " (separation " + std::to_string(separation) + " m)");
+                           std::to_string(now_) + " (separation " + number(separation) + " m)");
 }
 
 void Bridges::act(const Bridge &b, const Geometry &g, const Terms &t) {

@@ -189,7 +189,7 @@ void Bridges::move_bounds() {
   }
   const double way = at_.dt * std::sqrt(fastest);
   if (which >= 0 && !(way <= 0.1 * radius(at_.tag[which])))
-    throw std::runtime_error("sphere " + std::to_string(at_.tag[which]) + " moves at " + std::to_string(std::sqrt(fastest)) +
+    throw std::runtime_error("sphere " + std::to_string(at_.tag[which]) + " moves at " + number(std::sqrt(fastest)) +
                              " m/s at step " + std::to_string(now_) +
                              ", more than a tenth of its radius in one step; likely an unstable run: lower the time step");
   travel_ += way;

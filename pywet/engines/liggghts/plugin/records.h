@@ -71,6 +71,13 @@ static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
 static_assert(sizeof(Drop) == 112, "records must match pywet/history/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/history/schema.py");
 
+// A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.
+inline std::string number(double value) {
+  char text[32];
+  snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
 // An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
 class RecordFile {
  public:
