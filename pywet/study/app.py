@@ -54,7 +54,7 @@ def accuracy(
     make_folder(folder)
     if anew:
         runs.forget(folder, size)
-    page = command.show(folder, size, store) if show else command.study(folder, size, config, store)
+    page = command.show(folder, size, store, config) if show else command.study(folder, size, config, store)
     typer.echo(str(page))
 
 

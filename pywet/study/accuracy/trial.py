@@ -1,8 +1,8 @@
 """What a step costs on this machine: short runs of spheres on a lattice, in which the clock all but stands still.
 
-In a time step of 1e-10 s nothing moves, so that counts are known and stay: spheres that touch or do not, in the feed bin or on the
-wires, dry or with bridges, with the neighbour list kept or made anew in every tenth step. Differences of runs tell what each
-costs, for few spheres and for so many that they do not fit into the processor's cache.
+In a time step of 1e-10 s nothing moves, so that counts are known and stay: spheres that touch or do not, in the feed bin or on
+the wires, dry or with bridges, with the neighbour list kept or made anew in every tenth step. Differences of runs tell what
+each costs, for few spheres and for so many that they do not fit into the processor's cache.
 """
 
 from __future__ import annotations
