@@ -75,7 +75,7 @@ def calibrate(config_dir: Path, report: Callable[[int, int], None] = lambda done
     def count() -> None:
         nonlocal done
         done += 1
-        report(done, trial.RUNS * len(trial.SIZES))
+        report(done, trial.LATTICES * len(trial.SIZES))
 
     few, many = (trial.measure(config, case, width, count) for case, width in trial.SIZES)
     return Coefficients(few, many)

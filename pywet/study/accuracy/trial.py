@@ -8,7 +8,7 @@ each costs, for few spheres and for so many that they do not fit into the proces
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 
 from pywet.config import Config
 from pywet.engines.liggghts import deck, driver
+from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.files import write_json, write_table
 from pywet.geometry import Surface, build_apparatus, write_stl
 from pywet.history.initial import write_initial
@@ -29,19 +30,21 @@ from pywet.study.accuracy.knobs import Setting
 from pywet.study.accuracy.sieve import Size
 
 SIZES = ((1, 50.0), (7, 180.0))
-"""Dry case, its moist twin follows, and sieve [mm]: 335 and 17,100 spheres."""
+"""Dry case, its moist twin follows, and sieve [mm]: 335 and 17,416 spheres."""
 FROZEN = 1e-10
 """Time step [s]."""
-WORK = 4e6
-"""Spheres times steps of a run; a third of it where lists are made anew."""
+WORK = 2e6
+"""Spheres times steps that are timed together; a third of it where lists are made anew."""
+FIRST = 20
+"""Steps before those that are timed; bridges form in them."""
 EVERY = 10
 """Steps between lists made anew."""
-SHORT = 50
-"""Steps of a run whose time is the start's."""
-RUNS = 12
-"""With one number of spheres."""
 LOOSE, PRESSED = 0.01, 1e-5
 """Gap and overlap in radii: films of the moist cases touch across the gap."""
+REPEATS = 3
+"""Of a run of the stock program."""
+LATTICES = 9
+"""With one number of spheres."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +86,9 @@ class Lattice:
 
 @dataclass(frozen=True)
 class Timed:
-    """Seconds a step, of all steps and in all; what the lattice had of each kind."""
+    """Seconds a step and before the first; what the lattice had of each kind."""
 
     step: float
-    loop: float
     start: float
     spheres: int
     pairs: int
@@ -96,53 +98,59 @@ class Timed:
 
 
 def measure(config: Config, case: int, width_mm: float, report: Callable[[], None]) -> Costs:
-    """Twelve runs with one number of spheres."""
+    """Nine lattices with one number of spheres."""
 
-    def timed(which: Lattice, begun: Timed | None = None) -> Timed:
-        found = _timed(config, width_mm, which, begun)
-        report()
-        return found
+    def timed(which: Lattice) -> Timed:
+        return _timed(config, width_mm, which, report)
 
     on_wires = {
         "stock": Lattice(case, screen=True, prisms=False),
         "prism": Lattice(case, screen=True),
         "moist": Lattice(case + 1, screen=True),
     }
-    begun = {kind: timed(which) for kind, which in on_wires.items()}
-    step = {kind: timed(which, begun[kind]) for kind, which in on_wires.items()}
-    anew = {kind: timed(replace(which, lists=True), begun[kind]) for kind, which in on_wires.items()}
-    loose = timed(Lattice(case), begun["prism"])
-    pressed = timed(Lattice(case, pressed=True), begun["prism"])
-    mesh = timed(Lattice(case, prisms=False), begun["stock"])
-    lists = {kind: max(0.0, EVERY * (anew[kind].step - step[kind].step)) for kind in on_wires}
+    near = {kind: timed(which) for kind, which in on_wires.items()}
+    anew = {kind: timed(replace(which, lists=True)) for kind, which in on_wires.items()}
+    loose, pressed = timed(Lattice(case)), timed(Lattice(case, pressed=True))
+    mesh = timed(Lattice(case, prisms=False))
+    lists = {kind: max(0.0, EVERY * (anew[kind].step - near[kind].step)) for kind in on_wires}
     return Costs(
         spheres=loose.spheres,
         step=loose.step,
         touch=max(0.0, pressed.step - loose.step) / pressed.pairs,
         triangle=max(0.0, mesh.step - loose.step) / mesh.triangles,
-        mesh=max(0.0, step["stock"].step - mesh.step) / step["stock"].near,
-        prism=max(0.0, step["prism"].step - loose.step) / step["prism"].near,
-        bridge=max(0.0, step["moist"].step - step["prism"].step) / step["moist"].bridges,
+        mesh=max(0.0, near["stock"].step - mesh.step) / near["stock"].near,
+        prism=max(0.0, near["prism"].step - loose.step) / near["prism"].near,
+        bridge=max(0.0, near["moist"].step - near["prism"].step) / near["moist"].bridges,
         list_stock=lists["stock"],
         list_prism=lists["prism"],
         list_moist=lists["moist"],
-        start_stock=begun["stock"].start,
-        start_prism=begun["prism"].start,
-        start_moist=begun["moist"].start,
+        start_stock=near["stock"].start,
+        start_prism=near["prism"].start,
+        start_moist=near["moist"].start,
     )
 
 
-def _timed(config: Config, width_mm: float, which: Lattice, begun: Timed | None) -> Timed:
-    """A lattice's run; without `begun` so short a one that its time is the start's."""
+def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[], None]) -> Timed:
+    """The least of two stretches of a run, or of its repeats, since whatever else the machine does only adds."""
     with tempfile.TemporaryDirectory(prefix="pywet-trial-") as name:
         folder = Path(name)
         scene, spheres, near = _prepare(folder, config, width_mm, which)
-        steps = round(WORK / (3.0 if which.lists else 1.0) / len(spheres))
-        found = _run(folder, scene, steps if begun else SHORT, which)
+        steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
+        if deck.attached(scene):
+            found = _run(folder, scene, (FIRST, steps, steps), which)
+            lines = [line.split() for line in (folder / "engine" / LOOP_TIME).read_text().splitlines()]
+            spent = [float(words[0]) for words in lines if words[1] == "run"]
+            step, start = min(spent[1:]) / steps, found["cpu_s"] - sum(spent)
+        else:
+            short, long = (
+                min(_run(folder, scene, (n,), which)["cpu_s"] for _ in range(REPEATS))
+                for n in (FIRST, FIRST + 3 * steps)
+            )
+            found, step, start = {"bridges": 0.0}, (long - short) / (3 * steps), short
+        report()
         return Timed(
-            step=(found["loop_cpu_s"] - begun.loop) / (steps - SHORT) if begun else 0.0,
-            loop=found["loop_cpu_s"],
-            start=found["cpu_s"],
+            step=step,
+            start=start,
             spheres=len(spheres),
             pairs=len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * min(c.radius_m for c in scene.classes))),
             near=near,
@@ -151,9 +159,12 @@ def _timed(config: Config, width_mm: float, which: Lattice, begun: Timed | None)
         )
 
 
-def _run(folder: Path, scene: Scene, steps: int, which: Lattice) -> dict[str, Any]:
-    output = Output(interval_s=steps * FROZEN, contact_windows=0, checkpoints=0)
-    scene = scene.model_copy(update={"duration_s": steps * FROZEN, "output": output})
+def _run(folder: Path, scene: Scene, steps: Sequence[int], which: Lattice) -> dict[str, Any]:
+    """Run so many steps in each stage: before the slide is drawn, while it is, and after."""
+    output = Output(interval_s=sum(steps) * FROZEN, contact_windows=0, checkpoints=0)
+    opens, travel = (FROZEN * n for n in (*steps, 1)[:2])
+    slide = scene.slide.model_copy(update={"opens_at_s": opens, "travel_s": travel}) if scene.slide else None
+    scene = scene.model_copy(update={"duration_s": sum(steps) * FROZEN, "output": output, "slide": slide})
     write_json(folder / "scene.json", scene.model_dump(mode="json"))
     extra = (f"neigh_modify every {EVERY} check no",) if which.lists else ()
     return runs.timed(folder, lambda: driver.run(folder, progress=False, extra=extra))
@@ -165,16 +176,8 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
     case, scale = made.case(which.case), made.scale(sieve.SCALE)
     apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
     scene = cases.assemble(made, case, scale, cases.ingredients(made, case.case, sieve.SCALE), apparatus)
-    walls = tuple(
-        w.model_copy(
-            update={
-                "motion": "fixed" if w.motion == "slides" else w.motion,
-                "prisms": which.prisms and w.holder == "wires",
-            }
-        )
-        for w in scene.walls
-    )
-    scene = scene.model_copy(update={"walls": walls, "slide": None, "time_step_s": FROZEN})
+    walls = tuple(w.model_copy(update={"prisms": which.prisms and w.holder == "wires"}) for w in scene.walls)
+    scene = scene.model_copy(update={"walls": walls, "time_step_s": FROZEN})
     wires = next(s for s in apparatus.surfaces if s.holder == "wires")
     low = float(wires.corners[..., 2].max()) if which.screen else apparatus.feed_region.z_low_m
     spheres = _lattice(scene, apparatus.feed_region.width_m, low, -PRESSED if which.pressed else LOOSE)
