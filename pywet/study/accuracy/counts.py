@@ -23,8 +23,9 @@ from pywet.scene import Scene
 from pywet.screening import amounts, cases
 
 Floats = NDArray[np.float64]
-AT_REST = 2.0
-"""Touching pairs per sphere in a heap at rest: four contacts each, the isostatic number of spheres with friction."""
+AT_REST = 2.25
+"""Contacts per sphere in a heap at rest: two pairs, since the isostatic number of spheres with friction is four each, and a quarter
+for those beside floor and walls (heaps of some five layers in a bin of 200 mm)."""
 COLLISIONS = 4.0
 """Collisions of a sphere in a stroke on the screen: 210 1/s in a full-scale run (case 1, 50.6 strokes a second)."""
 SETTLING = 1.5
@@ -52,7 +53,7 @@ class Load:
     near: float = 0.0
     """Pairs of a sphere and a wire that is near enough to be looked at in every step."""
     touches: float = 0.0
-    """Touching pairs of spheres."""
+    """Contacts of spheres with each other, and with floor and walls where they rest."""
     bridges: float = 0.0
     evaluations: float = 0.0
     """Bridges whose forces are evaluated, over the whole run."""
@@ -110,7 +111,7 @@ def area(spec: ApparatusSpec) -> float:
 
 
 def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
-    """Touching pairs of spheres at each time."""
+    """Contacts at each time."""
     assert scene.slide is not None and scene.vibration is not None
     spheres, opens = sum(c.count for c in scene.classes), scene.slide.opens_at_s
     least = min(amounts.collision_time(p, scene.classes) for p in scene.pairs)

@@ -54,6 +54,9 @@ class Costs:
     spheres: float
     step: float
     """A step of loose dry spheres away from wires."""
+    step_stock: float
+    """The same with the stock program, in which the wires' mesh moves with this number of triangles."""
+    triangles: float
     touch: float
     """A touching pair and step; the floor's contacts are spread over the pairs."""
     triangle: float
@@ -116,6 +119,8 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
     return Costs(
         spheres=loose.spheres,
         step=loose.step,
+        step_stock=mesh.step,
+        triangles=mesh.triangles,
         touch=max(0.0, pressed.step - loose.step) / pressed.pairs,
         triangle=max(0.0, mesh.step - loose.step) / mesh.triangles,
         mesh=max(0.0, near["stock"].step - mesh.step) / near["stock"].near,
