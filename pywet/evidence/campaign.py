@@ -23,7 +23,6 @@ from pywet.engines.liggghts.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.evidence import kept
 from pywet.files import one_line
-from pywet.history.schema import CONTACT, EVENT
 from pywet.study.accuracy import choice
 from pywet.study.accuracy.command import calibrated, habit
 from pywet.study.accuracy.cost import Coefficients, predict
@@ -32,8 +31,10 @@ from pywet.study.accuracy.counts import Load
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
 BELIEVED_S = 600.0
 """Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
-ROW_B = 240.0
-"""Bytes of a sphere at an output: trajectory, film, its bridges."""
+SPHERE_B, BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
+"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
+STATE_B, CONTACT_B = 140.0, 240.0
+"""The same of a sphere and of a bridge at a step of a window."""
 EVERY_S = 30.0
 """Time between two lines of progress [s]."""
 
@@ -129,8 +130,9 @@ def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name
     """What a case will ask for, from its configuration alone."""
     seconds, load = predict(config, number, scale, machine, habit(choice.for_scale(scale)[0]))
     size, windows = config.scale(scale), config.settings.output
-    disk = load.spheres * ROW_B * size.duration_s.value / size.output_interval_s.value + load.events * EVENT.itemsize
-    disk += windows.contact_windows * windows.contact_window_steps * load.bridges * CONTACT.itemsize
+    outputs = size.duration_s.value / size.output_interval_s.value
+    disk = outputs * (SPHERE_B * load.spheres + BRIDGE_B * load.bridges) + EVENT_B * load.events
+    disk += windows.contact_windows * windows.contact_window_steps * (STATE_B * load.spheres + CONTACT_B * load.bridges)
     return Job(number, seed, out / name, name, round(load.steps), seconds, load, disk)
 
 
@@ -182,7 +184,8 @@ def main(
         job.done = (data / job.name / "run.json").exists()
     todo = [j for j in jobs if not j.done]
     print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are kept; the others take {sum(j.disk_B for j in todo) / 1e9:.1f} GB "
-          f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB", flush=True)  # fmt: skip
+          f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB and, while it is made, three times "
+          "as much", flush=True)  # fmt: skip
     if dry_run:
         print("\n".join(table(jobs)))
         return

@@ -17,13 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet import caches
+from pywet import caches, laws
 from pywet import config as settings
 from pywet.config import Config
 from pywet.engines.liggghts.build import source_hash
 from pywet.errors import PywetError
 from pywet.files import read_model, write_json
-from pywet.laws import batch
 from pywet.study.accuracy import runs, trial
 from pywet.study.accuracy.counts import Load, load_of
 from pywet.study.accuracy.trial import Costs
@@ -87,8 +86,9 @@ def calibrate(config_dir: Path, report: Callable[[int, int], None] = lambda done
 
 
 def _path() -> Path:
-    """Of this machine with this plugin and these loops of laws."""
-    program = f"{source_hash()} {Path(batch.__file__).read_text()}"
+    """Of this machine with this plugin and these laws."""
+    sources = sorted(Path(laws.__file__).parent.glob("*.py"))
+    program = source_hash() + "".join(path.read_text() for path in sources)
     key = hashlib.sha256(f"{VERSION} {runs.machine()} {program}".encode()).hexdigest()[:16]
     return caches.folder() / f"cost-{key}.json"
 
@@ -131,8 +131,8 @@ def predict(config: Config, case: int, scale: str, machine: Coefficients, habit:
     load = load_of(config, case, scale)
     if not load.bridges:
         return machine.start(load) + machine.loop(load), load
-    laws = config.settings.laws
-    exact = laws.capillary == "young_laplace" or (laws.preset == "exact" and laws.capillary is None)
-    law = "exact" if exact else laws.capillary or "rabinovich"
+    chosen = config.settings.laws
+    exact = chosen.capillary == "young_laplace" or (chosen.preset == "exact" and chosen.capillary is None)
+    law = "exact" if exact else chosen.capillary or "rabinovich"
     price = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
     return machine.start(load) * (habit.exact_start if exact else 1.0) + price * machine.loop(load), load

@@ -43,6 +43,9 @@ LOOSE, PRESSED = 0.01, 1e-5
 """Gap and overlap in radii: films of the moist cases touch across the gap."""
 REPEATS = 3
 """Of a run of the stock program."""
+SPEED = 0.1
+"""Speeds [m/s] of the spheres and of their surfaces by their spins."""
+COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 LATTICES = 9
 """With one number of spheres."""
 
@@ -195,14 +198,20 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
 
 
 def _lattice(scene: Scene, width: float, low: float, gap: float) -> pd.DataFrame:
-    """The scene's number of spheres, all of its smallest class, a `gap` of radii apart, in no order."""
+    """The scene's number of spheres, all of its smallest class, a `gap` of radii apart, in no order.
+
+    They have speeds and spins, without which the engine's laws of friction and rolling have nothing to do.
+    """
     smallest = min(scene.classes, key=lambda c: c.radius_m)
     count, spacing = sum(c.count for c in scene.classes), (2.0 + gap) * smallest.radius_m
     side = int((width - 2.0 * smallest.radius_m) / spacing) + 1
-    k = np.random.default_rng(1).permutation(count)
+    random = np.random.default_rng(1)
+    k = random.permutation(count)
     place = np.stack([k % side - 0.5 * (side - 1), k // side % side - 0.5 * (side - 1), k // side**2], axis=1)
     xyz = spacing * place + np.array([0.0, 0.0, low + (1.0 + gap) * smallest.radius_m])
-    return pd.DataFrame({"id": np.arange(1, count + 1), "type": smallest.type, **dict(zip("xyz", xyz.T, strict=True))})
+    motion = random.normal(0.0, SPEED, (count, 6)) / np.repeat([1.0, smallest.radius_m], 3)
+    columns = dict(zip(COLUMNS, np.hstack([xyz, motion]).T, strict=True))
+    return pd.DataFrame({"id": np.arange(1, count + 1), "type": smallest.type, **columns})
 
 
 def _near(wires: Surface, spheres: pd.DataFrame, reach: float) -> int:
