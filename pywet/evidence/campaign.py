@@ -123,7 +123,7 @@ class Campaign:
         moved = sum(j.seconds * (j.step - j.begun[1]) / j.steps for j in running) + BELIEVED_S
         spent = sum(time.monotonic() - j.begun[0] for j in running) + BELIEVED_S
         left = [j.seconds for j in waiting] + [j.seconds * (1.0 - j.step / j.steps) for j in running]
-        return max(sum(left) / self.cores, *left) * spent / moved
+        return max([sum(left) / self.cores, *left]) * spent / moved
 
 
 def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name: str, machine: Coefficients) -> Job:

@@ -123,7 +123,7 @@ def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypa
     for job in (first, second):
         job.seconds = 7200.0
     one = campaign.Campaign([first, second], tmp_path, [], {}, cores=1)
-    assert one.to_go([first, second], []) == 14400.0
+    assert one.to_go([first, second], []) == 14400.0 and one.to_go([], []) == 0.0
     monkeypatch.setattr(campaign.Job, "step", property(lambda job: job.steps // 2))
     monkeypatch.setattr(campaign.time, "monotonic", lambda: 7200.0)
     assert one.to_go([second], [first]) == pytest.approx(10800.0 * (7200 + 600) / (3600 + 600), rel=1e-3)

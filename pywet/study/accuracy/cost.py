@@ -3,8 +3,9 @@
     seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism))
               + evaluations of bridges (bridge) + lists (list)
 
-Costs are measured once with few and once with many spheres, and kept in the cache under the machine and the program; between
-the two, and beyond, they go with the number of spheres. It is processor time: on a machine with nothing else to do the wall time.
+Costs are measured once with few and once with many spheres, and kept in the cache under the machine and the program. With n
+spheres the cost of one of anything is a + b/n between the two. It is processor time: on a machine with nothing else to do the
+wall time.
 """
 
 from __future__ import annotations
@@ -45,9 +46,9 @@ class Coefficients:
         return float(max(low + slope * (spheres - self.few.spheres), 0.0))
 
     def _each(self, spheres: float, name: str) -> float:
-        """The cost of one: it rises while the bed outgrows the processor's cache."""
-        sizes = np.log([self.few.spheres, self.many.spheres])
-        return float(np.interp(np.log(spheres), sizes, [getattr(self.few, name), getattr(self.many, name)]))
+        """The cost of one: a cache that holds the few serves a share of more spheres that falls with their number."""
+        sizes = [1.0 / self.many.spheres, 1.0 / self.few.spheres]
+        return float(np.interp(1.0 / spheres, sizes, [getattr(self.many, name), getattr(self.few, name)]))
 
     def loop(self, load: Load) -> float:
         """Processor time of the time loop [s]."""
