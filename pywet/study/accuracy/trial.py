@@ -130,7 +130,7 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
         triangle=max(0.0, mesh.step - loose.step) / mesh.triangles,
         mesh=max(0.0, near["stock"].step - mesh.step) / near["stock"].near,
         prism=max(0.0, near["prism"].step - loose.step) / near["prism"].near,
-        bridge=max(0.0, near["moist"].step - near["prism"].step) / near["moist"].bridges,
+        bridge=max(0.0, near["moist"].step - near["prism"].step) / max(1.0, near["moist"].bridges),
         list_stock=lists["stock"],
         list_prism=lists["prism"],
         list_moist=lists["moist"],
