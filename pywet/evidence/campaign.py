@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -23,17 +23,18 @@ from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.evidence import kept
 from pywet.files import one_line
-from pywet.history.schema import CONTACT, EVENT
-from pywet.screening import cases
+from pywet.study.accuracy import choice
+from pywet.study.accuracy.command import calibrated, habit
+from pywet.study.accuracy.cost import Coefficients, predict
+from pywet.study.accuracy.counts import Load
 
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
-MOIST_PRICE = 2.5
-"""A moist step over a dry one, until a run of this campaign has been timed (docs/engine.md)."""
-EVENTS_PER_SPHERE_S = 50.0
-"""Formations and ruptures per sphere and second: 24,460 in 0.12 s of case 2."""
-BRIDGES_PER_SPHERE = 2.5
-ROW_B = 240.0
-"""Bytes of a sphere at an output: trajectory, film, its bridges."""
+BELIEVED_S = 600.0
+"""Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
+SPHERE_B, BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
+"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
+STATE_B, CONTACT_B = 140.0, 240.0
+"""The same of a sphere and of a bridge at a step of a window."""
 EVERY_S = 30.0
 """Time between two lines of progress [s]."""
 
@@ -47,8 +48,9 @@ class Job:
     folder: Path
     name: str
     steps: int
-    work: float
-    """Sphere-steps, moist ones at MOIST_PRICE."""
+    seconds: float
+    """Processor time it is predicted to take on this machine, by the study of accuracy."""
+    load: Load
     disk_B: float
     process: subprocess.Popen[bytes] | None = None
     begun: tuple[float, int] = (0.0, 0)
@@ -73,9 +75,6 @@ class Campaign:
     command: list[str]
     about: dict[str, str]
     cores: int = 1
-    moved: float = field(default=0.0, init=False)
-    """Work done and process time taken in this call, from which the time to go follows."""
-    spent: float = field(default=0.0, init=False)
 
     def run(self) -> list[Job]:
         """Run all jobs; returns those that failed."""
@@ -115,44 +114,55 @@ class Campaign:
         print(f"{job.name}: {job.failed or f'kept in {self.data / job.name}'}", flush=True)
 
     def _say(self, waiting: Sequence[Job], running: Sequence[Job]) -> None:
-        moved, spent = 0.0, 0.0
-        for job in running:
-            moved += job.work * (job.step - job.begun[1]) / job.steps
-            spent += time.monotonic() - job.begun[0]
-        left = sum(j.work for j in waiting) + sum(j.work * (1.0 - j.step / j.steps) for j in running)
         for job in running:
             print(f"{job.name}: {100.0 * job.step / job.steps:5.1f} %", flush=True)
-        if moved > 0.0:
-            hours = left * spent / moved / self.cores / 3600.0
-            print(f"{len(waiting)} cases wait; about {hours:.1f} h to go", flush=True)
+        print(f"{len(waiting)} cases wait; about {self.to_go(waiting, running) / 3600.0:.1f} h to go", flush=True)
+
+    def to_go(self, waiting: Sequence[Job], running: Sequence[Job]) -> float:
+        """Time to go [s]: what is predicted, at the pace of what has been done of it in this call."""
+        moved = sum(j.seconds * (j.step - j.begun[1]) / j.steps for j in running) + BELIEVED_S
+        spent = sum(time.monotonic() - j.begun[0] for j in running) + BELIEVED_S
+        left = [j.seconds for j in waiting] + [j.seconds * (1.0 - j.step / j.steps) for j in running]
+        return max([sum(left) / self.cores, *left]) * spent / moved
 
 
-def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name: str) -> Job:
+def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name: str, machine: Coefficients) -> Job:
     """What a case will ask for, from its configuration alone."""
-    made = cases.ingredients(config, number, scale)
-    size = config.scale(scale)
-    spheres, duration = sum(c.count for c in made.classes), size.duration_s.value
-    moist, windows = made.plan.effects.bridges, config.settings.output
-    steps = round(duration / made.time_step_s)
-    disk = spheres * ROW_B * duration / size.output_interval_s.value
-    if moist:
-        disk += spheres * duration * EVENTS_PER_SPHERE_S * EVENT.itemsize
-        contacts = windows.contact_windows * windows.contact_window_steps * spheres * BRIDGES_PER_SPHERE
-        disk += contacts * CONTACT.itemsize
-    return Job(number, seed, out / name, name, steps, spheres * steps * (MOIST_PRICE if moist else 1.0), disk)
+    seconds, load = predict(config, number, scale, machine, habit(choice.for_scale(scale)[0]))
+    size, windows = config.scale(scale), config.settings.output
+    outputs = size.duration_s.value / size.output_interval_s.value
+    disk = outputs * (SPHERE_B * load.spheres + BRIDGE_B * load.bridges) + EVENT_B * load.events
+    disk += windows.contact_windows * windows.contact_window_steps * (STATE_B * load.spheres + CONTACT_B * load.bridges)
+    return Job(number, seed, out / name, name, round(load.steps), seconds, load, disk)
 
 
 def prepare(
-    config: Config, wanted: Sequence[int], seeds: Sequence[int], scale: str, out: Path, variant: str
+    config: Config,
+    wanted: Sequence[int],
+    seeds: Sequence[int],
+    scale: str,
+    out: Path,
+    variant: str,
+    machine: Coefficients,
 ) -> list[Job]:
     """The jobs of a campaign: all cases with the first seed, then with the others."""
     tail = f"-{variant}" if variant else ""
     name = "{case}{tail}-{seed}"
     return [
-        plan_job(config, n, seed, scale, out, name.format(case=config.case(n).name, tail=tail, seed=seed))
+        plan_job(config, n, seed, scale, out, name.format(case=config.case(n).name, tail=tail, seed=seed), machine)
         for seed in seeds
         for n in wanted
     ]
+
+
+def table(jobs: Sequence[Job]) -> list[str]:
+    """What each case asks for and takes, as lines."""
+    lines = ["case    spheres    steps [1e6]    lists    bridges    processor time [h]    disk [GB]"]
+    for j in jobs:
+        lines.append(f"{j.number:4d}{j.load.spheres:11.0f}{1e-6 * j.load.steps:15.2f}{j.load.lists:9.0f}{j.load.bridges:11.0f}"
+                     f"{j.seconds / 3600.0:22.2f}{1e-9 * j.disk_B:13.2f}")  # fmt: skip
+    total = sum(j.seconds for j in jobs) / 3600.0, 1e-9 * sum(j.disk_B for j in jobs)
+    return [*lines, f" all{total[0]:68.1f}{total[1]:13.1f}"]
 
 
 def main(
@@ -164,16 +174,21 @@ def main(
     config_dir: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
     out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("results/full_scale"),
     data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
 ) -> None:
     """Run the screening cases at full scale, keep their tables, and say how long and how much disk it takes."""
     config = settings.load(config_dir)
     wanted = case or [n for n in ORDER if n in config.cases]
-    jobs = prepare(config, wanted, seed or [config.settings.seed], scale, out, variant)
+    jobs = prepare(config, wanted, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
     for job in jobs:
         job.done = (data / job.name / "run.json").exists()
     todo = [j for j in jobs if not j.done]
     print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are kept; the others take {sum(j.disk_B for j in todo) / 1e9:.1f} GB "
-          f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB", flush=True)  # fmt: skip
+          f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB and, while it is made, three times "
+          "as much", flush=True)  # fmt: skip
+    if dry_run:
+        print("\n".join(table(jobs)))
+        return
     command = [sys.executable, "-P", "-m", "pywet.cli", "run", "--scale", scale, "--config", str(config_dir)]
     about = {"variant": variant, "scale": scale, "commit": _commit()}
     failed = Campaign(jobs, data, command, about, cores).run()

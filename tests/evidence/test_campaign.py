@@ -17,10 +17,13 @@ from pywet.motion import velocity
 from pywet.scene import Vibration
 from pywet.screening import results, summary
 from pywet.screening.rundir import RunDir
+from pywet.study.accuracy.cost import Coefficients
 from tests.evidence.made import make
 from tests.screening import synthetic
+from tests.study.test_times import costs_of
 
 ROOT = Path(__file__).parents[2]
+MACHINE = Coefficients(costs_of(335), costs_of(17416))
 
 
 @pytest.fixture
@@ -92,7 +95,7 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
 ) -> None:
     (tmp_path / "fake.py").write_text(FAKE)
     loaded = settings.load(ROOT / "config")
-    jobs = campaign.prepare(loaded, [1, 2], [7], "smoke", tmp_path / "out", "")
+    jobs = campaign.prepare(loaded, [1, 2], [7], "smoke", tmp_path / "out", "", MACHINE)
     data, command = tmp_path / "data", [sys.executable, str(tmp_path / "fake.py")]
     failed = campaign.Campaign(jobs, data, command, {"variant": "", "scale": "smoke"}, cores=2).run()
     assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
@@ -100,12 +103,30 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
     assert "case02-7: kept in" in capsys.readouterr().out
 
 
-def test_disk_and_work_follow_from_the_configuration() -> None:
-    """A moist case 2 at full scale: 4211 spheres, 20 s, 50 events of 128 B per sphere and second: half a GB."""
+def test_disk_and_time_follow_from_the_configuration() -> None:
+    """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, case 1 at full scale 101 MB: within a quarter."""
     loaded = settings.load(ROOT / "config")
-    dry, moist = campaign.prepare(loaded, [1, 2], [1], "full", Path("out"), "")
-    assert moist.name == "case02-1" and moist.work == pytest.approx(campaign.MOIST_PRICE * dry.work, rel=0.2)
-    assert 0.5e9 < moist.disk_B < 3e9 and dry.disk_B < 0.5e9
+    dry, moist = campaign.prepare(loaded, [1, 2], [1], "full", Path("out"), "", MACHINE)
+    assert moist.name == "case02-1" and moist.seconds - dry.seconds > 1e-7 * moist.load.evaluations
+    smoke = campaign.prepare(loaded, [1, 2], [1], "smoke", Path("out"), "", MACHINE)
+    disk = [job.disk_B for job in (*smoke, dry)]
+    np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6], rtol=0.25)
+    lines = campaign.table([dry, moist])
+    assert [line.split()[0] for line in lines] == ["case", "1", "2", "all"]
+    assert float(lines[-1].split()[1]) == pytest.approx((dry.seconds + moist.seconds) / 3600.0, abs=0.05)
+
+
+def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of 2 h, one half done in 2 h: as slow as it was, 2 h for its rest and 4 h for the other (the start counts 10 min)."""
+    loaded = settings.load(ROOT / "config")
+    first, second = campaign.prepare(loaded, [1, 2], [1], "smoke", tmp_path, "", MACHINE)
+    for job in (first, second):
+        job.seconds = 7200.0
+    one = campaign.Campaign([first, second], tmp_path, [], {}, cores=1)
+    assert one.to_go([first, second], []) == 14400.0 and one.to_go([], []) == 0.0
+    monkeypatch.setattr(campaign.Job, "step", property(lambda job: job.steps // 2))
+    monkeypatch.setattr(campaign.time, "monotonic", lambda: 7200.0)
+    assert one.to_go([second], [first]) == pytest.approx(10800.0 * (7200 + 600) / (3600 + 600), rel=1e-3)
 
 
 def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> None:

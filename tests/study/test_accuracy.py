@@ -18,6 +18,7 @@ from pywet.errors import PywetError
 from pywet.study.accuracy import bodies, choice, command, cost, edit, errors, front, knobs, runs, sieve, store
 from pywet.study.accuracy.errors import WET_SCENES
 from pywet.study.accuracy.knobs import KNOBS, Setting
+from tests.study.test_times import costs_of
 
 ROOT = Path(__file__).parents[2]
 CONFIG = config.load(ROOT / "config")
@@ -255,53 +256,6 @@ def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
     assert told is not None and told.verdict == "not told apart"
 
 
-def loads() -> list[cost.Load]:
-    return [
-        cost.Load(5000, 200, 214, 348, 0),
-        cost.Load(5000, 200, 214, 1068, 0),
-        cost.Load(5000, 200, 657, 564, 0),
-        cost.Load(15000, 200, 214, 348, 0),
-        cost.Load(5000, 200, 214, 348, 400),
-        cost.Load(5000, 200, 482, 512, 970),
-        cost.Load(15000, 200, 214, 348, 410),
-    ]
-
-
-TRUE = (1e-6, 1e-7, 1.4e-7, 3e-7, 3e-6, 5e-8)
-
-
-def test_cost_model_finds_the_costs_of_synthetic_timings() -> None:
-    """Without noise the formula is met; the seven runs determine it (six unknowns)."""
-    seconds = [float(np.dot(TRUE, load.terms)) for load in loads()]
-    values, misfit = cost.fit(loads(), seconds)
-    assert misfit == pytest.approx(1.0, abs=1e-6)
-    far = cost.Load(100_000, 4000, 2000, 5000, 5000)
-    assert np.dot(values, far.terms) == pytest.approx(np.dot(TRUE, far.terms), rel=0.02)
-
-
-def test_cost_model_stays_within_its_factor_with_noisy_timings() -> None:
-    """Timings off by 10 % either way predict a run 20 times as long within the promised factor of 1.5."""
-    random = np.random.default_rng(3)
-    far = cost.Load(100_000, 4000, 335, 388, 850)
-    true = float(np.dot(TRUE, far.terms))
-    for _ in range(20):
-        seconds = [float(np.dot(TRUE, load.terms)) * random.uniform(0.9, 1.1) for load in loads()]
-        values, _ = cost.fit(loads(), seconds)
-        assert all(v >= 0.0 for v in values)
-        assert 1 / 1.5 < np.dot(values, far.terms) / true < 1.5
-
-
-def test_load_of_a_case_is_that_of_its_scene() -> None:
-    """Case 2 at smoke scale: 335 spheres, 388 triangles and 48,338 steps (docs and summary of its run)."""
-    load, moist = cost.load_of(CONFIG, 2, "smoke", cost.Habit(2.5, 1.0))
-    assert moist and (load.spheres, load.triangles, round(load.steps)) == (335, 388, 48338)
-    assert load.bridges == 2.5 * 335
-    rare, _ = cost.load_of(edit.changed(CONFIG, "smoke", {"bridges_every": 4}), 2, "smoke", cost.Habit(2.5, 1.0))
-    assert rare.terms[3] == load.terms[3] / 4 and rare.bridges == load.bridges
-    # 1 m/s passes half the skin of 0.4 x 2.5 mm two thousand times a second
-    assert load.lists == pytest.approx(1.6 * 2000.0, rel=1e-12)
-
-
 def test_a_damaged_calibration_counts_as_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYWET_CACHE", str(tmp_path))
     assert cost.kept() is None
@@ -482,8 +436,8 @@ def test_plan_refuses_what_is_no_accuracy(text: str) -> None:
 
 
 def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a machine of known costs: the time is that of the formula."""
-    machine = cost.Coefficients(TRUE, (0.2, 2.5), 1.1)
+    """With a machine of known costs."""
+    machine = cost.Coefficients(costs_of(335), costs_of(17416))
     monkeypatch.setattr(cost, "of_this_machine", lambda *a, **k: machine)
     lines = command.plan(CONFIG, 1, "smoke", "20%", ["fraction retained"], tmp_path / "new")
     assert lines[0].startswith("settings for 20 % in fraction retained (dry)")

@@ -167,7 +167,7 @@ def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
     if not deck.attached(scene):
         return usage.cpu_s
     account = folder / LOOP_TIME
-    return float(account.read_text()) if account.exists() else None
+    return sum(float(line.split()[0]) for line in account.read_text().splitlines()) if account.exists() else None
 
 
 def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:

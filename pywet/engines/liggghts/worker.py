@@ -61,8 +61,9 @@ def run(run_dir: Path, folder: Path) -> None:
             plugin.resume(state)
 
     begin("setup.liggghts", Path(schedule["resume"]["state"]) if schedule["resume"] else None)
-    before, state = time.process_time(), None
+    state, spent = None, ""
     for line in Path("run.liggghts").read_text().splitlines():
+        before = time.process_time()
         match line.split():
             case ["include", deck]:
                 begin(deck, state)
@@ -71,8 +72,9 @@ def run(run_dir: Path, folder: Path) -> None:
                 state = saved(Path(path), len(spheres))
             case _:
                 library.lammps_command(engine, line.encode())
+        spent += f"{time.process_time() - before:.6f} {line}\n"
     if plugin_rank() == 0:
-        Path(LOOP_TIME).write_text(f"{time.process_time() - before:.6f}\n")
+        Path(LOOP_TIME).write_text(spent)
     library.lammps_close(engine)
     plugin.finish()
 

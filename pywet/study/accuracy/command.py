@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,17 +51,32 @@ def show(folder: Path, size: str, config_dir: Path, renew: bool = False) -> Path
     if renew:
         store.write(table)
     others = [held for held in choice.stored()["scales"].values() if held["provenance"]["size"] != size]
-    return page.write(folder.parent / "accuracy.html", table, kept, size, others)
+    return page.write(folder.parent / "accuracy.html", table, kept, size, others, times(kept, size, config_dir, table))
+
+
+def times(
+    kept: Sequence[dict[str, Any]], size: str, config_dir: Path, table: dict[str, Any]
+) -> list[tuple[str, float, float]] | None:
+    """Scene, measured and predicted processor time [s] of every screening run on one rank; None on an unmeasured machine."""
+    machine, loaded, known = cost.kept(), settings.load(config_dir), habit(table)
+    if machine is None:
+        return None
+    pairs = []
+    for run in kept:
+        if run["scene"] in runs.SCREENING and not run["failed"] and run["setting"]["ranks"] == 1:
+            made = sieve.with_setting(loaded, Setting(**run["setting"]), sieve.SIZES[size], run["seed"])
+            seconds, _ = cost.predict(made, sieve.CASE[run["scene"]], sieve.SCALE, machine, known)
+            pairs.append((run["scene"], float(run["cpu_s"]), seconds))
+    return pairs
 
 
 def habit(table: dict[str, Any]) -> cost.Habit:
-    """What the table knows of screening in general."""
+    """Prices that the table knows of screening in general."""
     laws, integrations = (
         {str(row["level"]): row["price"]["moist"]["ratio"] for row in table["knobs"][knob] if "moist" in row["price"]}
         for knob in ("capillary", "integration")
     )
-    known = {**table["habit"], "speed": max(table["habit"]["speed"], cost.SPEED)}
-    return cost.Habit(**known, laws=laws, integrations=integrations)
+    return cost.Habit(laws, integrations, table["habit"]["exact_start"])
 
 
 def expected(missing: list[runs.Run], size: str, config_dir: Path) -> float:
@@ -70,7 +86,7 @@ def expected(missing: list[runs.Run], size: str, config_dir: Path) -> float:
     loaded, total = settings.load(config_dir), 0.0
     for run in missing:
         if run.scene not in runs.SCREENING:
-            total += machine.start[run.scene != "pair_dry"] + 1.0
+            total += 1.0 + (machine.few.start_stock if run.scene == "pair_dry" else machine.few.start_moist)
             continue
         made = sieve.with_setting(loaded, run.setting, sieve.SIZES[size], run.seed)
         try:
@@ -83,7 +99,7 @@ def expected(missing: list[runs.Run], size: str, config_dir: Path) -> float:
 def calibrated(config_dir: Path, anew: bool = False) -> cost.Coefficients:
     """The cost model of this machine; measured with a progress bar at the first call."""
     with Progress(console=err, transient=True) as bar:
-        task = bar.add_task("measuring this machine (once, some ten seconds)", total=None, visible=False)
+        task = bar.add_task("measuring this machine (once, a minute)", total=None, visible=False)
         return cost.of_this_machine(
             config_dir, lambda done, of: bar.update(task, completed=done, total=of, visible=True), anew
         )
@@ -111,7 +127,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     lines += [f"  the study tells {g} apart to {100 * r:.2g} % only" for g, r in blurred.items()]
     lines += [
         f"time of the engine's run, 1 rank, quiet machine: {duration(seconds)} (as configured now: {duration(before)})",
-        f"  {load.steps:.0f} steps, {load.spheres:.0f} spheres, {load.triangles:.0f} triangles, "
+        f"  {load.steps:.0f} steps, {load.lists:.0f} neighbour lists, {load.spheres:.0f} spheres, "
         f"about {load.bridges:.0f} bridges",
     ]
     if write is not None:

@@ -1,131 +1,96 @@
-"""How long a run takes: steps and neighbour lists times what they cost for each sphere, triangle and bridge on this machine.
+"""How long a run takes: what it asks for (`counts.py`) times what that costs on this machine (`trial.py`).
 
-    seconds = steps (c0 + c1 spheres + c2 triangles + c3 bridges) + lists (c4 spheres + c5 triangles)
+    seconds = start + steps (step + touches touch + triangles triangle + near (mesh or prism))
+              + evaluations of bridges (bridge) + lists (list)
 
-A list is made anew when a sphere has gone half the skin. The six coefficients are fitted, none below zero, to a few short runs
-on this machine (processor time of the engine's time loop) and kept in the cache, since machines differ. On a machine with
-nothing else to do this is the wall time.
+Costs are measured once with few and once with many spheres, and kept in the cache under the machine and the program. With n
+spheres the cost of one of anything is a + b/n between the two. It is processor time: on a machine with nothing else to do the
+wall time.
 """
 
 from __future__ import annotations
 
 import datetime
 import hashlib
-import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from scipy.optimize import nnls
 
-from pywet import caches
+from pywet import caches, laws
+from pywet import config as settings
 from pywet.config import Config
-from pywet.engines.liggghts import driver
-from pywet.engines.liggghts.build import ENGINE_VERSION
+from pywet.engines.liggghts.build import source_hash
 from pywet.errors import PywetError
 from pywet.files import read_model, write_json
-from pywet.geometry import build_apparatus
-from pywet.screening import cases
-from pywet.study.accuracy import runs, sieve
-from pywet.study.accuracy.knobs import Setting
-from pywet.study.accuracy.sieve import Size
+from pywet.study.accuracy import runs, trial
+from pywet.study.accuracy.counts import Load, load_of
+from pywet.study.accuracy.trial import Costs
 
-VERSION = 2
-"""Part of the cache's key; to be raised with any change of the formula or of CALIBRATION."""
-SKIN = 0.4
-"""Skin of the neighbour list over the smallest radius, see `pywet.engines.liggghts.deck.skin`."""
-SPEED = 1.25
-"""Least speed [m/s] taken for the lists of a whole case: 1.18 to 1.32 in whole smoke runs of cases 1, 2, 10 and 11 (lists
-counted by the engine); the study's short runs end before the spheres are that fast."""
-SMALLEST_M = 2.5e-3
-"""Smallest radius of the study's screening cases."""
-
-
-@dataclass(frozen=True)
-class Load:
-    """What a run asks of the machine; `bridges` is the mean over the run."""
-
-    steps: float
-    lists: float
-    spheres: float
-    triangles: float
-    bridges: float
-    bridges_every: int = 1
-
-    @property
-    def terms(self) -> list[float]:
-        """What the coefficients are multiplied with."""
-        per_step = [1.0, self.spheres, self.triangles, self.bridges / self.bridges_every]
-        return [self.steps * x for x in per_step] + [self.lists * self.spheres, self.lists * self.triangles]
+VERSION = 3
+"""Part of the cache's key; to be raised with any change of `trial.py` or of what its numbers mean."""
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Seconds per step, step and sphere, step and triangle, step and bridge, list and sphere, list and triangle.
+    """What things cost with few and with many spheres."""
 
-    `start` [s] is what a dry and a moist run take before the first step, `misfit` the largest ratio between a calibrating run
-    and the formula.
-    """
+    few: Costs
+    many: Costs
 
-    values: tuple[float, ...]
-    start: tuple[float, float]
-    misfit: float
+    def _total(self, spheres: float, name: str) -> float:
+        """A cost of the whole bed: linear in the number of spheres, so that a part is the same for every number."""
+        low, high = getattr(self.few, name), getattr(self.many, name)
+        slope = (high - low) / (self.many.spheres - self.few.spheres)
+        return float(max(low + slope * (spheres - self.few.spheres), 0.0))
 
-    def seconds(self, load: Load) -> float:
+    def _each(self, spheres: float, name: str) -> float:
+        """The cost of one: a cache that holds the few serves a share of more spheres that falls with their number."""
+        sizes = [1.0 / self.many.spheres, 1.0 / self.few.spheres]
+        return float(np.interp(1.0 / spheres, sizes, [getattr(self.many, name), getattr(self.few, name)]))
+
+    def loop(self, load: Load) -> float:
         """Processor time of the time loop [s]."""
-        return float(np.dot(self.values, load.terms))
+        n = load.spheres
+        stock = _program(load) == "stock"
+        # a triangle's cost is told from the plugin's where spheres are few
+        more = load.triangles - (self._total(n, "triangles") if stock else 0.0)
+        step = self._total(n, "step_stock" if stock else "step") + more * self.few.triangle
+        step += load.touches * self._each(n, "touch")
+        step += load.near * self._each(n, "prism" if load.prisms else "mesh")
+        lists = self._total(n, f"list_{_program(load)}")
+        if load.bridges and not load.prisms:  # moist lattices were measured with prisms
+            lists += max(0.0, self._total(n, "list_stock") - self._total(n, "list_prism"))
+        return load.steps * step + load.evaluations * self._each(n, "bridge") + load.lists * lists
+
+    def start(self, load: Load) -> float:
+        """Processor time before the first step [s]."""
+        return self._total(load.spheres, f"start_{_program(load)}")
 
 
-CALIBRATION: tuple[tuple[str, float, float, Setting], ...] = (
-    ("dry", 40.0, 0.2, Setting()),
-    ("dry", 40.0, 0.2, Setting(wire_sides=16)),
-    ("dry", 70.0, 0.2, Setting()),
-    ("dry", 40.0, 0.2, Setting(stiffness=0.1)),
-    ("moist", 40.0, 0.2, Setting()),
-    ("moist", 60.0, 0.2, Setting()),
-    ("moist", 40.0, 0.2, Setting(stiffness=0.1)),
-)
-"""Scene, sieve [mm], simulated time [s] and setting of the calibrating runs."""
-SEED = runs.SEEDS[0]
-
-
-def fit(loads: Sequence[Load], seconds: Sequence[float]) -> tuple[tuple[float, ...], float]:
-    """Coefficients not below zero with the least relative misfit, and the largest ratio left."""
-    terms, wanted = np.array([load.terms for load in loads]), np.array(seconds)
-    scale = terms.max(axis=0)
-    scale[scale == 0.0] = 1.0
-    solved, _ = nnls(terms / scale / wanted[:, None], np.ones(len(wanted)))
-    values = solved / scale
-    ratio = terms @ values / wanted
-    return tuple(float(v) for v in values), float(np.maximum(ratio, 1.0 / ratio).max())
+def _program(load: Load) -> str:
+    return "moist" if load.bridges else "prism" if load.prisms else "stock"
 
 
 def calibrate(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
-    """Measure this machine: seven short runs, some ten seconds in all."""
-    loads, seconds = [], []
-    start: dict[str, list[float]] = {"dry": [], "moist": []}
-    for k, (scene, width, duration, setting) in enumerate(CALIBRATION):
-        report(k, len(CALIBRATION))
-        found = _short(scene, Size("smoke", width, duration, 0.02, 1), setting, config_dir)
-        loads.append(Load(found["steps"], found["builds"], found["spheres"], found["triangles"], found["bridges"]))
-        seconds.append(found["loop_cpu_s"])
-        start[scene].append(found["cpu_s"] - found["loop_cpu_s"])
-    values, misfit = fit(loads, seconds)
-    began = (float(np.median(start["dry"])), float(np.median(start["moist"])))
-    return Coefficients(values, began, misfit)
+    """Measure this machine: about a minute."""
+    config, done = settings.load(config_dir), 0
 
+    def count() -> None:
+        nonlocal done
+        done += 1
+        report(done, trial.LATTICES * len(trial.SIZES))
 
-def _short(scene: str, size: Size, setting: Setting, config_dir: Path) -> dict[str, Any]:
-    with tempfile.TemporaryDirectory(prefix="pywet-calibrate-") as name:
-        folder = Path(name)
-        sieve.prepare(folder, scene, setting, size, SEED, config_dir)
-        return runs.timed(folder, lambda: driver.run(folder, 1, progress=False))
+    few, many = (trial.measure(config, case, width, count) for case, width in trial.SIZES)
+    return Coefficients(few, many)
 
 
 def _path() -> Path:
-    key = hashlib.sha256(f"{VERSION} {runs.machine()} {ENGINE_VERSION}".encode()).hexdigest()[:16]
+    """Of this machine with this plugin and these laws."""
+    sources = sorted(Path(laws.__file__).parent.glob("*.py"))
+    program = source_hash() + "".join(path.read_text() for path in sources)
+    key = hashlib.sha256(f"{VERSION} {runs.machine()} {program}".encode()).hexdigest()[:16]
     return caches.folder() / f"cost-{key}.json"
 
 
@@ -152,42 +117,23 @@ def of_this_machine(
 
 @dataclass(frozen=True)
 class Habit:
-    """What the study knows of any screening: bridges per sphere, and how fast the fastest sphere is as far as lists go [m/s].
+    """What the study knows of prices: of a moist run with a law, and with an integration, over that with the default's.
 
-    `laws`: price of a moist run with a capillary law over that with the default's; `exact_start`: the same of the start, where
-    the exact bridge's functions are compiled as well.
+    `exact_start`: the same of the start, where the exact bridge's functions are compiled as well.
     """
 
-    bridges_per_sphere: float
-    speed: float
     laws: dict[str, float] = field(default_factory=dict)
     integrations: dict[str, float] = field(default_factory=dict)
     exact_start: float = 1.0
 
 
-def load_of(config: Config, case: int, scale: str, habit: Habit) -> tuple[Load, bool]:
-    """What a case will ask for, from its configuration alone, and whether it is moist. Takes a tenth of a second."""
-    made = cases.ingredients(config, case, scale)
-    apparatus = build_apparatus(cases.apparatus_spec(config, config.case(case), config.scale(scale)))
-    duration = config.scale(scale).duration_s.value
-    spheres = sum(c.count for c in made.classes)
-    moist = made.plan.effects.bridges
-    radius = min(c.radius_m for c in made.classes if c.count)
-    steps = duration / made.time_step_s
-    lists = min(duration * habit.speed / (0.5 * SKIN * radius), steps)
-    bridges = habit.bridges_per_sphere * spheres if moist else 0.0
-    every = config.settings.time_step.bridges_every
-    meshes = [s for s in apparatus.surfaces if s.holder != "wires" or config.scale(scale).wires == "mesh"]
-    return Load(steps, lists, spheres, sum(len(s.triangles) for s in meshes), bridges, every), moist
-
-
 def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:
     """Wall time of the engine's run on a quiet machine [s], with its start, and the load behind it."""
-    load, moist = load_of(config, case, scale, habit)
-    if not moist:
-        return machine.start[0] + machine.seconds(load), load
-    laws = config.settings.laws
-    exact = laws.capillary == "young_laplace" or (laws.preset == "exact" and laws.capillary is None)
-    law = "exact" if exact else laws.capillary or "rabinovich"
+    load = load_of(config, case, scale)
+    if not load.bridges:
+        return machine.start(load) + machine.loop(load), load
+    chosen = config.settings.laws
+    exact = chosen.capillary == "young_laplace" or (chosen.preset == "exact" and chosen.capillary is None)
+    law = "exact" if exact else chosen.capillary or "rabinovich"
     price = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
-    return machine.start[1] * (habit.exact_start if exact else 1.0) + price * machine.seconds(load), load
+    return machine.start(load) * (habit.exact_start if exact else 1.0) + price * machine.loop(load), load

@@ -201,6 +201,6 @@ def times(pairs: Sequence[tuple[str, float, float]]) -> Figure:
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
         ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
-        ax.set_xlabel("measured, processor time of the time loop [s]")
+        ax.set_xlabel("measured, processor time [s]")
         ax.set_ylabel("predicted [s]")
     return figure

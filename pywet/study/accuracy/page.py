@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.study.accuracy import blocks, choice, cost, figures, runs
+from pywet.study.accuracy import blocks, choice, figures
 from pywet.study.accuracy.errors import GROUPS, QUANTITIES
 from pywet.study.accuracy.knobs import KNOBS
 from pywet.view.page import Card, Cell, Section, paragraph, picture
@@ -16,9 +16,17 @@ from pywet.view.page import write as write_page
 
 
 def write(
-    path: Path, table: dict[str, Any], kept: Sequence[dict[str, Any]], size: str, others: Sequence[dict[str, Any]] = ()
+    path: Path,
+    table: dict[str, Any],
+    kept: Sequence[dict[str, Any]],
+    size: str,
+    others: Sequence[dict[str, Any]] = (),
+    times: Sequence[tuple[str, float, float]] | None = None,
 ) -> Path:
-    """Write the page and return its path; `others` are stored tables, shown beside."""
+    """Write the page and return its path.
+
+    `others` are stored tables, shown beside; `times`: scene, measured and predicted seconds of runs.
+    """
     standings = blocks.all_standings(table)
     beaten = [s for s in standings if s.verdict == "beaten"]
     made = table["provenance"]
@@ -42,7 +50,7 @@ def write(
         *(_knobs(table, group) for group in GROUPS),
         *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
         Section("What chance alone does", _seeds(table, kept), "seeds"),
-        Section("How long a run takes", _times(kept, table), "times"),
+        Section("How long a run takes", _times(times), "times"),
         Section("Every number", _numbers(table), "numbers"),
     ]
     lead = (
@@ -100,36 +108,18 @@ def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
     return text + figure + html_table(["quantity", "mean of the default", "standard deviation", "seeds"], rows)
 
 
-def _times(kept: Sequence[dict[str, Any]], table: dict[str, Any]) -> str:
-    machine = cost.kept()
+def _times(pairs: Sequence[tuple[str, float, float]] | None) -> str:
     text = paragraph(
-        "Seconds = steps (c0 + c1 spheres + c2 triangles + c3 bridges) + neighbour lists (c4 spheres + c5 triangles), the six "
-        "costs measured on this machine by seven short runs. `pywet plan CASE --accuracy 2%` predicts a case before it is run."
+        "What a run asks for, from its scene, times what that costs on this machine, from short runs of spheres on a lattice. "
+        "`pywet plan CASE --accuracy 2%` predicts a case before it is run."
     )
-    if machine is None:
+    if pairs is None:
         return text + paragraph("This machine has not been measured yet.", soft=True)
-    pairs = predictions(kept, machine, cost.Habit(**table["habit"]))
     if not pairs:
         return text
     inside = sum(2 / 3 <= p / m <= 1.5 for _, m, p in pairs)
     caption = f"{inside} of {len(pairs)} screening runs of the study are within a factor of 1.5 of the prediction."
     return text + picture(figures.times(pairs), caption)
-
-
-def predictions(
-    kept: Sequence[dict[str, Any]], machine: cost.Coefficients, habit: cost.Habit
-) -> list[tuple[str, float, float]]:
-    """Scene, measured and predicted processor time [s] of the time loop of every screening run on one rank."""
-    found = []
-    for run in kept:
-        if run["scene"] in runs.SCREENING and not run["failed"] and run["setting"]["ranks"] == 1:
-            duration = run["steps"] * run["time_step_s"]
-            lists = min(duration * habit.speed / (0.5 * cost.SKIN * cost.SMALLEST_M), run["steps"])
-            bridges = habit.bridges_per_sphere * run["spheres"] if run["scene"] == "moist" else 0.0
-            load = cost.Load(run["steps"], lists, run["spheres"], run["triangles"], bridges,
-                             run["setting"].get("bridges_every", 1))  # fmt: skip
-            found.append((run["scene"], run["loop_cpu_s"], machine.seconds(load)))
-    return found
 
 
 def _numbers(table: dict[str, Any]) -> str:

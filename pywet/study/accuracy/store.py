@@ -5,13 +5,13 @@ from __future__ import annotations
 import datetime
 from collections.abc import Iterable
 from pathlib import Path
-from statistics import fmean, median
+from statistics import median
 from typing import Any
 
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
 from pywet.screening.summary import versions
-from pywet.study.accuracy import choice, cost, errors, knobs, runs, sieve
+from pywet.study.accuracy import choice, errors, knobs, runs, sieve
 
 
 def table(kept: Iterable[errors.Kept], size: str) -> dict[str, Any]:
@@ -47,20 +47,8 @@ def table(kept: Iterable[errors.Kept], size: str) -> dict[str, Any]:
         "provenance": provenance(kept, size),
         "default": knobs.default(size).as_dict(),
         "knobs": rows,
-        "habit": habit(kept),
+        "habit": {"exact_start": exact_start(kept)},
         "spread_over_seeds": spread(kept),
-    }
-
-
-def habit(kept: list[errors.Kept]) -> dict[str, float]:
-    """What the prediction of times needs to know of screening: bridges per sphere, speed that makes neighbour lists anew."""
-    runs_of = [r for r in kept if r["scene"] in runs.SCREENING and r["knob"] == "default" and not r["failed"]]
-    moist = [r["bridges"] / r["spheres"] for r in runs_of if r["scene"] == "moist"]
-    speed = [r["builds"] * 0.5 * cost.SKIN * cost.SMALLEST_M / (r["steps"] * r["time_step_s"]) for r in runs_of]
-    return {
-        "bridges_per_sphere": fmean(moist) if moist else 0.0,
-        "speed": fmean(speed) if speed else 0.0,
-        "exact_start": exact_start(kept),
     }
 
 
