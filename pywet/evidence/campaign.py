@@ -6,6 +6,7 @@ tables of a finished case are stored at once.
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import time
@@ -23,12 +24,15 @@ from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.evidence import kept
 from pywet.files import one_line
-from pywet.study.accuracy import choice
+from pywet.study.accuracy import choice, edit
 from pywet.study.accuracy.command import calibrated, habit
 from pywet.study.accuracy.cost import Coefficients, predict
 from pywet.study.accuracy.counts import Load
+from pywet.study.accuracy.knobs import Level
 
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
+SETTINGS: dict[str, dict[str, Level]] = {"": {"fraction": 0.1, "stiffness": 0.1}, "paper": {}}
+"""Variant -> what of the configuration is turned: the campaign's settings, and the paper's own stiffness."""
 BELIEVED_S = 600.0
 """Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
 SPHERE_B, BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
@@ -170,13 +174,15 @@ def main(
     case: Annotated[list[int] | None, typer.Option("--case", help="Only this case; may be repeated.")] = None,
     seed: Annotated[list[int] | None, typer.Option("--seed", help="Seeds; default that of config.yaml.")] = None,
     scale: Annotated[str, typer.Option(help="Scale of scales.yaml.")] = "full",
-    variant: Annotated[str, typer.Option(help="Name of the settings where they are not the campaign's.")] = "",
+    variant: Annotated[str, typer.Option(help="paper: its own stiffness; other names say what is in --config.")] = "",
     config_dir: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
     out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("results/full_scale"),
     data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
 ) -> None:
     """Run the screening cases at full scale, keep their tables, and say how long and how much disk it takes."""
+    if scale == "full" and variant in SETTINGS:
+        config_dir = turned(config_dir, out, variant)
     config = settings.load(config_dir)
     wanted = case or [n for n in ORDER if n in config.cases]
     jobs = prepare(config, wanted, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
@@ -195,6 +201,14 @@ def main(
     for job in failed:
         print(f"{job.name} failed: {job.failed}", file=sys.stderr)
     raise typer.Exit(1 if failed else 0)
+
+
+def turned(config_dir: Path, out: Path, variant: str) -> Path:
+    """A copy of the configuration with the settings of a variant, beside the runs."""
+    target = out / f"settings{f'-{variant}' if variant else ''}"
+    shutil.rmtree(target, ignore_errors=True)
+    edit.write(config_dir, target, "full", SETTINGS[variant])
+    return target
 
 
 def _commit() -> str:

@@ -116,6 +116,13 @@ def test_disk_and_time_follow_from_the_configuration() -> None:
     assert float(lines[-1].split()[1]) == pytest.approx((dry.seconds + moist.seconds) / 3600.0, abs=0.05)
 
 
+def test_the_campaign_turns_what_it_says(tmp_path: Path) -> None:
+    for variant, stiffness, fraction in (("", 0.1, 0.1), ("paper", 1.0, 0.05)):
+        loaded = settings.load(campaign.turned(ROOT / "config", tmp_path, variant))
+        assert loaded.scale("full").stiffness_factor.value == stiffness
+        assert loaded.settings.time_step.fraction.value == fraction
+
+
 def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two of 2 h, one half done in 2 h: as slow as it was, 2 h for its rest and 4 h for the other (the start counts 10 min)."""
     loaded = settings.load(ROOT / "config")
