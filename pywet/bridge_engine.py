@@ -18,9 +18,9 @@ from pywet.bench.bodies import contacts, sphere_classes, water
 from pywet.bridge_query import EXACT, Query, answer
 from pywet.errors import PywetError
 from pywet.files import read_table
-from pywet.history.initial import film_volume
 from pywet.history.schema import FORMATION, RUPTURE
 from pywet.laws import registry
+from pywet.physics.contact import film_volume
 
 STEPS = 4000
 """Steps from touch to the largest separation; the log is interpolated between them by a cubic spline."""

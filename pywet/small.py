@@ -20,13 +20,10 @@ from pywet.geometry.stl import write_stl
 from pywet.geometry.surface import Floats, Surface, make_surface
 from pywet.history.initial import write_initial
 from pywet.laws import own
+from pywet.laws.kinds import PRESETS
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
-PAPER = Effects(
-    bridges=True, capillary="rabinovich", viscous_normal="pitois", viscous_tangential="goldman", rupture="willett_unequal",
-    dynamic_rupture="pitois", formation="shi_mccarthy", transfer="parabola",
-)  # fmt: skip
-EXACT = PAPER.model_copy(update={"capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"})
+PAPER, EXACT = (Effects.model_validate({"bridges": True, **laws}) for laws in PRESETS.values())
 DRY = Effects(bridges=False)
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pywet.bench.pair import Floats, Pair
+from pywet.physics.contact import bridge_radius
 
 R, SIGMA, ETA, ANGLE, V_STAR = 2.5e-3, 0.07275, 1e-3, math.radians(15.0), 1e-2
 """Radius [m], surface tension [N/m], viscosity [Pa s], both contact angles, volume over r_eff³ (at a wall over r³)."""
@@ -32,6 +33,5 @@ def pairs() -> list[Pair]:
     """The three pairs of the table."""
     found = []
     for key, (ri, rj) in RADII.items():
-        effective = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
-        found.append(Pair(key, ri, rj, V_STAR * effective**3, (ANGLE, ANGLE), SIGMA))
+        found.append(Pair(key, ri, rj, V_STAR * bridge_radius(ri, rj) ** 3, (ANGLE, ANGLE), SIGMA))
     return found

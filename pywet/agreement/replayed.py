@@ -19,13 +19,13 @@ from pywet.agreement.model import Cell, Floats, Source, impossible, measured, no
 from pywet.agreement.rows import NO_LOG, NO_MIGRATION, OWN_REASONS, QUANTITIES, REPLAY_REASONS
 from pywet.bench.bodies import contacts, last, sphere_classes, water
 from pywet.files import read_json, read_table
+from pywet.history.schema import WORKS
 from pywet.scene import Effects, Scene, SphereClass
 from pywet.screening.shapes import Replay
 from reference_impl.replay import replay
 
 R = 2.5e-3
 WATER, ROUGH = water(1e-4, density=998.2), {"friction": 0.2}
-WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
 OTHER_PROGRAMS = {
     "yade": "its scene is not run here; the dry impact shows what the program keeps",
     "washino": "its scene is not run here",
@@ -189,7 +189,7 @@ def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
     """Budget of energy at every output: an identity of the integrator, half kicks at both ends included."""
     energy = read_table(folder / "history" / "energy.parquet")
     moving = energy["kinetic"] + energy["spin"]
-    works = energy[list(WORKS)]
+    works = energy[WORKS]
     left = (moving - moving.iloc[0] - works.sum(axis=1) - energy["half_kick"]).to_numpy(float)
     turnover = np.full(len(left), float(works.abs().sum(axis=1).max()))
     times = [f"t = {1e3 * t:.0f} ms" for t in energy["time"]]

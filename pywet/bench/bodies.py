@@ -17,7 +17,7 @@ from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
-from pywet.physics.contact import S_MIN
+from pywet.physics.contact import S_MIN, damping, effective_mass
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.screening.amounts import common_film_thickness, liquid_volume
 from pywet.small import Sphere
@@ -66,14 +66,12 @@ def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tu
 
 def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
     """Mass of the relative motion of two types [kg]; a wall (b = 0) does not move."""
-    one = classes[a - 1].mass_kg
-    return one if b == 0 else one * classes[b - 1].mass_kg / (one + classes[b - 1].mass_kg)
+    return effective_mass(classes[a - 1].mass_kg, classes[b - 1].mass_kg if b else math.inf)
 
 
 def dashpot(mass: float, stiffness: float, restitution: float) -> float:
     """Damping [N s/m] that gives a linear spring this coefficient of restitution (E 5)."""
-    log_e = math.log(restitution)
-    return -2.0 * log_e * math.sqrt(mass * stiffness) / math.hypot(math.pi, log_e)
+    return damping(restitution, mass, stiffness)
 
 
 def two_digits(value: float) -> float:

@@ -25,12 +25,13 @@ from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
 from pywet.engines.yade import moist
 from pywet.errors import PywetError
 from pywet.files import read_table, write_table
+from pywet.laws.kinds import SWITCHED
 from pywet.scene import Output, Scene
 from pywet.scenes import Choice
 
 OURS, DRY = "LIGGGHTS+pywet", "LIGGGHTS, dry"
 EFFECTS = small.PAPER.model_copy(
-    update={"viscous_normal": None, "viscous_tangential": None, "dynamic_rupture": None, "rolling": False}
+    update={**dict.fromkeys(SWITCHED), "capillary": small.PAPER.capillary, "rolling": False}
 )
 STIFFNESS = 500.0
 COHESION = """fix             p_surfaceTension all property/global surfaceTension scalar {tension}

@@ -24,7 +24,6 @@ from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 __all__ = [
     "BRIDGE_SHARE",
     "GRAVITY",
-    "PRESETS",
     "EffectPlan",
     "EffectRow",
     "Surroundings",

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pywet.files import write_table
 from pywet.geometry import Surface
-from pywet.physics.contact import film_volume as film_volume
+from pywet.physics.contact import film_volume
 from pywet.scene import Scene
 
 

@@ -14,8 +14,7 @@ from pywet.bench import bodies
 from pywet.bench.pair import Pair
 from pywet.bench.subset import with_spheres
 from pywet.errors import PywetError
-from pywet.history.initial import film_volume
-from pywet.physics.contact import film_thickness
+from pywet.physics.contact import film_thickness, film_volume
 from pywet.scene import Scene
 
 R = 1e-3

@@ -11,11 +11,12 @@ import numpy as np
 from pywet import bridge_query, small
 from pywet.bench.bodies import last, loose_box
 from pywet.bench.pair import Pair
-from pywet.effects import PRESETS
 from pywet.files import read_table
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
+from pywet.laws.kinds import PRESETS
 from pywet.laws.transfer import v_star_grid
+from pywet.physics.contact import bridge_radius
 from pywet.scene import ContactPair, Effects, Output, Scene, SphereClass
 from pywet.scenes import Choice, springs
 from pywet.screening import amounts
@@ -163,8 +164,9 @@ def law_errors(setting: Setting) -> dict[str, float]:
     name = "young_laplace" if exact else setting.capillary
     force, rupture = [], []
     for ri, ti, rj, tj in BRIDGES:
-        r = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
-        pair = Pair("", ri, rj, REDUCED_VOLUME * r**3, (math.radians(ti), math.radians(tj)), 0.0728)
+        pair = Pair(
+            "", ri, rj, REDUCED_VOLUME * bridge_radius(ri, rj) ** 3, (math.radians(ti), math.radians(tj)), 0.0728
+        )
         limit = registry.get("rupture", "willett_unequal").functions[0](*pair.bridge)
         gaps = np.linspace(0.0, 0.9 * limit, 40)
         truth = bridge_query.answer(pair.query(gaps.tolist(), laws=["young_laplace"]))

@@ -18,7 +18,7 @@ from pywet import small
 from pywet.bench.bodies import packed_step, wetting
 from pywet.config.entries import RatioEntry
 from pywet.config.settings import EffectSettings, LawSettings
-from pywet.effects import EffectPlan, plan
+from pywet.effects import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.plugin_api import transfer_tables
 from pywet.errors import PywetError
@@ -29,10 +29,7 @@ from pywet.study.effects.scenes import SCENES, StudyScene
 
 TOLERANCE = 0.02
 """Change of a wanted quantity that the study takes as harmless."""
-SWITCHED = (
-    "capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture", "wall_films", "sharing_by_size", "rolling",
-    "tangential_history", "gravity", "bridges",
-)  # fmt: skip
+SWITCHED = (*OF_THE_BRIDGE, *OF_THE_CONTACT, "bridges")
 """Effects that are forced off one by one; `bridges`: the whole liquid."""
 EVERYTHING, PLANNED, IDLE = "everything on", "plan", "idle plugin"
 STEP_FRACTION = 0.2

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pywet.bench.bodies import reduced_mass
 from pywet.files import read_table
-from pywet.history.schema import FORMATION, SPHERE
+from pywet.history.schema import FORMATION, SPHERE, WORKS
 from pywet.laws import registry
 from pywet.study.stability.cells import Batch
 from reference_impl.replay import replay
@@ -241,10 +241,9 @@ def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
 def budget(run_dir: Path) -> dict[str, float]:
     """The run's own books: what the integrator's identity leaves over, and the normal drag's work (never above zero)."""
     energy = read_table(run_dir / "history" / "energy.parquet")
-    works = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
     moved = energy["kinetic"] + energy["spin"]
-    left = moved - moved.iloc[0] - energy[works].sum(axis=1) - energy["half_kick"]
-    turnover = max(float(energy[works].abs().sum(axis=1).max() + moved.max()), 1e-300)
+    left = moved - moved.iloc[0] - energy[WORKS].sum(axis=1) - energy["half_kick"]
+    turnover = max(float(energy[WORKS].abs().sum(axis=1).max() + moved.max()), 1e-300)
     return {
         "identity": float(left.abs().max() / turnover),
         "drag": float(max(energy["viscous_normal"].max(), 0.0) / turnover),

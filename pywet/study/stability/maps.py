@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from pywet import small
 from pywet.bench.bodies import WETTED, contacts, sphere_classes, water
 from pywet.errors import StoppedRun
-from pywet.history.initial import film_volume
 from pywet.laws import registry
-from pywet.physics.contact import film_thickness
+from pywet.physics.contact import film_thickness, film_volume
 from pywet.scene import ContactPair, SphereClass
 from pywet.study.stability import cells, judge, running
 from pywet.study.stability.cells import Batch, Cell, ball
