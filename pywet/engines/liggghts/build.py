@@ -85,7 +85,14 @@ def source_hash() -> str:
     digest = hashlib.sha256()
     for path in sorted(SOURCES.glob("*")):
         digest.update(path.name.encode() + path.read_bytes())
-    for text in (*FLAGS, *LOOPS, *VISIBILITY, engine_version(), package_version("libopenmpi-dev") or "", compiler_version()):
+    for text in (
+        *FLAGS,
+        *LOOPS,
+        *VISIBILITY,
+        engine_version(),
+        package_version("libopenmpi-dev") or "",
+        compiler_version(),
+    ):
         digest.update(text.encode())
     return digest.hexdigest()[:16]
 
