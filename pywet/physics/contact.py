@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
-
-from pywet.scene import ContactPair, SphereClass
 
 S_MIN = 1e-3
 """Smallest gap of the viscous laws over r_eff (after 29; r_eff = r_i at a wall)."""
@@ -38,12 +36,30 @@ def effective_mass(mass_i: float, mass_j: float) -> float:
     return mass_i if math.isinf(mass_j) else mass_i * mass_j / (mass_i + mass_j)
 
 
-def pair_mass(classes: Sequence[SphereClass], pair: ContactPair) -> float:
+class Body(Protocol):
+    """What has a mass [kg] and a radius [m]: a size class."""
+
+    @property
+    def radius_m(self) -> float: ...
+    @property
+    def mass_kg(self) -> float: ...
+
+
+class Types(Protocol):
+    """Two types in contact, 1, 2, …; b is 0 for a wall."""
+
+    @property
+    def a(self) -> int: ...
+    @property
+    def b(self) -> int: ...
+
+
+def pair_mass(classes: Sequence[Body], pair: Types) -> float:
     """Effective mass of a pair of types [kg]."""
     return effective_mass(classes[pair.a - 1].mass_kg, classes[pair.b - 1].mass_kg if pair.b else math.inf)
 
 
-def pair_radii(classes: Sequence[SphereClass], pair: ContactPair) -> tuple[float, float]:
+def pair_radii(classes: Sequence[Body], pair: Types) -> tuple[float, float]:
     """Radii of a pair of types [m], the second infinite at a wall."""
     return classes[pair.a - 1].radius_m, classes[pair.b - 1].radius_m if pair.b else math.inf
 

@@ -140,7 +140,7 @@ class Bridges {
   std::vector<Block> blocks_;                     // of the bridges, in the order of bridges_
   std::vector<Candidate> pairs_;                  // by the gap when they were found
   std::vector<WallCandidate> wall_pairs_;
-  std::vector<double> pair_rest_, wall_rest_;     // way_ of pairs and of spheres at walls before which their films cannot touch; infinity: has a bridge
+  std::vector<double> pair_rest_, wall_rest_;     // way of each candidate before which films cannot touch; infinity: a bridge
   size_t awake_ = 0;                              // the first pairs_, whose films may have met since they were found
   std::unordered_map<uint64_t, int> proposed_;    // key -> candidate, of this step
   // bounds since the candidates were found: way of a sphere and of a wall, growth of a sphere's and of a wall's film
