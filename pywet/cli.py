@@ -305,12 +305,12 @@ def bridge(
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
     import json
 
-    from pywet import bridge_query
+    from pywet import bridge_query, machine_code
     from pywet.laws import own
 
     query = bridge_query.read(file)
     own.trust(query.laws if trust else ())
-    showing.say_wait()
+    machine_code.say_wait()
     if engine is None:
         found = bridge_query.answer(query)
     elif engine == "liggghts":
@@ -339,10 +339,11 @@ def spheres(file: JsonFile) -> None:
     """Wet spheres in a plane (Davis 2023)."""
     import json
 
+    from pywet import machine_code
     from pywet.collisions import spheres as module
 
     problem = module.read(file)
-    showing.say_wait()
+    machine_code.say_wait()
     with err.status("colliding"):
         answer = module.describe(module.run(problem))
     typer.echo(json.dumps(answer, indent=2, allow_nan=False))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -84,3 +85,9 @@ def mark() -> None:
     """Say that all is made."""
     with atomic_write(_mark()) as temporary:
         temporary.touch()
+
+
+def say_wait() -> None:
+    """That the answer will take a while, where it may: machine code is made at the first question of a kind."""
+    if not ready():
+        print("compiling for this processor, once: a minute or two (`make setup` does it ahead)", file=sys.stderr)

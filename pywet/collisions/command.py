@@ -17,7 +17,7 @@ from pywet.collisions.problem import Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.showing import say_wait
+from pywet.machine_code import say_wait
 
 WIDE = 160
 """Columns of a table that goes into a file or a pipe."""

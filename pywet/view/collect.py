@@ -9,11 +9,11 @@ from typing import Any
 
 import pandas as pd
 
-from pywet import audit, stages
+from pywet import audit
 from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there, read_table
-from pywet.screening import verdict
+from pywet.screening import status, verdict
 from pywet.screening.shapes import Contributions, Plan, Replay, Summary
 
 
@@ -71,9 +71,9 @@ def collect_run(run_dir: Path, case: Case) -> CaseResult:
 
 
 def _collect_run(run_dir: Path, case: Case) -> CaseResult:
-    found = tuple(stages.problems(run_dir))
+    found = tuple(status.problems(run_dir))
     summary = _json(run_dir / "summary.json", Summary)
-    if summary is None or not stages.results_made(run_dir):
+    if summary is None or not status.results_made(run_dir):
         return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan))
     if case.liquid_percent > 0 and (
         not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
