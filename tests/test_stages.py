@@ -9,7 +9,7 @@ import pytest
 
 from pywet import stages
 from pywet.errors import PywetError
-from pywet.screening import verdict
+from pywet.screening import status, verdict
 from tests.screening import synthetic
 
 GOOD_REPLAY = {
@@ -41,7 +41,7 @@ def test_a_failed_replay_does_not_take_the_results_along(tmp_path: Path) -> None
     run = synthetic.make(tmp_path / "case02")
     _finish(run, fail_at="replay")
     assert stages.results_made(run)
-    assert stages.outcome(run).failed_at == "replay"
+    assert status.outcome(run).failed_at == "replay"
 
 
 def test_a_fault_of_the_program_is_a_reason_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
