@@ -14,7 +14,8 @@ from reference_impl import laws
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
 from reference_impl.io import Run
-from reference_impl.liquid import FORMATION, RUPTURE, at_step
+from reference_impl.liquid import at_step
+from reference_impl.lives import FORMATION, RUPTURE
 from reference_impl.suspects import factor
 
 MISSING_FORMATION = "a formation is missing from the log"

@@ -11,6 +11,7 @@ that they belong to the recorded speeds is checked as well.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,11 +47,17 @@ class Forces:
 
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
     """Own forces in every window."""
+    return list(each(setup, run))
+
+
+def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
+    """The same one by one."""
     motion = Motion(setup)
     shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.prisms) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
     walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
-    return [_window(setup, w, run, motion, shapes, logs, walls) for w in windows(setup)]
+    for w in windows(setup):
+        yield _window(setup, w, run, motion, shapes, logs, walls)
 
 
 def _window(
@@ -275,10 +282,13 @@ def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
     return table.assign(**dict(zip("xyz", x.T, strict=True)))
 
 
-def counts(found: list[Forces]) -> dict[str, int]:
+class Counts:
     """What the engine's log was asked for, over all windows."""
-    total: dict[str, int] = {}
-    for f in found:
+
+    def __init__(self) -> None:
+        self.total: dict[str, int] = {}
+
+    def add(self, f: Forces) -> None:
+        """One window."""
         for name, n in f.counts.items():
-            total[name] = total.get(name, 0) + n
-    return total
+            self.total[name] = self.total.get(name, 0) + n

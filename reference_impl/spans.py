@@ -1,0 +1,118 @@
+"""A moist run's logs gone through once, part by part: what each part says is compared and only the sums of it are kept.
+
+A part ends with a step. From one to the next go the liquid of every holder and the bridges that stand.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pandas as pd
+
+from reference_impl import contributions, coverage, forces, liquid, sampled, snapshots, whole
+from reference_impl.bodies import bodies, pairs
+from reference_impl.booking import WORTH_COMPILING, book
+from reference_impl.compare import Floats, Quantity, merged
+from reference_impl.io import Run, note, where
+from reference_impl.lives import Lives, none
+from reference_impl.stream import END, Rows
+from reference_impl.transfer import Tables
+
+SIZE = 200_000
+"""Events of a part; contacts and snapshots are gone through in pieces of as many rows."""
+LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
+        "trajectory": ["step", "id", "x", "y", "z"]}  # fmt: skip
+OF_OUTPUTS = ("bridges", "films", "wall_films", "trajectory")
+
+
+@dataclass
+class Found:
+    """What the parts said, together."""
+
+    events: int = 0
+    contacts: int = 0
+    seconds: dict[str, float] = field(default_factory=lambda: {"events": 0.0, "contacts": 0.0})
+    """Of the processor."""
+    moved: contributions.Moved = field(default_factory=contributions.Moved)
+    quantities: dict[str, dict[str, Quantity]] = field(default_factory=dict)
+
+    def add(self, group: str, quantities: list[Quantity]) -> None:
+        """Some quantities of a part."""
+        known = self.quantities.setdefault(group, {})
+        for q in quantities:
+            known[q.name] = merged([known[q.name], q] if q.name in known else [q])
+
+    def of(self, group: str) -> list[Quantity]:
+        """Those of a group."""
+        return list(self.quantities.get(group, {}).values())
+
+
+def ends(logs: dict[str, Rows], outputs: Floats, spheres: int, size: int) -> Iterator[int]:
+    """Last steps of the parts: about `size` events, and outputs of about as many spheres."""
+    shot, many = 0, max(1, size // max(spheres, 1))
+    while True:
+        step = logs["events"].ahead(size)
+        shot_end = int(outputs[shot + many - 1]) if shot + many < len(outputs) else END
+        step = min(step, shot_end)
+        shot = int(np.searchsorted(outputs, step, "right"))
+        yield step
+        if step == END:
+            return
+
+
+def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
+    """Read and compare all logs of a run."""
+    logs = {name: Rows(where(run.folder, name), name, columns) for name, columns in LOGS.items()}
+    fixed, last = bodies(run), int(run.table("ledger")["step"].max())
+    held = np.concatenate([np.nan_to_num(fixed.film), np.zeros(len(fixed.area))])
+    outputs, found, samples = whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
+    for step in ends(logs, outputs, len(run.table("spheres")), size):
+        began = time.process_time()
+        events = logs["events"].until(step)
+        note(f"events: {logs['events'].taken}")
+        part = replace(run, tables={**run.tables, "events": events, **{n: logs[n].until(step) for n in OF_OUTPUTS}})
+        whole.known(part, ("events", "bridges"))
+        lives = Lives(before, events, found.events, start)
+        inside = outputs[(outputs > start) & (outputs <= step)]
+        p = pairs(events, fixed)
+        own, shots = book(events, p, fixed, tables, lives, held, coverage.known(run, "formation"), inside, compiled)
+        found.add("liquid", liquid.check(part, own))
+        if start < last <= step:
+            found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))
+        found.add("snapshots", snapshots.check(part, tables, lives, inside, shots))
+        found.add("trajectory", whole.trajectory(whole.places(part), part.table("trajectory")))
+        found.moved.add(run, events, p)
+        samples.add_events(events, p, found.events)
+        contacts_began = time.process_time()
+        _contacts(part, logs["contacts"], step, size, lives, samples, found)
+        found.events += len(events)
+        before, start = lives.standing(), step
+        found.seconds["events"] += contacts_began - began
+        found.seconds["contacts"] += time.process_time() - contacts_began
+    found.contacts = logs["contacts"].taken
+    found.add("liquid", samples.of_events())
+    found.add("forces", samples.of_contacts())
+    found.add("between", samples.between_nodes())
+    return found
+
+
+def _contacts(part: Run, log: Rows, step: int, size: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
+    """The contacts of a part in pieces; none is a piece too, so that every quantity has its row."""
+    row, pieces = log.taken, log.parts(step, size)
+    for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
+        note(f"contacts: {log.taken}")
+        piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})
+        whole.known(piece, ("contacts",))
+        c = forces.contacts(piece)
+        found.add("forces", forces.check(piece, c, lives))
+        samples.add_contacts(c, row)
+        row = log.taken
+
+
+def _or_none(log: Rows, pieces: Iterator[pd.DataFrame]) -> Iterator[pd.DataFrame]:
+    yield log.until(-1)
+    yield from pieces
