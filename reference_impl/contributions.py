@@ -138,7 +138,7 @@ class Sum:
 
 @dataclass
 class Moved:
-    """Of all events so far: liquid moved, at walls, between spheres and there against equal sharing; ruptures and their stretch."""
+    """Of all events so far: liquid moved, at walls, between spheres and there against equal sharing; stretch of ruptures."""
 
     volume: Sum = field(default_factory=Sum)
     walls: Sum = field(default_factory=Sum)

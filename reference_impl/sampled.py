@@ -15,6 +15,7 @@ from reference_impl.forces import Contacts
 from reference_impl.io import Run, where
 from reference_impl.lives import RUPTURE
 from reference_impl.stream import taken
+from reference_impl.transfer import SMALLEST
 
 Kept = list[tuple[Floats, ...]]
 
@@ -45,7 +46,7 @@ class Samples:
             self._limits.append((events["partner_kind"].to_numpy(np.int8), volume.copy(), p.ri.astype(np.float32)))
         if coverage.law(self.run, "transfer") in between_nodes.PER_ROW:
             kind, type_i, other, v_star = shapes(p, volume, bodies(self.run))
-            use = np.flatnonzero(broke & (v_star >= between_nodes.SMALLEST) & (v_star <= between_nodes.LARGEST))
+            use = np.flatnonzero(broke & (v_star >= SMALLEST) & (v_star <= between_nodes.LARGEST))
             name = ((kind[use] * 1000 + type_i[use]) * 1000 + other[use]).astype(np.int32)
             self._ratios.append((name, v_star[use], (first + use).astype(np.int64)))
 
