@@ -37,7 +37,7 @@ class Places:
     j: np.ndarray
     triangle: np.ndarray
     stands: np.ndarray
-    at: np.ndarray
+    centre: np.ndarray
     """Where each sphere is, by its number."""
 
 
@@ -122,7 +122,7 @@ def contact_rows(
     p = pairs(to_frame(made), fixed)
     made["partner_kind"] = p.kind
     gap = random.uniform(-0.01, 0.9, len(made)) * stand.rupture_distance
-    made["xi"] = where.at[made["i"]]
+    made["xi"] = where.centre[made["i"]]
     n = random.normal(size=(len(made), 3))
     n /= np.sqrt((n**2).sum(axis=1))[:, None]
     made["xj"] = made["xi"] - n * (p.ri + np.where(p.wall, 0.0, p.rj) + gap)[:, None]
@@ -157,7 +157,7 @@ def snapshot(files: dict[str, BinaryIO], run: io.Run, where: Places, step: int, 
     rows["step"], rows["volume"], rows["partner_kind"] = step, stand.volume, stand.key >> 62
     rows["i"], rows["j"] = (stand.key >> 31) & 0x7FFFFFFF, stand.key & 0x7FFFFFFF
     p = pairs(to_frame(rows), fixed)
-    rows["partner_kind"], rows["xi"] = p.kind, where.at[rows["i"]]
+    rows["partner_kind"], rows["xi"] = p.kind, where.centre[rows["i"]]
     rows["share_i"] = stand.volume * tables.ratios(*shapes(p, stand.volume, fixed))
     rows[np.lexsort((rows["j"], rows["i"], rows["partner_kind"]))].tofile(files["bridges"])
     row = np.zeros(1, schema.LEDGER)
@@ -165,9 +165,9 @@ def snapshot(files: dict[str, BinaryIO], run: io.Run, where: Places, step: int, 
     row["bridges"], row["walls"], row["initial"] = stand.volume.sum(), walls.sum(), spheres["film"].sum()
     row["spheres"], row["bridge_count"], row["formations"], row["ruptures"] = len(ids), len(stand), *counts
     row.tofile(files["ledger"])
-    frame = np.column_stack([ids, spheres["type"], where.at[ids], np.zeros((len(ids), 6))])
-    head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(ids)}\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\nITEM: ATOMS id\n"
-    files["trajectory"].write(head.encode())
+    frame = np.column_stack([ids, spheres["type"], where.centre[ids], np.zeros((len(ids), 6))])
+    head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(ids)}\nITEM: BOX BOUNDS ff ff ff\n" + "0 1\n" * 3
+    files["trajectory"].write(f"{head}ITEM: ATOMS id\n".encode())
     np.savetxt(files["trajectory"], frame, fmt="%d %d " + " ".join(["%.17g"] * 9))
 
 
@@ -181,13 +181,13 @@ def write(source: Path, out: Path, spheres: int, events: int, seed: int = 1) -> 
         transfer.Tables(run.table("transfer")),
         places(run, random),
     )
-    held = np.concatenate([np.nan_to_num(fixed.film), np.zeros(len(fixed.area))])
+    held = fixed.liquid()
     marks = np.unique(np.concatenate([planned.outputs, planned.window_steps]))
     before, done, formed, start, law = lives.none(), 0, 0, 0, laws.RUPTURE[str(coverage.law(run, "rupture"))]
     folder = out / "engine.partial"
     folder.mkdir()
     names = {n: f"{n}.0.bin" for n in RAW if n != "wire_springs"} | {"trajectory": "trajectory.txt"}
-    files = {name: open(folder / path, "wb") for name, path in names.items()}
+    files = {name: open(folder / path, "wb") for name, path in names.items()}  # noqa: SIM115
     for mark in marks:
         want = int(events * (mark / planned.steps)) - done
         while want > 0:
@@ -218,6 +218,6 @@ def write(source: Path, out: Path, spheres: int, events: int, seed: int = 1) -> 
             snapshot(files, run, where, int(mark), held, before, (formed, done - formed), tables)
     for file in files.values():
         file.close()
-    start_places = pd.DataFrame(where.at[1:], columns=list("xyz")).assign(id=run.table("spheres")["id"])
+    start_places = pd.DataFrame(where.centre[1:], columns=list("xyz")).assign(id=run.table("spheres")["id"])
     start_places.to_parquet(out / json.loads((out / "scene.json").read_text())["spheres_file"])
     return run

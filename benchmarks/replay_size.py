@@ -2,8 +2,8 @@
 
     python benchmarks/replay_size.py RUN_DIR [--spheres 16887] [--events 15000000] [--folder DIR]
 
-RUN_DIR is a small moist run that gives scene, walls and laws (long_history.py). Each stage runs in a process of its own, so that its
-peak of memory is its own. The folder is kept where one is given, and a stage whose result is there is not done again.
+RUN_DIR is a small moist run that gives scene, walls and laws (long_history.py). Each stage runs in a process of its own, so that
+its peak of memory is its own. The folder is kept where one is given; what was made or converted there is not again.
 """
 
 from __future__ import annotations

@@ -199,15 +199,17 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
         raise PywetError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}") from error
 
 
-def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> pd.DataFrame:
+def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), step: int | None = None) -> pd.DataFrame:
     """A Parquet table that holds at least `columns`, and, where it is one of a run's, what `expected_columns` says.
 
-    A sentence where it is missing, damaged, lacks a column, or holds in it anything but finite numbers (integers).
+    `step`: only the rows of this step. A sentence where it is missing, damaged, lacks a column, or holds in it anything but
+    finite numbers (integers).
     """
     path = Path(path)
     with _readable(path, cure):
-        table = pd.read_parquet(path, page_checksum_verification=True)
-    _check_table(table, path, cure, columns)
+        filters = None if step is None else [("step", "==", step)]
+        table = pd.read_parquet(path, page_checksum_verification=True, filters=filters)
+    _check_table(table, path, cure, columns, empty=None if step is None else False)
     return table
 
 

@@ -32,6 +32,10 @@ class Bodies:
         """Holders of liquid are numbered: spheres first, triangles from here."""
         return len(self.radius)
 
+    def liquid(self) -> Floats:
+        """What every holder has at the start."""
+        return np.concatenate([np.nan_to_num(self.film), np.zeros(len(self.area))])
+
 
 @dataclass(frozen=True)
 class Pairs:

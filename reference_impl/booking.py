@@ -21,8 +21,8 @@ from reference_impl.compare import Floats
 from reference_impl.lives import Lives
 from reference_impl.transfer import Tables
 
-WORTH_COMPILING = 20_000
-"""Events from which two seconds of compilation are less than what they save."""
+WORTH_COMPILING = 1_000_000
+"""Events from which the seconds of compilation are less than what they save."""
 
 
 class Columns(NamedTuple):

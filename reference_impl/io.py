@@ -36,6 +36,8 @@ class Run:
     """What is in memory."""
     known: dict[str, Any] = field(default_factory=dict)
     """What was derived from the start's tables, shared by all parts of a run."""
+    since: int = -1
+    """Events up to this step are there only because those after it follow from them."""
 
     def table(self, name: str) -> pd.DataFrame:
         """One table; of the logs, unless a part of them is in memory, the whole."""

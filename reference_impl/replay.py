@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import coverage, diagnosis, dynamics, faults, io, liquid, spans, transfer, whole, window
+from reference_impl import coverage, diagnosis, dynamics, faults, io, liquid, looked, spans, transfer, whole, window
 from reference_impl.compare import Quantity
 
 
@@ -43,7 +43,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held)],
         "notes": dynamics.notes(more),
         **more,
-        "diagnosis": _named(Path(run_dir), run, tables, failed) if failed else None,
+        "diagnosis": _named(Path(run_dir), run, tables, found, failed) if failed else None,
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
         "events_per_s": found.events / max(looked + found.seconds["events"], 1e-9),
@@ -61,9 +61,11 @@ def _with_rows(found: spans.Found) -> list[Quantity]:
     return [q for q in found.of("snapshots") if found.events and (q.count or q.name not in optional)]
 
 
-def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
+def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:
     """The faults in the log; where it holds, those in the motion."""
-    found = faults.find(run, tables, failed)
+    io.note("which fault it is")
+    events, contacts, where = looked.parts(run, gone)
+    found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
     return found if found["findings"] else dynamics.named(run_dir, run, failed) or found
 
 

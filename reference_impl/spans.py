@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl import contributions, coverage, forces, liquid, sampled, snapshots, whole
-from reference_impl.bodies import bodies, pairs
+from reference_impl.bodies import bodies, holders, pairs
 from reference_impl.booking import WORTH_COMPILING, book
 from reference_impl.compare import Floats, Quantity, merged
 from reference_impl.io import Run, note, where
@@ -28,6 +28,15 @@ LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_
 OF_OUTPUTS = ("bridges", "films", "wall_films", "trajectory")
 
 
+@dataclass(frozen=True)
+class Before:
+    """The log before a part: its last step, and the rows that tell who holds what: last events of all holders, formations of
+    the bridges that stand."""
+
+    step: int
+    rows: Floats
+
+
 @dataclass
 class Found:
     """What the parts said, together."""
@@ -38,12 +47,18 @@ class Found:
     """Of the processor."""
     moved: contributions.Moved = field(default_factory=contributions.Moved)
     quantities: dict[str, dict[str, Quantity]] = field(default_factory=dict)
+    now: Before = field(default_factory=lambda: Before(-1, np.zeros(0, np.int64)))
+    """Before the part that is being looked at."""
+    broke: dict[str, Before] = field(default_factory=dict)
+    """Log -> before the first part in which it disagrees."""
 
-    def add(self, group: str, quantities: list[Quantity]) -> None:
+    def add(self, group: str, quantities: list[Quantity], log: str = "events") -> None:
         """Some quantities of a part."""
         known = self.quantities.setdefault(group, {})
         for q in quantities:
             known[q.name] = merged([known[q.name], q] if q.name in known else [q])
+            if not q.ok:
+                self.broke.setdefault(log, self.now)
 
     def of(self, group: str) -> list[Quantity]:
         """Those of a group."""
@@ -67,8 +82,8 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     """Read and compare all logs of a run."""
     logs = {name: Rows(where(run.folder, name), name, columns) for name, columns in LOGS.items()}
     fixed, last = bodies(run), int(run.table("ledger")["step"].max())
-    held = np.concatenate([np.nan_to_num(fixed.film), np.zeros(len(fixed.area))])
-    outputs, found, samples = whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    held, outputs, found, samples = fixed.liquid(), whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    last_row = np.full(len(held), -1)
     before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
     for step in ends(logs, outputs, len(run.table("spheres")), size):
         began = time.process_time()
@@ -76,6 +91,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         note(f"events: {logs['events'].taken}")
         part = replace(run, tables={**run.tables, "events": events, **{n: logs[n].until(step) for n in OF_OUTPUTS}})
         whole.known(part, ("events", "bridges"))
+        found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row))
         lives = Lives(before, events, found.events, start)
         inside = outputs[(outputs > start) & (outputs <= step)]
         p = pairs(events, fixed)
@@ -89,13 +105,16 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         samples.add_events(events, p, found.events)
         contacts_began = time.process_time()
         _contacts(part, logs["contacts"], step, size, lives, samples, found)
+        rows = np.arange(found.events, found.events + len(events))
+        for holder in holders(events, p, fixed):
+            np.maximum.at(last_row, holder, rows)
         found.events += len(events)
         before, start = lives.standing(), step
         found.seconds["events"] += contacts_began - began
         found.seconds["contacts"] += time.process_time() - contacts_began
     found.contacts = logs["contacts"].taken
     found.add("liquid", samples.of_events())
-    found.add("forces", samples.of_contacts())
+    found.add("forces", samples.of_contacts(), "contacts")
     found.add("between", samples.between_nodes())
     return found
 
@@ -108,7 +127,7 @@ def _contacts(part: Run, log: Rows, step: int, size: int, lives: Lives, samples:
         piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})
         whole.known(piece, ("contacts",))
         c = forces.contacts(piece)
-        found.add("forces", forces.check(piece, c, lives))
+        found.add("forces", forces.check(piece, c, lives), "contacts")
         samples.add_contacts(c, row)
         row = log.taken
 
