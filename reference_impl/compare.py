@@ -5,7 +5,7 @@ Of a log that is read in parts each part is compared alone; `merged` gives what 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -55,7 +55,7 @@ def gathered(parts: Sequence[Deviations]) -> Deviations:
     """Those of all parts; depends on their values alone, not on where they were cut."""
     if sum(part.count for part in parts) <= KEPT:
         return Deviations(np.concatenate([np.zeros(0), *(part.each for part in parts)]))
-    return Deviations(np.zeros(0), np.sum([part.histogram for part in parts], axis=0))
+    return Deviations(np.zeros(0), sum(part.histogram for part in parts))  # type: ignore[arg-type]
 
 
 @dataclass
@@ -98,7 +98,7 @@ class Quantity:
         }
 
 
-def plain(row: pd.Series) -> dict[str, Any]:
+def plain(row: Mapping[Any, Any] | pd.Series) -> dict[str, Any]:
     """A table's row as JSON values."""
     return {str(k): number(v.item() if hasattr(v, "item") else v) for k, v in row.items()}
 
@@ -125,7 +125,7 @@ def compare(
     largest, first = float(deviation[at]), None
     if largest > tolerance and "step" in rows:
         first = int(rows["step"].to_numpy()[np.argmax(deviation > tolerance)])
-    worst = plain(rows.iloc[at])
+    worst = plain({name: rows[name].iloc[at] for name in rows})  # a row of many columns is slow to make
     worst["reference"] = number(own[at].tolist())
     worst["logged"] = number(logged[at].tolist())
     return Quantity(name, scale, len(logged), largest, tolerance, worst, deviations=Deviations(deviation), first=first)

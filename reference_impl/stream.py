@@ -14,7 +14,7 @@ from pyarrow import parquet
 from reference_impl.compare import Floats
 from reference_impl.io import NEEDED, ReplayError, complete, numbers, readable
 
-BATCH = 1 << 16
+BATCH = 1 << 17
 """Rows that are decoded at once."""
 END = np.iinfo(np.int64).max
 """A step after the last."""
