@@ -109,6 +109,20 @@ def some_events(where: Places, first: int, last: int, count: int, random: np.ran
     return made[np.lexsort((made["j"], made["i"], made["partner_kind"], made["kind"], made["step"]))]
 
 
+def booked(run: io.Run, tables: transfer.Tables, made: np.ndarray, alive: lives.Lives, held: np.ndarray) -> None:
+    """Give events their volumes, and where liquid goes; each rupture is just beyond its limit."""
+    table, fixed, law = to_frame(made), bodies(run), laws.RUPTURE[str(coverage.law(run, "rupture"))]
+    p = pairs(table, fixed)
+    own, _ = booking.book(table, p, fixed, tables, alive, held, True, np.zeros(0, np.int64), True)
+    for name, values in own._asdict().items():
+        made[name] = values
+    made["rupture_distance"] = law(own.volume, p.ri, p.rj, p.wall, p.ti, p.tj)
+    factor = laws.pitois_factor(made["speed"], run.meta["viscosity"], run.meta["surface_tension"])
+    beyond = 1.01 * made["rupture_distance"] * factor
+    made["separation"] = np.where(made["kind"] == schema.RUPTURE, beyond, made["separation"])
+    alive.all.volume[-len(made) :], alive.all.rupture_distance[-len(made) :] = own.volume, made["rupture_distance"]
+
+
 def contact_rows(
     run: io.Run, where: Places, step: int, stand: lives.Standing, random: np.random.Generator
 ) -> np.ndarray:
@@ -183,7 +197,7 @@ def write(source: Path, out: Path, spheres: int, events: int, seed: int = 1) -> 
     )
     held = fixed.liquid()
     marks = np.unique(np.concatenate([planned.outputs, planned.window_steps]))
-    before, done, formed, start, law = lives.none(), 0, 0, 0, laws.RUPTURE[str(coverage.law(run, "rupture"))]
+    before, done, formed, start = lives.none(), 0, 0, 0
     folder = out / "engine.partial"
     folder.mkdir()
     names = {n: f"{n}.0.bin" for n in RAW if n != "wire_springs"} | {"trajectory": "trajectory.txt"}
@@ -194,20 +208,10 @@ def write(source: Path, out: Path, spheres: int, events: int, seed: int = 1) -> 
             count = min(want, 100_000, len(where.kind) // 2)
             last = start + max(1, int((mark - start) * count / want))
             made = some_events(where, start + 1, int(mark) if count == want else last, count, random)
-            table = to_frame(made)
-            alive, p = lives.Lives(before, table, done, start), pairs(table, fixed)
-            own, _ = booking.book(table, p, fixed, tables, alive, held, True, np.zeros(0, np.int64), True)
-            for name, values in own._asdict().items():
-                made[name] = values
-            made["rupture_distance"] = law(own.volume, p.ri, p.rj, p.wall, p.ti, p.tj)
-            factor = laws.pitois_factor(made["speed"], run.meta["viscosity"], run.meta["surface_tension"])
-            broke = made["kind"] == schema.RUPTURE
-            made["separation"] = np.where(broke, 1.01 * made["rupture_distance"] * factor, made["separation"])
+            alive = lives.Lives(before, to_frame(made), done, start)
+            booked(run, tables, made, alive, held)
             made.tofile(files["events"])
-            alive.all.volume[-len(made) :], alive.all.rupture_distance[-len(made) :] = (
-                own.volume,
-                made["rupture_distance"],
-            )
+            broke = made["kind"] == schema.RUPTURE
             before, start, done = alive.standing(), int(made["step"][-1]), done + len(made)
             formed, want = formed + int((~broke).sum()), want - count
         start = int(mark)

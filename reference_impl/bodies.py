@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pandas as pd
 
 from reference_impl import laws
 from reference_impl.compare import Floats
-from reference_impl.io import Run
+from reference_impl.io import ReplayError, Run, where
 
 
 @dataclass(frozen=True)
@@ -110,3 +111,27 @@ def shapes(p: Pairs, volume: Floats, fixed: Bodies) -> tuple[Floats, Floats, Flo
 def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
     """Whose films an event draws on or gives to: numbers of holders of i's and of j's side."""
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + table["triangle"].to_numpy(), p.sphere_j)
+
+
+def refuse(path: Path, strange: Floats, what: str) -> None:
+    """Refuse numbers that the start does not have."""
+    if len(strange):
+        raise ReplayError(f"{path} names the {what} {strange[0]}, which the start of the run does not have; "
+                          f"expected the numbers of history/: run the case again")  # fmt: skip
+
+
+def known(run: Run, names: tuple[str, ...]) -> None:
+    """Refuse logs that name bodies which the start does not have."""
+    fixed = bodies(run)
+    for name in names:
+        table, path = run.table(name), where(run.folder, name)
+        wall = table["partner_kind"] != laws.SPHERE
+        for column, rows, there, what in (
+            ("i", slice(None), fixed.radius, "sphere"),
+            ("j", ~wall, fixed.radius, "sphere"),
+            ("j", wall, fixed.half_width, "wall part"),
+            ("triangle", wall, fixed.area, "triangle"),
+        ):
+            numbers = table[column][rows].to_numpy()
+            inside = np.where((numbers >= 0) & (numbers < len(there)), numbers, -1)
+            refuse(path, numbers[np.isnan(there[inside])], what)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl import contributions, coverage, forces, liquid, sampled, snapshots, whole
-from reference_impl.bodies import bodies, holders, pairs
+from reference_impl.bodies import bodies, holders, known, pairs
 from reference_impl.booking import WORTH_COMPILING, book
 from reference_impl.compare import Floats, Quantity, merged
 from reference_impl.io import Run, note, where
@@ -54,9 +54,9 @@ class Found:
 
     def add(self, group: str, quantities: list[Quantity], log: str = "events") -> None:
         """Some quantities of a part."""
-        known = self.quantities.setdefault(group, {})
+        so_far = self.quantities.setdefault(group, {})
         for q in quantities:
-            known[q.name] = merged([known[q.name], q] if q.name in known else [q])
+            so_far[q.name] = merged([so_far[q.name], q] if q.name in so_far else [q])
             if not q.ok:
                 self.broke.setdefault(log, self.now)
 
@@ -90,7 +90,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         events = logs["events"].until(step)
         note(f"events: {logs['events'].taken}")
         part = replace(run, tables={**run.tables, "events": events, **{n: logs[n].until(step) for n in OF_OUTPUTS}})
-        whole.known(part, ("events", "bridges"))
+        known(part, ("events", "bridges"))
         found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row))
         lives = Lives(before, events, found.events, start)
         inside = outputs[(outputs > start) & (outputs <= step)]
@@ -125,7 +125,7 @@ def _contacts(part: Run, log: Rows, step: int, size: int, lives: Lives, samples:
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
         note(f"contacts: {log.taken}")
         piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})
-        whole.known(piece, ("contacts",))
+        known(piece, ("contacts",))
         c = forces.contacts(piece)
         found.add("forces", forces.check(piece, c, lives), "contacts")
         samples.add_contacts(c, row)

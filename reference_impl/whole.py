@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 from pyarrow import parquet
 
-from reference_impl import io, laws
-from reference_impl.bodies import bodies
+from reference_impl import io
+from reference_impl.bodies import refuse
 from reference_impl.compare import TOLERANCE, Floats, Quantity, compare
 from reference_impl.io import ReplayError
 
@@ -166,13 +166,7 @@ def _numbered(run: Path) -> dict[str, int]:
 
 def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
     """Refuse numbers that the start does not have."""
-    _refuse(path, found[~found.isin(known)].to_numpy(), what)
-
-
-def _refuse(path: Path, strange: Floats, what: str) -> None:
-    if len(strange):
-        raise ReplayError(f"{path} names the {what} {strange[0]}, which the start of the run does not have; "
-                          f"expected the numbers of history/: {AGAIN}")  # fmt: skip
+    refuse(path, found[~found.isin(known)].to_numpy(), what)
 
 
 def _liquid(history: Path, planned: Plan) -> dict[str, int]:
@@ -285,23 +279,6 @@ def inputs(run: io.Run) -> None:
         raise ReplayError(
             f"{history / 'transfer.parquet'} holds {rows} rows; expected the {want} of scene.json: {AGAIN}"
         )
-
-
-def known(run: io.Run, names: tuple[str, ...]) -> None:
-    """Refuse logs that name bodies which the start does not have."""
-    fixed = bodies(run)
-    for name in names:
-        table, path = run.table(name), io.where(run.folder, name)
-        wall = table["partner_kind"] != laws.SPHERE
-        for column, rows, there, what in (
-            ("i", slice(None), fixed.radius, "sphere"),
-            ("j", ~wall, fixed.radius, "sphere"),
-            ("j", wall, fixed.half_width, "wall part"),
-            ("triangle", wall, fixed.area, "triangle"),
-        ):
-            numbers = table[column][rows].to_numpy()
-            inside = np.where((numbers >= 0) & (numbers < len(there)), numbers, -1)
-            _refuse(path, numbers[np.isnan(there[inside])], what)
 
 
 def counted(run: io.Run) -> list[Quantity]:
