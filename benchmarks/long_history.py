@@ -189,13 +189,8 @@ def write(source: Path, out: Path, spheres: int, events: int, seed: int = 1) -> 
     """A run directory whose `engine.partial` holds the raw logs; returns its start."""
     random = np.random.default_rng(seed)
     run = template(source, out, spheres)
-    planned, fixed, tables, where = (
-        whole.plan(out),
-        bodies(run),
-        transfer.Tables(run.table("transfer")),
-        places(run, random),
-    )
-    held = fixed.liquid()
+    planned, tables, where = whole.plan(out), transfer.Tables(run.table("transfer")), places(run, random)
+    held = bodies(run).liquid()
     marks = np.unique(np.concatenate([planned.outputs, planned.window_steps]))
     before, done, formed, start = lives.none(), 0, 0, 0
     folder = out / "engine.partial"

@@ -52,13 +52,10 @@ class Lives:
         n, self.start = len(events), start
         key, step = keys(events), events["step"].to_numpy(np.int64)
         kind = events["kind"].to_numpy()
-        rows, volume, reach = np.arange(first_row, first_row + n), events["volume"], events["rupture_distance"]
-        own = np.concatenate([before.own, np.full(n, np.nan)])
-        self.all = Standing(
-            *(np.concatenate([a, b]) for a, b in zip(
-                (before.key, before.step, before.row, before.volume, before.rupture_distance),
-                (key, step, rows, volume.to_numpy(float), reach.to_numpy(float)), strict=True)), own
-        )  # fmt: skip
+        columns = (key, step, np.arange(first_row, first_row + n), events["volume"].to_numpy(float),
+                   events["rupture_distance"].to_numpy(float), np.full(n, np.nan))  # fmt: skip
+        earlier = (getattr(before, name) for name in Standing.__dataclass_fields__)
+        self.all = Standing(*(np.concatenate(both) for both in zip(earlier, columns, strict=True)))
         self.formation = np.concatenate([np.ones(len(before), dtype=bool), kind == FORMATION])
         self._order = np.argsort(self.all.key, kind="stable")
         sorted_key = self.all.key[self._order]

@@ -22,7 +22,9 @@ from reference_impl.stream import END, Rows
 from reference_impl.transfer import Tables
 
 SIZE = 200_000
-"""Events of a part; contacts and snapshots are gone through in pieces of as many rows."""
+"""Events of a part; it holds outputs of about as many spheres at most."""
+PIECE = 200_000
+"""Contacts of a part are gone through in pieces of so many."""
 LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
         "trajectory": ["step", "id", "x", "y", "z"]}  # fmt: skip
 OF_OUTPUTS = ("bridges", "films", "wall_films", "trajectory")
@@ -104,7 +106,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         found.moved.add(run, events, p)
         samples.add_events(events, p, found.events)
         contacts_began = time.process_time()
-        _contacts(part, logs["contacts"], step, size, lives, samples, found)
+        _contacts(part, logs["contacts"], step, lives, samples, found)
         rows = np.arange(found.events, found.events + len(events))
         for holder in holders(events, p, fixed):
             np.maximum.at(last_row, holder, rows)
@@ -119,9 +121,9 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     return found
 
 
-def _contacts(part: Run, log: Rows, step: int, size: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
+def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
     """The contacts of a part in pieces; none is a piece too, so that every quantity has its row."""
-    row, pieces = log.taken, log.parts(step, size)
+    row, pieces = log.taken, log.parts(step, PIECE)
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
         note(f"contacts: {log.taken}")
         piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})

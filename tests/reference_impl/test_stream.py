@@ -25,29 +25,46 @@ TIMES = ("wall_s", "cpu_s", "events_per_s", "contacts_per_s")
 def at_size(folder: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What a replay in parts of that many events says, but for its times; with what the effects contributed."""
     monkeypatch.setattr(spans.go_through, "__defaults__", (size,))
+    monkeypatch.setattr(spans, "PIECE", spans.PIECE if size == spans.SIZE else 2500)
     found = {k: v for k, v in replay(folder).items() if k not in TIMES}
     contributions = folder / "contributions.json"
     return found | {"contributed": json.loads(contributions.read_text()) if contributions.exists() else None}
 
 
+@pytest.fixture(scope="module")
+def whole(heap_dir: Path) -> dict[str, Any]:
+    """The replay in one part."""
+    with pytest.MonkeyPatch.context() as patch:
+        return at_size(heap_dir, spans.SIZE, patch)
+
+
 @pytest.mark.parametrize("size", SIZES)
-def test_parts_give_the_whole(heap_dir: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every deviation, median and worst record; the heap's 60 events and 6000 contacts in up to 60 parts."""
-    whole = at_size(heap_dir, spans.SIZE, monkeypatch)
+def test_parts_give_the_whole(
+    heap_dir: Path, whole: dict[str, Any], size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every deviation, median and worst record; parts of one event are steps of one event and more."""
     assert whole["ok"] and whole["events"] > 20
     assert at_size(heap_dir, size, monkeypatch) == whole
 
 
-@pytest.mark.parametrize(
-    "name", ["a formation dropped", "an event doubled", "film after one event wrong", "shares swapped"]
-)
-@pytest.mark.parametrize("size", [1, 7])
-def test_faults_are_found_across_cuts(
-    heap_dir: Path, tmp_path: Path, name: str, size: int, monkeypatch: pytest.MonkeyPatch
+def test_groups_of_rows_do_not_matter(
+    heap_dir: Path, tmp_path: Path, whole: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each event in a part of its own, or a few: the same findings as of the whole log."""
+    """Logs compressed and cut into groups in another way, as those of earlier runs are."""
+    shutil.copytree(heap_dir, tmp_path, dirs_exist_ok=True)
+    for name in io.LOGS:
+        path = tmp_path / "history" / f"{name}.parquet"
+        parquet.write_table(parquet.read_table(path), path, row_group_size=1000 if name == "contacts" else 10)
+    assert at_size(tmp_path, 7, monkeypatch) == whole
+
+
+@pytest.mark.parametrize("name", ["a formation dropped", "an event doubled", "shares swapped"])
+def test_faults_are_found_across_cuts(
+    heap_dir: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each event in a part of its own: the same findings as of the whole log."""
     planted = planted_log.plant(heap_dir, tmp_path, planted_log.FAULTS[name])
-    assert at_size(planted, size, monkeypatch) == at_size(planted, spans.SIZE, monkeypatch)
+    assert at_size(planted, 1, monkeypatch) == at_size(planted, spans.SIZE, monkeypatch)
 
 
 def test_a_late_fault_of_a_long_log_is_named(heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,13 +130,3 @@ def test_median_of_many_is_good_to_a_thousandth() -> None:
     assert together.median == one_by_one.median
     # the class of a value is cut off at ten binary digits of its mantissa
     assert abs(together.median / np.median(values) - 1.0) < 2.0**-10
-
-
-def test_groups_of_rows_do_not_matter(heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Logs written as one group, as those of earlier runs, and in groups of three rows."""
-    whole = at_size(heap_dir, spans.SIZE, monkeypatch)
-    shutil.copytree(heap_dir, tmp_path, dirs_exist_ok=True)
-    for name in io.LOGS:
-        path = tmp_path / "history" / f"{name}.parquet"
-        parquet.write_table(parquet.read_table(path), path, row_group_size=3 if name != "contacts" else 100)
-    assert at_size(tmp_path, 7, monkeypatch) == whole
