@@ -214,17 +214,20 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
 
 
 def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int = 1 << 18) -> Iterator[pd.DataFrame]:
-    """Some columns of a run's long table, some rows after the others; refused as by `read_table`."""
+    """Some columns of a run's long table, some rows after the others, at least one part; refused as by `read_table`."""
     path = Path(path)
     with _readable(path, cure):
         file = parquet.ParquetFile(path, page_checksum_verification=True)
         none = file.schema_arrow.empty_table().to_pandas()
     _check_table(none, path, cure, columns, empty=file.metadata.num_rows == 0)
     with _readable(path, cure):
-        for batch in file.iter_batches(rows, columns=list(columns)):
-            part = pa.Table.from_batches([batch]).to_pandas()
-            _check_values(part, path, cure)
-            yield part
+        for group in range(file.num_row_groups):  # a reader keeps what it has read of the groups it was asked for
+            for batch in file.iter_batches(rows, row_groups=[group], columns=list(columns)):
+                part = pa.Table.from_batches([batch]).to_pandas()
+                _check_values(part, path, cure)
+                yield part
+    if not file.metadata.num_rows:
+        yield none[list(columns)]
 
 
 @contextmanager

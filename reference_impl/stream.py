@@ -29,7 +29,9 @@ class Rows:
         with readable(path):
             file = parquet.ParquetFile(path)
             complete(path, file.schema_arrow.names, NEEDED[name])
-            self._batches = file.iter_batches(BATCH, columns=columns)
+            # one group of rows after the other: a reader keeps what it has read of those it was asked for
+            groups = range(file.num_row_groups)
+            self._batches = (b for k in groups for b in file.iter_batches(BATCH, row_groups=[k], columns=columns))
             self._none = file.schema_arrow.empty_table().select(columns or file.schema_arrow.names).to_pandas()
 
     def _more(self) -> bool:
