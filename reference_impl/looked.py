@@ -11,7 +11,7 @@ from reference_impl import io
 from reference_impl.compare import Floats
 from reference_impl.io import Run
 from reference_impl.spans import Before, Found
-from reference_impl.stream import taken
+from reference_impl.stream import END, taken
 
 MOST = 200_000
 """Events, and contacts, that are looked at; logs of no more are looked at as a whole."""
@@ -22,17 +22,19 @@ def parts(run: Run, found: Found) -> tuple[Run, Run, str]:
     if max(found.events, found.contacts) <= MOST:
         return run, run, ""
     steps = _steps(run, "events")
-    first, second = (_part(run, found.broke.get(log, found.now), steps) for log in ("events", "contacts"))
+    first, _ = _part(run, found.broke.get("events", found.now), steps)
+    second, last = _part(run, found.broke.get("contacts", found.now), steps)
     contacts = _steps(run, "contacts")
     wrong = [q.first for q in found.of("forces") if q.first is not None]
     start = int(np.searchsorted(contacts, min(wrong, default=second.since + 1)))
     rows = contacts[start : start + MOST]
     if len(rows):
-        second.tables["contacts"] = run.rows("contacts", int(rows[0]), min(int(rows[-1]), _last(second, "events")))
+        second.tables["contacts"] = run.rows("contacts", int(rows[0]), min(int(rows[-1]), last))
     else:
         second.tables["contacts"] = run.rows("contacts", -1, -1)
+    logs = {"events": first, "contacts": second}
     ends = [
-        f"{name} of steps {p.since + 1} to {_last(p, name)}" for p, name in ((first, "events"), (second, "contacts"))
+        f"{n} of steps {p.since + 1} to {_last(p, n)}" for n, p in logs.items() if n in found.broke or not found.broke
     ]
     return first, second, f"the fault was looked for in {' and '.join(ends)}, where they first disagree"
 
@@ -45,17 +47,19 @@ def _last(run: Run, name: str) -> int:
     return int(run.table(name)["step"].max()) if len(run.table(name)) else run.since
 
 
-def _part(run: Run, at: Before, steps: Floats) -> Run:
-    """The run but for contacts, from a place in the event log on; earlier events only where later ones follow from them."""
+def _part(run: Run, at: Before, steps: Floats) -> tuple[Run, int]:
+    """The run but for contacts, from a place in the event log to a step, which is returned too.
+
+    Of earlier events there are those from which later ones follow.
+    """
     before, rows = (-1, at.rows[:0]) if len(steps) <= MOST else (at.step, at.rows)
     start = int(np.searchsorted(steps, before, "right"))
-    last = int(steps[min(start + MOST, len(steps)) - 1]) if len(steps) else 0
+    last = int(steps[start + MOST - 1]) if start + MOST < len(steps) else END
     there = {name: run.rows(name, before + 1, last) for name in ("bridges", "films", "wall_films", "trajectory")}
     events = run.rows("events", before + 1, last)
     if len(rows):
         events = pd.concat([taken(io.where(run.folder, "events"), "events", rows), events], ignore_index=True)
     ledger = run.table("ledger")
-    if start + MOST < len(steps):
-        ledger = ledger[ledger["step"] <= last]
+    ledger = ledger[ledger["step"] <= last]
     tables = {name: table for name, table in run.tables.items() if name not in io.LOGS}
-    return replace(run, tables={**tables, **there, "events": events, "ledger": ledger}, since=before)
+    return replace(run, tables={**tables, **there, "events": events, "ledger": ledger}, since=before), last
