@@ -23,6 +23,7 @@ from typing import Any
 import pandas as pd
 
 from pywet import config
+from pywet.effects import PRESETS
 from pywet.engines.liggghts import driver
 from pywet.files import write_json, write_table
 from pywet.geometry import build_apparatus, fill, write_stl
@@ -36,13 +37,19 @@ STAGES = ((0.01, 20), (0.1, 3), (1.0, 1))
 """Share of the stiffness and number of strokes."""
 SHORT = 100
 DRY = Effects(bridges=False)
-VARIANTS = {
-    "dry mesh": (False, False),
-    "dry prism": (False, True),
-    "paper mesh": (True, False),
-    "paper prism": (True, True),
+OWN = f"{ROOT / 'pywet' / 'laws' / 'capillary.py'}:rabinovich"
+"""The capillary law of `paper` as one in a user's file."""
+VARIANTS: dict[str, tuple[dict[str, str] | None, int, bool]] = {
+    "dry mesh": (None, 1, False),
+    "dry prism": (None, 1, True),
+    "paper mesh": (PRESETS["paper"], 1, False),
+    "paper prism": (PRESETS["paper"], 1, True),
+    "paper prism, every 2nd": (PRESETS["paper"], 2, True),
+    "paper prism, every 4th": (PRESETS["paper"], 4, True),
+    "exact prism": (PRESETS["exact"], 1, True),
+    "own prism": ({**PRESETS["paper"], "capillary": OWN}, 1, True),
 }
-"""Name -> whether there are bridges, whether wires are prisms."""
+"""Name -> laws of the bridges or none, at every how many-th step they act, whether wires are prisms."""
 
 
 def prepare(folder: Path, case: int, spheres: pd.DataFrame | None, change: Callable[[Scene], dict[str, Any]]) -> Scene:
@@ -82,13 +89,13 @@ def softer(scene: Scene, share: float) -> dict[str, Any]:
 
 def quiet(steps: int, time_step: float) -> dict[str, Any]:
     """So many steps and nothing written but the first and the last."""
-    output = Output(interval_s=steps * time_step, contact_windows=0)
+    output = Output(interval_s=steps * time_step, contact_windows=0, energy=False)
     return {"duration_s": steps * time_step, "output": output}
 
 
 def settled(case: int) -> pd.DataFrame:
     """Spheres of the settled bed, from the cache where it is known."""
-    mark = hashlib.sha256((ROOT / "config" / "scales.yaml").read_bytes() + Path(__file__).read_bytes()).hexdigest()[:8]
+    mark = hashlib.sha256((ROOT / "config" / "scales.yaml").read_bytes() + repr(STAGES).encode()).hexdigest()[:8]
     path = KEPT / f"bed-{case:02d}-{mark}.parquet"
     if path.exists():
         return pd.read_parquet(path)
@@ -112,13 +119,16 @@ def settled(case: int) -> pd.DataFrame:
     return spheres
 
 
-def seconds(case: int, spheres: pd.DataFrame, moist: bool, prisms: bool, steps: int) -> float:
+def seconds(
+    case: int, spheres: pd.DataFrame, laws: dict[str, str] | None, every: int, prisms: bool, steps: int
+) -> float:
     """Processor time of a run's steps."""
 
     def change(scene: Scene) -> dict[str, Any]:
         walls = tuple(w.model_copy(update={"prisms": prisms and w.holder == "wires"}) for w in scene.walls)
-        effects = {} if moist else {"effects": DRY}
-        return {"walls": walls, **effects, **quiet(steps, scene.time_step_s)}
+        effects = DRY if laws is None else scene.effects.model_copy(update=laws)
+        changed = {"walls": walls, "effects": effects, "bridges_every": every}
+        return {**changed, **quiet(steps, scene.time_step_s)}
 
     with tempfile.TemporaryDirectory() as name:
         prepare(Path(name), case, spheres, change)
@@ -140,7 +150,7 @@ def measure(case: int, steps: int, rounds: int) -> None:
     for name, values in times.items():
         ratio = min(values) / min(base)
         spread = f"{statistics.median(values):8.3f} ({min(values):.3f} to {max(values):.3f})"
-        print(f"{name:12s}{spread}{ratio:8.2f} x dry mesh, least of each", flush=True)
+        print(f"{name:24s}{spread}{ratio:8.2f} x dry mesh, least of each", flush=True)
 
 
 def main() -> None:

@@ -9,6 +9,11 @@ stable while, with κ = k Δt²/m, y = γ Δt/m, x = c Δt/m,
 In a dense packing the largest eigenvalue of springs or dashpots is four times that of a pair (face-centred cubic: 8 k/m against
 2 k/m), so that a drag allows a quarter and a spring half of a pair's step. Sliding and spinning count with 7/2 of the inverse
 mass. The capillary force has a negative slope: its limit is one of resolution, not of stability, and is not refused.
+
+Where bridges act every n-th step for n steps at once (`bridges_every`), all limits of bridges are taken for n Δt, with the spring
+and the dashpot as if they, too, were stepped by n Δt. This is more than is needed (their own step is Δt) and keeps clear of the
+resonance of impulses with the swing of a contact, at n Δt of half its period (Biesiadecki & Skeel 1993, J. Comput. Phys. 109,
+318).
 """
 
 from __future__ import annotations
@@ -20,16 +25,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from pywet.errors import PywetError
-from pywet.history.initial import film_volume
+from pywet.errors import PywetError, UnstableStep
 from pywet.laws import registry
 from pywet.motion import peak_speed
+from pywet.physics import contact
 from pywet.scene import ContactPair, Scene
 
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
 DENSE = 13
 """Spheres from which a scene counts as a packing."""
+IMPULSES = "impulses of bridges"
+"""The limit that springs set to bridges which act every few steps."""
 SPIN = 2.5
 """r²/I of a sphere in units of 1/m: tangential forces also spin the bodies."""
 
@@ -117,15 +124,19 @@ def advise(scene: Scene) -> Advice:
 
 
 def refuse_unstable(scene: Scene) -> None:
-    """Raise `PywetError` when the scene's time step is beyond a stability limit."""
+    """Raise `UnstableStep` when the scene's time step is beyond a stability limit."""
     for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
         if limit.stability and scene.time_step_s > limit.time_step_s:
             implicit = scene.viscous_integration == "semi_implicit"
-            alone = implicit or limit.effect == "contact"
+            alone = implicit or limit.effect in ("contact", IMPULSES)
             remedy = "lower it" if alone else "lower it or set viscous_integration to semi_implicit"
-            raise PywetError(
+            if scene.bridges_every > 1 and limit.effect != "contact":
+                remedy = f"{remedy}, or bridges_every, which is {scene.bridges_every}"
+            raise UnstableStep(
                 f"the time step of scene {scene.name}, {scene.time_step_s:.3g} s, would be unstable: the {limit.effect} of "
-                f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}"
+                f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}",
+                step_s=scene.time_step_s,
+                largest_s=limit.time_step_s,
             )
 
 
@@ -147,26 +158,29 @@ def _present(scene: Scene) -> list[ContactPair]:
 
 def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
     one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
-    m = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
+    m = contact.pair_mass(scene.classes, pair)
     bodies = f"{one.name} and {two.name if two else 'a wall'}"
-    k, log_e = pair.normal_stiffness_N_per_m, math.log(pair.restitution)
-    gamma = -2.0 * log_e * math.sqrt(m * k) / math.hypot(math.pi, log_e)
+    k = pair.normal_stiffness_N_per_m
+    gamma = contact.damping(pair.restitution, m, k)
     implicit = scene.viscous_integration == "semi_implicit"
     k_t = (1.0 + SPIN) * pair.tangential_stiffness_N_per_m
     dry = min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
     yield Limit("contact", bodies, dry)
     speed = _speed(scene)
     if scene.effects.bridges and scene.liquid is not None:
-        bridge = _Bridge(scene, pair)
+        bridge, every = _Bridge(scene, pair), scene.bridges_every
+        if every > 1:
+            yield Limit(IMPULSES, bodies, dry / every)
         normal, tangential = bridge.drags()
         if normal > 0.0:
-            yield Limit("viscous normal", bodies, largest_step(m, k, gamma, normal, implicit, crowd))
+            yield Limit("viscous normal", bodies, largest_step(m, k, gamma, normal, implicit, crowd) / every)
         if tangential > 0.0:
-            yield Limit("viscous tangential", bodies, largest_step(m, k_t, 0.0, tangential, implicit, crowd))
+            step = largest_step(m, k_t, 0.0, tangential, implicit, crowd) / every
+            yield Limit("viscous tangential", bodies, step)
         slope = bridge.steepest()
         if slope > 0.0:
-            yield Limit("capillary", bodies, 2.0 * math.sqrt(m / (crowd * slope)), stability=False)
-        yield Limit("passing a bridge", bodies, 0.1 * bridge.rupture() / speed, stability=False)
+            yield Limit("capillary", bodies, 2.0 * math.sqrt(m / (crowd * slope)) / every, stability=False)
+        yield Limit("passing a bridge", bodies, 0.1 * bridge.rupture() / speed / every, stability=False)
 
 
 def _speed(scene: Scene) -> float:
@@ -186,9 +200,9 @@ class _Bridge:
         assert scene.liquid is not None
         self._scene, self._liquid = scene, scene.liquid
         one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
-        self._radii = (one.radius_m, two.radius_m if two else math.inf)
+        self._radii = contact.pair_radii(scene.classes, pair)
         self._angles = (one.contact_angle_rad, two.contact_angle_rad if two else _wall_angle(scene))
-        films = [film_volume(self._liquid.initial_film_thickness_m, r) for r in self._radii if math.isfinite(r)]
+        films = [contact.film_volume(self._liquid.initial_film_thickness_m, r) for r in self._radii if math.isfinite(r)]
         draw = self._law("formation")
         i, j = self._radii
         self._volume = draw(films[0], i, j) + (draw(films[1], j, i) if two else 0.0)

@@ -12,7 +12,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from pywet.effects import OPT_IN
 from pywet.files import read_if_there, read_model, write_json
+from pywet.laws.kinds import FORCES
 from pywet.screening.shapes import Contributions, Plan
 
 FILE = "audit.json"
@@ -22,10 +24,10 @@ MEASURES = {
     "dynamic_rupture": ("mean_stretch", "mean stretch of the rupture distance"),
     "wall_films": ("liquid_share", "liquid drawn from and given to walls, over all that moved"),
     "sharing_by_size": ("liquid_share", "liquid moved against equal sharing, over all that was shared out"),
+    "shedding": ("liquid_share", "liquid that let go as drops, over all"),
 }
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
 IMPULSE = "share of impulse"
-BRIDGE_FORCES = ("capillary", "viscous_normal", "viscous_tangential")
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
 OK: Verdict = "as planned"
@@ -75,7 +77,7 @@ def _row(row: dict[str, Any], measured: dict[str, Any]) -> AuditRow:
 def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]:
     """The measure of an effect; for the bridges as a whole the forces that acted in them together."""
     if effect == "bridges":
-        shares = [measured[name]["impulse_share"] or 0.0 for name in BRIDGE_FORCES if measured[name]["acting"]]
+        shares = [measured[name]["impulse_share"] or 0.0 for name in FORCES if measured[name]["acting"]]
         return sum(shares), IMPULSE
     entry = measured.get(OTHER_NAMES.get(effect, effect))
     key, name = MEASURES.get(effect, ("impulse_share", IMPULSE))
@@ -89,6 +91,9 @@ def _judge(
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
+        if row["effect"] in OPT_IN:
+            said = f"would contribute {value:.2g}" if value else "what it would do was not measured"
+            return OK, f"in no preset, left out; {said}"
         if value > tolerance:
             return WRONG, f"plan wrong: left out but contributes {value:.2g}, more than the tolerance {tolerance:g}"
         return OK, f"left out, would contribute {value:.2g}" if value else "left out"

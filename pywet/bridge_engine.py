@@ -14,13 +14,13 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from pywet import small
+from pywet.bench.bodies import contacts, sphere_classes, water
 from pywet.bridge_query import EXACT, Query, answer
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.history.initial import film_volume
 from pywet.history.schema import FORMATION, RUPTURE
 from pywet.laws import registry
-from pywet.scene import ContactPair, Liquid, SphereClass
 
 STEPS = 4000
 """Steps from touch to the largest separation; the log is interpolated between them by a cubic spline."""
@@ -58,34 +58,21 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
     far = 1.02 * max(
         *query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj)
     )
-    liquid = Liquid(
-        surface_tension_N_per_m=query.surface_tension_N_per_m,
-        viscosity_Pa_s=query.viscosity_Pa_s,
-        density_kg_per_m3=1000.0,
-        initial_film_thickness_m=_thickness(query),
-    )
+    liquid = water(_thickness(query), query.viscosity_Pa_s, query.surface_tension_N_per_m)
     start = min(0.0, *query.separations_m) - 4.0 * far / STEPS  # a new bridge acts from the next step on
     moving = small.Sphere(
         1 if wall else 2, (0.0, 0.0, ri + start if wall else ri + rj + start), (0.0, 0.0, speed), driven=True
     )
     bodies = [moving] if wall else [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), moving]
     step = (far - start) / speed / STEPS
+    dry = contacts(len(radii), 1.0, friction=0.0, restitution=0.5)  # some contact: bodies that are driven feel none
+    laws = {"capillary": capillary, "rupture": rupture, "viscous_normal": drag, "dynamic_rupture": None}
     small.prepare(
-        folder,
-        [_class(k, r, a) for k, (r, a) in enumerate(zip(radii, angles, strict=True), start=1)],
-        bodies,
-        _dry(len(radii)),
-        liquid=liquid,
-        effects=small.PAPER.model_copy(
-            update={"capillary": capillary, "rupture": rupture, "viscous_normal": drag, "dynamic_rupture": None}
-        ),
-        walls=[small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [],
-        wall_angle_rad=tj,
-        time_step_s=step,
-        steps=STEPS + 10,
-        output_interval_s=STEPS * step,
+        folder, sphere_classes(*radii, angle_rad=angles, name="body {k}"), bodies, dry, liquid=liquid,
+        effects=small.PAPER.model_copy(update=laws), wall_angle_rad=tj, time_step_s=step, steps=STEPS + 10,
+        walls=[small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [], output_interval_s=STEPS * step,
         box=20 * max(radii) + 2 * far,
-    )
+    )  # fmt: skip
     small.run(folder, bodies)
     history = folder / "history"
     return read_table(history / "contacts.parquet"), read_table(history / "events.parquet")
@@ -117,26 +104,3 @@ def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
     spline = CubicSpline([0.0, *gaps[apart]], [values[~apart][-1], *values[apart]])
     reach = gaps[-1] + (gaps[-1] - gaps[-2])
     return [float(spline(max(s, 0.0))) if s <= reach else None for s in query.separations_m]
-
-
-def _class(number: int, radius: float, angle: float) -> SphereClass:
-    return SphereClass(
-        name=f"body {number}", type=number, radius_m=radius, density_kg_per_m3=2500.0, contact_angle_rad=angle, count=1
-    )
-
-
-def _dry(types: int) -> list[ContactPair]:
-    """Some dry contact: the bodies are driven, it moves nothing."""
-    pairs = [(a, b) for a in range(1, types + 1) for b in (0, *range(a, types + 1))]
-    return [
-        ContactPair(
-            a=a,
-            b=b,
-            normal_stiffness_N_per_m=1.0,
-            tangential_stiffness_N_per_m=0.3,
-            friction=0.0,
-            rolling_friction_m=0.0,
-            restitution=0.5,
-        )
-        for a, b in pairs
-    ]

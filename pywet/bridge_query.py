@@ -14,15 +14,17 @@ from pydantic import Field, ValidationError, model_validator
 
 from pywet import young_laplace
 from pywet.config.entries import Excusable
-from pywet.config.messages import explain
+from pywet.config.messages import mistake
 from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
-from pywet.scene import Strict
+from pywet.laws.kinds import PRESETS
+from pywet.physics.contact import bridge_radius
+from pywet.strict import Strict
 
 EXACT = "young_laplace"
-DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "rupture": "willett_unequal"}
+DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_normal", "rupture")}
 """Laws of each kind where the file names none."""
 
 
@@ -102,7 +104,7 @@ def read(path: Path) -> Query:
     try:
         query = Query.model_validate(given)
     except ValidationError as error:
-        raise PywetError(explain(error, Query, str(path))) from error
+        raise mistake(error, Query, str(path)) from error
     known = {name for kind in DEFAULT for name in registry.names(kind)}
     for name in query.laws:
         if name not in known and ".py:" not in name:
@@ -178,8 +180,7 @@ def _share(query: Query, model: str) -> float | None:
     """Part of the liquid that body 1 keeps at rupture; None where the model has no solution."""
     ri, rj, ti, tj = query.pair
     wall = math.isinf(rj)
-    r = ri if wall else 2 * ri * rj / (ri + rj)
-    reduced = np.array([query.volume_m3 / r**3])
+    reduced = np.array([query.volume_m3 / bridge_radius(ri, rj) ** 3])
     table = registry.transfer_model(model)
     try:
         return float(table(ri, ri if wall else rj, ti, tj, LARGE_WALL if wall else SPHERE, reduced)[0])

@@ -57,6 +57,34 @@ Trust = Annotated[bool, typer.Option("--trust", help="Run the Python files of la
 CONFIG = Path("config")
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        import pywet
+
+        typer.echo(f"pywet {pywet.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def pywet_(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version and end.")
+    ] = False,
+) -> None:
+    """Screening of moist particles: simulate, cross-check, look."""
+
+
+@app.command()
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
+) -> None:
+    """Write a folder with the default configuration, a Snakefile and a README, ready to run."""
+    from pywet import shipped
+
+    for path in shipped.begin(folder):
+        out.print(str(path), soft_wrap=True, markup=False)
+
+
 @app.command()
 def doctor() -> None:
     """Say what was found on this machine, in which version, and what is missing."""
@@ -80,7 +108,7 @@ def laws(
     from pywet.laws import registry
 
     table = Table("kind", "law", "what it gives", box=None, header_style="bold")
-    for kind in registry.SIGNATURES:
+    for kind in registry.BUILT_IN:
         for name in registry.names(kind):
             functions = registry.get(kind, name).functions
             said = (functions[0].__doc__ or "").strip() if functions else "tabulated, see pywet.laws.transfer"
@@ -282,6 +310,7 @@ def bridge(
 
     query = bridge_query.read(file)
     own.trust(query.laws if trust else ())
+    showing.say_wait()
     if engine is None:
         found = bridge_query.answer(query)
     elif engine == "liggghts":
@@ -307,13 +336,15 @@ def wall(
 
 @collide.command()
 def spheres(file: JsonFile) -> None:
-    """Wet spheres in a plane (Davis 2023); the first call on a machine compiles for a minute."""
+    """Wet spheres in a plane (Davis 2023)."""
     import json
 
     from pywet.collisions import spheres as module
 
-    with err.status("colliding (compiled at first use)"):
-        answer = module.collide_file(file)
+    problem = module.read(file)
+    showing.say_wait()
+    with err.status("colliding"):
+        answer = module.describe(module.run(problem))
     typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 

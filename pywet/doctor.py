@@ -12,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 from pywet import caches
+from pywet.engines import process
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 
@@ -67,7 +68,7 @@ def pinned() -> dict[str, str]:
 def banner_version(program: str) -> str | None:
     """Version in the first line that the engine prints; None when it says something else."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
-        said = build.said([program, "-log", "none"], "\n", Path(folder))
+        said = process.said([program, "-log", "none"], "\n", Path(folder))
     found = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", said)
     return found.group(1) if found else None
 
@@ -91,11 +92,11 @@ def _library() -> Check:
         ctypes.CDLL(LIBRARY)
     except OSError as error:
         return Check(LIBRARY, None, None, "any", False, f"it does not load ({error}); {MEND}")
-    return Check(LIBRARY, "loads", build.package_version("libliggghts3"), "any", True)
+    return Check(LIBRARY, "loads", process.package_version("libliggghts3"), "any", True)
 
 
 def _headers() -> Check:
-    version = build.package_version("libliggghts-dev")
+    version = process.package_version("libliggghts-dev")
     found = str(build.INCLUDE) if build.INCLUDE.is_dir() else None
     ok = found is not None and version is not None and version.startswith(build.ENGINE_VERSION)
     return Check(

@@ -1,9 +1,64 @@
-"""The one exception a user's mistake raises: one sentence naming what was given, what was expected and where to mend it."""
+"""What a user's mistake or a machine's lack raises: one sentence naming what was given, what was expected and where to mend it.
+
+The kinds below are for callers who want to tell them apart; what a caller may want to know of one is an attribute, so that no
+sentence has to be read by a program. All data have defaults: an exception that comes from another process is made of its sentence
+first.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
 
 
 class PywetError(Exception):
     """A mistake the user can mend; its text is one sentence, shown without a traceback."""
 
 
+class ConfigError(PywetError):
+    """A configuration, or a question in JSON, is not as expected; `key` is dotted, empty where it is all of the file."""
+
+    def __init__(self, sentence: str, *, file: str | Path = "", key: str = "") -> None:
+        super().__init__(sentence)
+        self.file, self.key = str(file), key
+
+
+class FileError(PywetError):
+    """A file is missing, damaged or cannot be read or written."""
+
+    def __init__(self, sentence: str, *, path: str | Path | None = None) -> None:
+        super().__init__(sentence)
+        self.path = None if path is None else Path(path)
+
+
 class NotWhole(PywetError):
     """Raw output of a run that does not hold what was planned: nothing can be made of it, the run has to be done again."""
+
+
+class LawError(PywetError):
+    """There is no law of that name, or it is not one of its kind, does not compile or gives nonsense."""
+
+    def __init__(self, sentence: str, *, law: str = "") -> None:
+        super().__init__(sentence)
+        self.law = law
+
+
+class UnstableStep(PywetError):
+    """The time step is beyond what the scene allows."""
+
+    def __init__(self, sentence: str, *, step_s: float = 0.0, largest_s: float = 0.0) -> None:
+        super().__init__(sentence)
+        self.step_s, self.largest_s = step_s, largest_s
+
+
+class EngineError(PywetError):
+    """The engine, or what its plugin is built with, is missing or of another version, does not start, or stopped."""
+
+
+class StoppedRun(EngineError):
+    """The engine stopped a run: why, without decoration, the spheres (numbers from 1) and the step that it names."""
+
+    def __init__(
+        self, sentence: str, *, reason: str = "", spheres: tuple[int, ...] = (), step: int | None = None
+    ) -> None:
+        super().__init__(sentence)
+        self.reason, self.spheres, self.step = reason, spheres, step

@@ -1,7 +1,8 @@
 """Whole files or none: everything is written under a temporary name in the same folder and renamed at the end.
 
 And the one way to read a file back: `read_json`, `read_model`, `read_table` end a wrong one in a sentence, never a traceback.
-Tables carry check sums, so that a flipped bit is found.
+Tables carry check sums, so that a flipped bit is found. pandas and pydantic are imported where they are used: every command
+imports this module, and `pywet --help` is to answer at once.
 """
 
 from __future__ import annotations
@@ -12,17 +13,12 @@ import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-import pandas as pd
-import pyarrow as pa
-from pyarrow import parquet
-from pyarrow.lib import ArrowException
-from pydantic import TypeAdapter, ValidationError
+from pywet.errors import FileError
 
-from pywet.errors import PywetError
-from pywet.history.schema import INTEGER, NUMBER, expected_columns, needs_rows
+if TYPE_CHECKING:
+    import pandas as pd
 
 Model = TypeVar("Model")
 AGAIN = "the run is not whole or was changed: run it again"
@@ -39,14 +35,15 @@ def atomic_write(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise PywetError(
+        raise FileError(
             f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
-            "expected a writable folder with free space"
+            "expected a writable folder with free space",
+            path=path,
         ) from error
     except ValueError as error:
-        if "null" not in str(error):  # a path with a zero byte
+        if "\0" not in str(path):
             raise
-        raise PywetError(f"{shown(path)} is no path ({error}); expected one without a zero byte") from error
+        raise FileError(f"{shown(path)} is no path ({error}); expected one without a zero byte", path=path) from error
     finally:
         with suppress(OSError, ValueError):
             temporary.unlink(missing_ok=True)
@@ -86,6 +83,9 @@ def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
 
     Compressed by zstd; numbers with fractions hardly ever repeat, so that of them no dictionary is made.
     """
+    import pyarrow as pa
+    from pyarrow import parquet
+
     with atomic_write(path) as temporary, ExitStack() as whole:
         writer = None
         for part in parts:
@@ -100,6 +100,12 @@ def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
 
 MAX_DEPTH = 100
 """Deepest nesting of a JSON file that is read; this package writes four levels."""
+
+
+def write_csv(table: pd.DataFrame, path: Path, **how: Any) -> None:
+    """A table for other programs; `how` as `DataFrame.to_csv` takes it."""
+    with atomic_write(path) as temporary:
+        table.to_csv(temporary, index=False, **how)
 
 
 def parse_json(text: str | bytes, name: str, cure: str) -> Any:
@@ -137,9 +143,11 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         json.dumps(found, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
         return found
     except UnicodeDecodeError as error:
-        raise PywetError(f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}") from error
+        raise FileError(
+            f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}", path=name
+        ) from error
     except (ValueError, RecursionError) as error:
-        raise PywetError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}") from error
+        raise FileError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}", path=name) from error
 
 
 def one_line(error: object, most: int = 300) -> str:
@@ -158,9 +166,11 @@ def read_text(path: Path, cure: str) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise PywetError(f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}") from error
+        raise FileError(
+            f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}", path=path
+        ) from error
     except ValueError as error:  # a path with a zero byte
-        raise PywetError(f"{shown(path)} is no path ({error}); expected a file: {cure}") from error
+        raise FileError(f"{shown(path)} is no path ({error}); expected a file: {cure}", path=path) from error
 
 
 def shown(path: Path) -> str:
@@ -190,13 +200,15 @@ def read_model(path: Path, model: type[Model], cure: str = AGAIN) -> Model:
 def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
     if shape is Any:
         return value
+    from pydantic import TypeAdapter, ValidationError
+
     try:
         return TypeAdapter(shape).validate_json(json.dumps(value))
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
         said = first["msg"].removeprefix("Value error, ")
-        raise PywetError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}") from error
+        raise FileError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}", path=path) from error
 
 
 def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), step: int | None = None) -> pd.DataFrame:
@@ -205,6 +217,8 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
     `step`: only the rows of this step. A sentence where it is missing, damaged, lacks a column, or holds in it anything but
     finite numbers (integers).
     """
+    import pandas as pd
+
     path = Path(path)
     with _readable(path, cure):
         filters = None if step is None else [("step", "==", step)]
@@ -215,6 +229,9 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
 
 def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int = 1 << 18) -> Iterator[pd.DataFrame]:
     """Some columns of a run's long table, some rows after the others, at least one part; refused as by `read_table`."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
     path = Path(path)
     with _readable(path, cure):
         file = parquet.ParquetFile(path, page_checksum_verification=True)
@@ -232,26 +249,31 @@ def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int 
 
 @contextmanager
 def _readable(path: Path, cure: str) -> Iterator[None]:
+    from pyarrow.lib import ArrowException
+
     try:
         yield
     except (OSError, ValueError, KeyError, TypeError, OverflowError, ArrowException) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
+        raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
 
 
 def _check_table(
     table: pd.DataFrame, path: Path, cure: str, columns: Collection[str], empty: bool | None = None
 ) -> None:
-    kinds = expected_columns(path)
-    missing = [name for name in (*kinds, *columns) if name not in table.columns]
+    from pywet.history.schema import expected_columns, needs_rows
+
+    missing = [name for name in (*expected_columns(path), *columns) if name not in table.columns]
     if missing:
-        raise PywetError(f"{shown(path)} has no column {', '.join(missing)}: {cure}")
+        raise FileError(f"{shown(path)} has no column {', '.join(missing)}: {cure}", path=path)
     if (table.empty if empty is None else empty) and needs_rows(path):
-        raise PywetError(f"{shown(path)} holds no row: {cure}")
+        raise FileError(f"{shown(path)} holds no row: {cure}", path=path)
     _check_values(table, path, cure)
 
 
 def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
+    from pywet.history.schema import NUMBER, expected_columns
+
     kinds = expected_columns(path)
     if path.parent.name == "results" and kinds:  # one column more for each size class and holder
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
@@ -262,23 +284,26 @@ def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
 
 def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     """A CSV table, with pandas' own options; a sentence where it is missing, empty or damaged."""
+    import pandas as pd
+
     try:
         table: pd.DataFrame = pd.read_csv(path, **how)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise PywetError(f"{shown(path)} could not be read as a table ({reason}): {cure}") from error
+        raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
     return table
-
-
-KINDS = {INTEGER: "iu", NUMBER: "iuf"}
-"""What a column is said to hold -> kinds of numpy's that are that."""
 
 
 def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
     """Refuse text in place of numbers, fractions in place of integers, NaN and infinities."""
-    if not len(values) or kind not in KINDS:
+    import numpy as np
+
+    from pywet.history.schema import INTEGER, NUMBER
+
+    dtypes = {INTEGER: "iu", NUMBER: "iuf"}
+    if not len(values) or kind not in dtypes:
         return
-    if values.dtype.kind not in KINDS[kind]:
-        raise PywetError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
+    if values.dtype.kind not in dtypes[kind]:
+        raise FileError(f"{where} holds {values.dtype}, expected {kind}s: {cure}")
     if kind == NUMBER and not np.isfinite(values.to_numpy(dtype=float)).all():
-        raise PywetError(f"{where} holds a value that is not finite, expected numbers: {cure}")
+        raise FileError(f"{where} holds a value that is not finite, expected numbers: {cure}")

@@ -17,9 +17,10 @@ from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core import caching
 
 from pywet import caches
+from pywet.files import atomic_write
 
 __all__ = ["njit", "numba"]
-COMPILED = ("laws", "young_laplace", "collisions")
+COMPILED = ("laws", "physics", "young_laplace", "collisions")
 """Rooms of the package whose functions are compiled."""
 _SUM = hashlib.sha256().digest_size
 
@@ -68,3 +69,18 @@ _GIVEN = _settings.CACHE_DIR  # the user's $NUMBA_CACHE_DIR
 _settings.CACHE_DIR = str(Path(_GIVEN) / _NAME if _GIVEN else caches.folder(_NAME))
 caching.IndexDataCacheFile = CheckedFiles  # type: ignore[misc]
 njit = numba.njit
+
+
+def _mark() -> Path:
+    return Path(_settings.CACHE_DIR) / "ready"
+
+
+def ready() -> bool:
+    """Whether `pywet.warm` has had all made that commands ask for; else the first question of a kind compiles."""
+    return _mark().exists()
+
+
+def mark() -> None:
+    """Say that all is made."""
+    with atomic_write(_mark()) as temporary:
+        temporary.touch()

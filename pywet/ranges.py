@@ -98,6 +98,7 @@ LIMITS: dict[str, Range] = {
     "duration_s": Range(1e-4, 1e5, "s"),
     "output_interval_s": Range(1e-6, 1e4, "s"),
     "stiffness_factor": Range(1e-6, 1),
+    "bridges_every": Range(1, 16, whole=True),
     "case": Range(1, 99_999, whole=True),
     "ranks": Range(1, MOST_RANKS, f"({RANKS_PER_CORE} for each core)", whole=True),
     "seed": Range(0, 2**32 - 1, whole=True),

@@ -8,25 +8,19 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, Field, model_validator
 
 from pywet.files import read_model
+from pywet.laws.kinds import NEEDED, Laws
+from pywet.strict import Strict
 
 
 def _title(text: str) -> str:
     """A name for people: it also stands in comments of decks and in file names' messages."""
     if not text or len(text) > 80 or not text.isprintable() or text != text.strip():
         raise ValueError("a name is one line of 1 to 80 printable characters without blanks at its ends")
-    return text
-
-
-def _law(text: str) -> str:
-    """A law's name, or path/to/file.py:function."""
-    if not text or len(text) > 1000 or not text.isprintable():
-        raise ValueError("a law's name, or path/to/file.py:function, on one line of at most 1000 characters")
     return text
 
 
@@ -42,29 +36,11 @@ Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
 """A name that becomes a folder or a file: letters, digits, _, - and ., not first of them a dot or a dash."""
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 """A name that an engine's script uses as a word of its own."""
-LawName = Annotated[str, AfterValidator(_law)]
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Vector = tuple[float, float, float]
 Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
-
-
-class Strict(BaseModel):
-    """Base: unknown keys are errors, values do not change after construction, NaN, inf and switches for numbers are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _no_switch_for_a_number(cls, given: Any) -> Any:
-        """True would count as 1 (YAML reads yes, on, y … as true)."""
-        for key, field in cls.model_fields.items() if isinstance(given, dict) else ():
-            value, kind = given.get(key), field.annotation
-            switch = any(v is True or v is False for v in (value if isinstance(value, (list, tuple)) else (value,)))
-            if switch and kind is not bool and not any(v is True for v in get_args(kind)):
-                raise PydanticCustomError("switch", "a number", {"key": key, "value": value})
-        return given
 
 
 class SphereClass(Strict):
@@ -151,18 +127,6 @@ class Rotation(Strict):
     period_s: Positive
 
 
-class Laws(Strict):
-    """A law for each kind, by its name or as path/to/file.py:function."""
-
-    capillary: LawName | None = None
-    viscous_normal: LawName | None = None
-    viscous_tangential: LawName | None = None
-    rupture: LawName | None = None
-    dynamic_rupture: LawName | None = None
-    formation: LawName | None = None
-    transfer: LawName | None = None
-
-
 class Effects(Laws):
     """Which effects are simulated (the outcome of the effect plan), and by which laws."""
 
@@ -173,12 +137,18 @@ class Effects(Laws):
     tangential_history: bool = True
     """Friction as a spring that remembers the slip; off: a drag up to the same Coulomb limit, without static friction."""
     gravity: bool = True
+    liquid_weight: bool = False
+    """Spheres have the mass of the liquid they hold besides their own."""
 
     @model_validator(mode="after")
     def _complete(self) -> Effects:
-        missing = [n for n in ("rupture", "formation", "transfer") if self.bridges and getattr(self, n) is None]
+        missing = [n for n in NEEDED if self.bridges and getattr(self, n) is None]
         if missing:
             raise ValueError(f"effects: bridges are on but no law is named for {', '.join(missing)}")
+        if not self.bridges and (self.liquid_weight or self.shedding):
+            raise ValueError(
+                "effects: liquid_weight or shedding is on but bridges are off; expected both off: nothing is wet"
+            )
         return self
 
     @property
@@ -220,6 +190,8 @@ class Scene(Strict):
     rotation: Rotation | None = None
     effects: Effects
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
+    bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
+    """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201
@@ -259,6 +231,18 @@ class Scene(Strict):
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
         if not self.effects.gravity and any(self.gravity_m_per_s2):
             raise ValueError(f"scene {self.name}: gravity is off in its effects but gravity_m_per_s2 is not zero")
+        output, windows = self.output, self.output.contact_windows > 0
+        if windows and output.contact_window_steps < self.bridges_every:
+            raise ValueError(
+                f"scene {self.name}: contact_window_steps is {output.contact_window_steps} and bridges_every "
+                f"{self.bridges_every}; expected windows in which bridges act: at least as many steps, or no windows"
+            )
+        if self.bridges_every > 1 and not self.effects.bridges:
+            raise ValueError(f"scene {self.name}: bridges_every is {self.bridges_every} without bridges; expected 1")
+        if self.effects.shedding and not any(self.gravity_m_per_s2):
+            raise ValueError(
+                f"scene {self.name}: shedding is {self.effects.shedding} but there is no gravity for drops to fall; expected none"
+            )
         if self.rotation is None and any(w.motion == "turns" for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
@@ -270,8 +254,9 @@ class Scene(Strict):
 
     @property
     def output_every(self) -> int:
-        """Steps between outputs."""
-        return max(1, round(self.output.interval_s / self.time_step_s))
+        """Steps between outputs, at which bridges act."""
+        every = self.bridges_every
+        return every * max(1, round(self.output.interval_s / self.time_step_s) // every)
 
     @property
     def output_steps(self) -> list[int]:

@@ -10,22 +10,23 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pywet import advisor, small
+from pywet import small
+from pywet.bench import bodies
+from pywet.bench.bodies import last
 from pywet.errors import PywetError
 from pywet.files import read_table, write_json
-from pywet.geometry.solids import bin_solid, plate, polygon, tube
-from pywet.geometry.surface import Surface, make_surface
+from pywet.geometry.surface import Surface
 from pywet.ranges import SCENE
-from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
-from pywet.screening.amounts import common_film_thickness
+from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
 
 RESULT = "scene_result.json"
-FIT_IN_DRUM = 44
-"""From this number on the spheres' lattice fits into the drum that is made for them."""
+SOFT, HARD = 2e3, 1e5
+"""Springs [N/m] of beds, and of two that collide."""
 
 
 @dataclass(frozen=True)
@@ -50,70 +51,33 @@ class Choice:
             if getattr(self, name) is not None:
                 limits.read(name, getattr(self, name))
 
+    def glass(self, count: int) -> SphereClass:
+        """Glass spheres."""
+        return bodies.sphere_classes(self.radius_m, counts=count, name="glass")[0]
 
-def glass(choice: Choice, count: int) -> SphereClass:
-    """Glass spheres."""
-    return SphereClass(
-        name="glass",
-        type=1,
-        radius_m=choice.radius_m,
-        density_kg_per_m3=2500.0,
-        contact_angle_rad=math.radians(15.0),
-        count=count,
-    )
+    def liquid(self, sphere: SphereClass) -> Liquid:
+        """Water of the chosen viscosity, as the same film on every sphere."""
+        return bodies.wetting((sphere,), self.moisture_percent, self.viscosity_Pa_s)
+
+    def time_step(self, sphere: SphereClass, stiffness: float) -> float:
+        """A tenth of the stable step of a dense packing; explicit drag counts with its damping time."""
+        drag = 0.0 if self.viscous_integration == "semi_implicit" else self.viscosity_Pa_s
+        return bodies.packed_step((sphere,), springs(stiffness), 0.1, drag)
 
 
-def contacts(stiffness: float = 2e3) -> list[ContactPair]:
+def springs(stiffness: float) -> tuple[ContactPair, ...]:
     """Glass on itself and on the walls; soft springs, as long as overlaps stay below some per cent of the radius."""
-    return [
-        ContactPair(
-            a=1,
-            b=b,
-            normal_stiffness_N_per_m=stiffness,
-            tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness,
-            friction=0.4,
-            rolling_friction_m=2e-5,
-            restitution=0.8,
-        )
-        for b in (0, 1)
-    ]
-
-
-def liquid(choice: Choice, sphere: SphereClass) -> Liquid:
-    """Water of the chosen viscosity, as the same film on every sphere."""
-    volume = 0.01 * choice.moisture_percent * sphere.mass_kg * sphere.count / 1000.0
-    return Liquid(
-        surface_tension_N_per_m=0.0728,
-        viscosity_Pa_s=choice.viscosity_Pa_s,
-        density_kg_per_m3=1000.0,
-        initial_film_thickness_m=common_film_thickness((sphere,), volume),
-    )
-
-
-def time_step(choice: Choice, sphere: SphereClass, stiffness: float) -> float:
-    """A twentieth of the stable step of a dense packing, cut to two digits; explicit drag counts with its damping time."""
-    log_e = math.log(0.8)
-    m = 0.5 * sphere.mass_kg
-    gamma = -2.0 * log_e * math.sqrt(m * stiffness) / math.hypot(math.pi, log_e)
-    r_red, gap = 0.5 * sphere.radius_m, 1e-3 * sphere.radius_m
-    drag = 6.0 * math.pi * choice.viscosity_Pa_s * r_red**2 / gap
-    implicit = choice.viscous_integration == "semi_implicit"
-    step = 0.1 * advisor.largest_step(m, stiffness, gamma, 0.0 if implicit else drag, False, advisor.PACKED)
-    digit = 10.0 ** (math.floor(math.log10(step)) - 1)
-    return math.floor(step / digit) * digit
+    return bodies.contacts(1, stiffness, rolling_m=2e-5)
 
 
 def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
     """Two spheres drawn apart from touch: largest force [N], rupture distance [m], work [J]."""
-    sphere, step, speed = glass(choice, 2), 1e-5, choice.speed_m_per_s or 0.05
-    r = sphere.radius_m
-    bodies = [
+    step, speed, r = 1e-5, choice.speed_m_per_s or 0.05, choice.radius_m
+    drawn = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(1, (0.0, 0.0, 2.0 * r), (0.0, 0.0, speed), driven=True),
     ]
-    steps = round((choice.seconds or 0.8 * r / speed) / step)
-    _prepare(run_dir, choice, sphere, bodies, step, steps, log_every_step=True)
-    small.run(run_dir, bodies, choice.ranks)
+    _run(run_dir, choice, drawn, step, choice.seconds or 0.8 * r / speed, log_every_step=True)
     log, events = (read_table(run_dir / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     broken = events[events["kind"] == 1]
     return {
@@ -125,21 +89,18 @@ def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
     """Two wet spheres thrown at each other: coefficient of restitution, where the energy went [J]."""
-    sphere, speed = glass(choice, 2), choice.speed_m_per_s or 0.5
+    sphere, speed = choice.glass(2), choice.speed_m_per_s or 0.5
     r, v = sphere.radius_m, 0.5 * speed
-    film = liquid(choice, sphere).initial_film_thickness_m
-    gap = 2.2 * film + 1e-6
-    bodies = [
+    gap = 2.2 * choice.liquid(sphere).initial_film_thickness_m + 1e-6
+    thrown = [
         small.Sphere(1, (0.0, 0.0, -r - 0.5 * gap), (0.0, 0.0, v)),
         small.Sphere(1, (0.0, 0.0, r + 0.5 * gap), (0.0, 0.0, -v)),
     ]
-    step = min(time_step(choice, sphere, 1e5), 2e-6)
-    steps = round((choice.seconds or (4.0 * gap + 2.0 * r) / speed) / step)
-    _prepare(run_dir, choice, sphere, bodies, step, steps, stiffness=1e5)
-    small.run(run_dir, bodies, choice.ranks)
-    end = read_table(run_dir / "trajectory.parquet").query("step == step.max()").sort_values("id")["vz"].to_numpy()
+    step = min(choice.time_step(sphere, HARD), 2e-6)
+    _run(run_dir, choice, thrown, step, choice.seconds or (4.0 * gap + 2.0 * r) / speed, stiffness=HARD)
+    end = last(run_dir)["vz"].to_numpy()
     energy = read_table(run_dir / "history" / "energy.parquet").iloc[-1]
-    apart = read_table(run_dir / "history" / "ledger.parquet")["bridge_count"].iloc[-1] == 0
+    apart = _ledger(run_dir)["bridge_count"] == 0
     return {
         "restitution": float(end[1] - end[0]) / (2.0 * v) if apart else 0.0,
         **{f"{name}_J": float(energy[name]) for name in ("contact", "capillary", "viscous_normal")},
@@ -148,22 +109,17 @@ def collision(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
     """Moist spheres that fall into a box and come to rest: solid fraction, bridges per sphere, liquid in bridges."""
-    sphere, r = glass(choice, choice.spheres), choice.radius_m
-    across = max(4, round(choice.spheres ** (1.0 / 3.0)))
-    half = 1.15 * r * across + 0.5 * r
-    layers = math.ceil(choice.spheres / across**2)
-    vessel = make_surface("box", "wall", bin_solid(half, 0.004, 4, 0.0, 2.5 * r * (layers + 2)))
-    bodies = _lattice(choice, across, 2.3, 1.5 * r)
-    step = time_step(choice, sphere, 2e3)
-    steps = round((choice.seconds or 0.4) / step)
-    _prepare(run_dir, choice, sphere, bodies, step, steps, walls=(vessel,), gravity=(0.0, 0.0, -9.81))
-    small.run(run_dir, bodies, choice.ranks)
-    end = read_table(run_dir / "trajectory.parquet").query("step == step.max()")
+    count, r = choice.spheres, choice.radius_m
+    poured, vessel = bodies.loose_box(count, r, choice.seed)
+    step = choice.time_step(choice.glass(count), SOFT)
+    _run(run_dir, choice, poured, step, choice.seconds or 0.4, walls=(vessel,), gravity=(0.0, 0.0, -9.81))
+    end, ledger = last(run_dir), _ledger(run_dir)
+    across = max(4, round(count ** (1.0 / 3.0)))
     top = float(np.sort(end["z"].to_numpy())[-across * across // 2 :].mean()) + r
-    ledger = read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
+    side = 2.0 * (1.15 * r * across + 0.5 * r)
     return {
-        "solid_fraction": choice.spheres * 4.0 / 3.0 * math.pi * r**3 / (4.0 * half**2 * top),
-        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
+        "solid_fraction": count * 4.0 / 3.0 * math.pi * r**3 / (side**2 * top),
+        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / count,
         "liquid_in_bridges": _share(ledger, "bridges"),
         "mean_speed_m_per_s": float(np.sqrt((end[["vx", "vy", "vz"]] ** 2).sum(axis=1)).mean()),
     }
@@ -172,31 +128,32 @@ def bed(run_dir: Path, choice: Choice) -> dict[str, float]:
 def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
     """Moist spheres in a drum that turns about the horizontal z axis: the bed's dynamic angle [deg].
 
-    The angle is that of the line from the axis to the bed's centre of mass against gravity, which is the slope of a flat
-    surface; mean and standard deviation over the second half of the run.
+    Mean and standard deviation over the second half of the run, see `bed_angles`.
     """
-    sphere, r = glass(choice, choice.spheres), choice.radius_m
+    count, r = choice.spheres, choice.radius_m
     width = 8.0 * r
-    radius = math.sqrt(choice.spheres * 4.0 / 3.0 * r**3 / (0.55 * 0.35 * width))
-    walls = drum_walls(radius, width)
-    bodies = _in_drum(choice, radius, width)
-    step = time_step(choice, sphere, 2e3)
-    steps = round((choice.seconds or 1.5) / step)
+    radius = bodies.drum_radius(count, r, width)
     turning = Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=60.0 / choice.turns_per_minute)
-    _prepare(
-        run_dir, choice, sphere, bodies, step, steps, walls=walls, gravity=(0.0, -9.81, 0.0), rotation=turning
+    _run(
+        run_dir, choice, bodies.in_drum(count, r, radius, width, choice.seed), choice.time_step(choice.glass(count), SOFT),
+        choice.seconds or 1.5, walls=bodies.drum_walls(radius, width), gravity=(0.0, -9.81, 0.0), rotation=turning,
     )  # fmt: skip
-    small.run(run_dir, bodies, choice.ranks)
-    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
-    angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))[len(centre) // 2 :]
-    ledger = read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
+    angle, ledger = bed_angles(run_dir), _ledger(run_dir)
     return {
         "dynamic_angle_deg": float(angle.mean()),
         "dynamic_angle_deviation_deg": float(angle.std()),
         "drum_radius_m": radius,
-        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
+        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / count,
         "liquid_on_walls": _share(ledger, "walls"),
     }
+
+
+def bed_angles(run_dir: Path) -> bodies.Floats:
+    """Angle [deg] of the line from the axis to the bed's centre of mass against gravity, which is the slope of a flat surface, at
+    the outputs of the second half of the run."""
+    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
+    angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))
+    return np.asarray(angle[len(angle) // 2 :])
 
 
 SCENES: dict[str, Callable[[Path, Choice], dict[str, float]]] = {
@@ -217,15 +174,9 @@ def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, flo
     return found
 
 
-def drum_walls(radius: float, width: float, sides: int = 32, thickness: float = 0.003) -> tuple[Surface, ...]:
-    """Mantle and two lids of a drum about the z axis, turning."""
-    low, high = -0.5 * width, 0.5 * width
-    outline = polygon(radius + thickness, sides)
-    return (
-        make_surface("mantle", "wall", tube(radius, thickness, sides, low, high), "turns"),
-        make_surface("lid_low", "wall", plate(outline, low - thickness, low), "turns"),
-        make_surface("lid_high", "wall", plate(outline, high, high + thickness), "turns"),
-    )
+def _ledger(run_dir: Path) -> pd.Series:
+    """The liquid at the end."""
+    return read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
 
 
 def _share(ledger: pd.Series, holder: str) -> float:
@@ -233,71 +184,27 @@ def _share(ledger: pd.Series, holder: str) -> float:
     return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
 
 
-def _lattice(choice: Choice, across: int, spacing: float, z_low: float) -> list[small.Sphere]:
-    """Layers of across x across spheres, a little shaken."""
-    random, r = np.random.default_rng(choice.seed), choice.radius_m
-    cells = np.array([np.unravel_index(k, (10**6, across, across))[::-1] for k in range(choice.spheres)], dtype=float)
-    at = (cells - [0.5 * (across - 1), 0.5 * (across - 1), 0.0]) * spacing * r
-    at += random.uniform(-0.1, 0.1, at.shape) * r + [0.0, 0.0, z_low]
-    return [small.Sphere(1, (float(x), float(y), float(z))) for x, y, z in at]
-
-
-def _in_drum(choice: Choice, radius: float, width: float) -> list[small.Sphere]:
-    """Spheres on a lattice inside the drum, from the bottom up."""
-    random, pitch = np.random.default_rng(choice.seed), 2.15 * choice.radius_m
-    n, layers = int(radius // pitch), int(width // pitch)
-    grid = np.array([(i, j) for j in range(-n, n + 1) for i in range(-n, n + 1)], dtype=float) * pitch
-    grid = grid[np.hypot(grid[:, 0], grid[:, 1]) < 0.98 * radius - 1.2 * choice.radius_m]
-    z = (np.arange(layers) - 0.5 * (layers - 1)) * pitch
-    at = np.array([(x, y, h) for x, y in grid for h in z])[: choice.spheres]
-    if len(at) < choice.spheres:
-        raise PywetError(
-            f"{choice.spheres} spheres do not fit into their drum of {radius:g} m, only {len(at)}; expected {FIT_IN_DRUM} "
-            "or more: mend spheres"
-        )
-    at += random.uniform(-0.05, 0.05, at.shape) * choice.radius_m
-    return [small.Sphere(1, (float(x), float(y), float(h))) for x, y, h in at]
-
-
-def _prepare(
-    run_dir: Path,
-    choice: Choice,
-    sphere: SphereClass,
-    bodies: list[small.Sphere],
-    step: float,
-    steps: int,
-    *,
-    walls: tuple[Surface, ...] = (),
-    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    stiffness: float = 2e3,
-    log_every_step: bool = False,
-    rotation: Rotation | None = None,
-) -> Scene:
+def _run(
+    run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *, stiffness: float = SOFT,
+    walls: tuple[Surface, ...] = (), log_every_step: bool = False, **more: Any,
+) -> None:  # fmt: skip
+    """Prepare and run; `more` as `small.prepare` takes it."""
+    steps = round(seconds / step)
     if steps < 1:
         raise PywetError(
             f"{choice.seconds or 0:g} s are less than half a time step of {step:g} s; expected more: raise --seconds"
         )
-    reach = 1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)])
+    sphere = choice.glass(len(spheres))
     output = Output(
         interval_s=max(1, steps // 50) * step,
         contact_windows=1 if log_every_step else 2,
         contact_window_steps=2 * steps if log_every_step else 20,
         checkpoints=0 if steps < 5000 else 20,
     )
-    return small.prepare(
-        run_dir,
-        [sphere],
-        bodies,
-        contacts(stiffness),
-        liquid=liquid(choice, sphere),
-        effects=small.PAPER,
-        walls=walls,
-        wall_angle_rad=math.radians(40.0),
-        time_step_s=step,
-        steps=steps,
-        gravity=gravity,
-        box=reach,
-        output=output,
-        rotation=rotation,
-        viscous_integration=choice.viscous_integration,
-    )
+    small.prepare(
+        run_dir, [sphere], spheres, springs(stiffness), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
+        wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
+        box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
+        viscous_integration=choice.viscous_integration, **more,
+    )  # fmt: skip
+    small.run(run_dir, spheres, choice.ranks)

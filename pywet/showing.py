@@ -29,6 +29,14 @@ def atlas(folder: Path, stock: bool) -> Path:
         )
 
 
+def say_wait() -> None:
+    """That the answer will take a while, where it may: machine code is made at the first question of a kind."""
+    from pywet import machine_code
+
+    if not machine_code.ready():
+        err.print("compiling for this processor, once: a minute or two (`make setup` does it ahead)", markup=False)
+
+
 def say_time(config: Any, case: int, scale: str) -> None:
     """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
     from pywet.study.accuracy import command

@@ -14,24 +14,18 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts import driver
-from pywet.files import atomic_write, write_table
+from pywet.files import atomic_write, read_table, write_table
 from pywet.geometry.solids import plate
 from pywet.geometry.stl import write_stl
-from pywet.geometry.surface import Surface, make_surface
+from pywet.geometry.surface import Floats, Surface, make_surface
 from pywet.history.initial import write_initial
 from pywet.laws import own
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
 
 PAPER = Effects(
-    bridges=True,
-    capillary="rabinovich",
-    viscous_normal="pitois",
-    viscous_tangential="goldman",
-    rupture="willett_unequal",
-    dynamic_rupture="pitois",
-    formation="shi_mccarthy",
-    transfer="parabola",
-)
+    bridges=True, capillary="rabinovich", viscous_normal="pitois", viscous_tangential="goldman", rupture="willett_unequal",
+    dynamic_rupture="pitois", formation="shi_mccarthy", transfer="parabola",
+)  # fmt: skip
 EXACT = PAPER.model_copy(update={"capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"})
 DRY = Effects(bridges=False)
 
@@ -48,12 +42,18 @@ class Sphere:
     """Held at its velocity whatever acts on it."""
     wiggle: tuple[tuple[float, float, float], float] | None = None
     """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
+    film: float | None = None
+    """Liquid on it [m3], where that is not what the scene's film thickness gives."""
+
+
+def square(half_side: float) -> Floats:
+    """Corners of a square about the origin, shape (4, 2) [m]."""
+    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
     """A large flat plate whose upper face lies at `top`."""
-    outline = half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return make_surface("floor", "wall", plate(outline, top - thickness, top))
+    return make_surface("floor", "wall", plate(square(half_side), top - thickness, top))
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
@@ -131,16 +131,18 @@ def prepare(
 def _write(scene: Scene, spheres: Sequence[Sphere], walls: Sequence[Surface], run_dir: Path) -> None:
     """scene.json and all it refers to."""
     table = pd.DataFrame({"id": np.arange(1, len(spheres) + 1), "type": [s.kind for s in spheres]})
-    for k, axis in enumerate("xyz"):
-        table[axis] = [s.position[k] for s in spheres]
-    for k, axis in enumerate("xyz"):
-        table[f"v{axis}"] = [s.velocity[k] for s in spheres]
-    for k, axis in enumerate("xyz"):
-        table[f"w{axis}"] = [s.spin[k] for s in spheres]
+    for letter, field in (("", "position"), ("v", "velocity"), ("w", "spin")):
+        for k, axis in enumerate("xyz"):
+            table[f"{letter}{axis}"] = [getattr(s, field)[k] for s in spheres]
     write_table(table, run_dir / "spheres.parquet")
+    own = [s.film for s in spheres]
     for surface in walls:
         write_stl(surface, run_dir / "stl" / f"{surface.name}.stl")
     write_initial(scene, walls, table, run_dir)
+    if any(film is not None for film in own):
+        started = read_table(run_dir / "history" / "spheres.parquet")
+        started["film"] = [was if film is None else film for film, was in zip(own, started["film"], strict=True)]
+        write_table(started, run_dir / "history" / "spheres.parquet")
     with atomic_write(run_dir / "scene.json") as temporary:
         temporary.write_text(scene.model_dump_json(indent=1))
 

@@ -113,6 +113,12 @@ def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Float
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + table["triangle"].to_numpy(), p.sphere_j)
 
 
+def within(path: Path, numbers: Floats, there: Floats, what: str) -> None:
+    """Refuse numbers at which an array of `Bodies` has nothing."""
+    inside = np.where((numbers >= 0) & (numbers < len(there)), numbers, -1)
+    refuse(path, numbers[np.isnan(there[inside])], what)
+
+
 def refuse(path: Path, strange: Floats, what: str) -> None:
     """Refuse numbers that the start does not have."""
     if len(strange):
@@ -132,6 +138,4 @@ def known(run: Run, names: tuple[str, ...]) -> None:
             ("j", wall, fixed.half_width, "wall part"),
             ("triangle", wall, fixed.area, "triangle"),
         ):
-            numbers = table[column][rows].to_numpy()
-            inside = np.where((numbers >= 0) & (numbers < len(there)), numbers, -1)
-            refuse(path, numbers[np.isnan(there[inside])], what)
+            within(path, table[column][rows].to_numpy(), there, what)

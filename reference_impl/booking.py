@@ -1,7 +1,7 @@
 """The life of the liquid, recomputed from the start films and the order of events alone.
 
-All events of a step draw on the films at its start and are booked at its end. The loop is plain Python over arrays; for a long
-log numba compiles it as it stands, which changes no bit (tested).
+All events of a step draw on the films at its start and are booked at its end, its drops after them. The loop is plain Python over
+arrays; for a long log numba compiles it as it stands, which changes no bit (tested).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numba.extending import register_jitable
 from reference_impl import laws
 from reference_impl.bodies import Bodies, Pairs, holders, shapes
 from reference_impl.compare import Floats
+from reference_impl.drops import Falling
 from reference_impl.lives import Lives
 from reference_impl.transfer import Tables
 
@@ -107,7 +108,7 @@ def row_of(tables: Tables, p: Pairs, fixed: Bodies) -> Floats:
 
 def book(
     events: pd.DataFrame, p: Pairs, fixed: Bodies, tables: Tables, lives: Lives, held: Floats, draws: bool,
-    outputs: Floats, compiled: bool,
+    outputs: Floats, compiled: bool, drops: Falling | None = None,
 ) -> tuple[Columns, Floats]:  # fmt: skip
     """Recompute a part of the log: changes `held` (liquid of all holders) and the own volumes of `lives`.
 
@@ -119,7 +120,16 @@ def book(
         np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :], *asks(events, p, fixed, not draws),
         lives.previous, row_of(tables, p, fixed), laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3,
     )  # fmt: skip
-    _loop(compiled)(entries, packed(tables), held, np.zeros(len(held)), own, outputs, shots, out)
+    ratios, asked, loop, done = packed(tables), np.zeros(len(held)), _loop(compiled), 0
+    falls = drops.steps if drops else outputs[:0]
+    for step in np.union1d(outputs, falls):
+        until = int(np.searchsorted(entries.step, step, "right"))
+        loop(entries, ratios, held, asked, own, out, done, until)
+        done = until
+        if drops and step in falls:
+            drops.book(int(step), held)
+        shots[outputs == step] = held
+    loop(entries, ratios, held, asked, own, out, done, n)
     return out, shots
 
 
@@ -128,16 +138,13 @@ def _loop(compiled: bool) -> Callable[..., None]:
     return njit(_book) if compiled else _book  # type: ignore[no-any-return]
 
 
-def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, outputs: Any, shots: Any, out: Columns) -> None:
-    """Step by step; the last places of `own` become the volumes of the events."""
-    start, shot, before = 0, 0, len(own) - len(e.step)
-    while start < len(e.step):
+def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Columns, start: int, last: int) -> None:
+    """Some events step by step; the last places of `own` become the volumes of the events."""
+    before = len(own) - len(e.step)
+    while start < last:
         end = start + 1
-        while end < len(e.step) and e.step[end] == e.step[start]:
+        while end < last and e.step[end] == e.step[start]:
             end += 1
-        while shot < len(outputs) and outputs[shot] < e.step[start]:
-            shots[shot] = held
-            shot += 1
         for n in range(start, end):
             asked[e.i.holder[n]] = asked[e.j.holder[n]] = 0.0
             out.film_i_before[n], out.film_j_before[n] = held[e.i.holder[n]], held[e.j.holder[n]]
@@ -162,7 +169,6 @@ def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, outputs: A
         for n in range(start, end):
             out.film_i_after[n], out.film_j_after[n] = held[e.i.holder[n]], held[e.j.holder[n]]
         start = end
-    shots[shot:] = held
 
 
 @register_jitable

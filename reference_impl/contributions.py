@@ -24,6 +24,7 @@ from reference_impl.newton import Forces
 from reference_impl.window import Setup
 
 WET = ("capillary", "viscous_normal", "viscous_tangential")
+SWITCHED = (*WET, "liquid_weight")
 BEYOND = 0.01
 """A rupture counts as dynamic where the gap exceeds the static distance by more than this part of it."""
 
@@ -35,7 +36,7 @@ class Shares:
         self.setup, self.run = setup, run
         self.windows: list[list[int]] = []
         self._acting = dict.fromkeys(WET, False)
-        names = ("weight", "contact_normal", "contact_tangential", "rolling", *WET)
+        names = ("weight", "contact_normal", "contact_tangential", "rolling", *SWITCHED)
         self._impulse, self._energy = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
         self._dissipated = dict.fromkeys(names[1:4], 0.0)
         self._steps, self._long = 0, 0.0
@@ -53,12 +54,13 @@ class Shares:
     def result(self, moved: Moved | None) -> dict[str, Any]:
         """The content of contributions.json; `moved`: what all events of the run moved."""
         impulse, energy, dissipated = self._impulse, self._energy, self._dissipated
-        on = [name for name in WET if self._acting[name]]
+        acting = {**self._acting, "liquid_weight": bool(self.setup.scene["effects"].get("liquid_weight"))}
+        on = [name for name in SWITCHED if acting[name]]
         push = impulse["weight"] + sum(impulse[name] for name in on)
         work = energy["weight"] + sum(energy[name] for name in on) + sum(dissipated.values())
         effects: dict[str, dict[str, Any]] = {}
         for name in impulse:
-            off = name in WET and not self._acting[name]
+            off = name in SWITCHED and not acting[name]
             more, power = (impulse[name], energy[name]) if off else (0.0, 0.0)
             effects[name] = {
                 "acting": not off and (name != "rolling" or bool(self.setup.scene["effects"].get("rolling", True))),
@@ -114,15 +116,17 @@ def _totals(
             ("viscous_normal", np.abs(b.normal), np.abs(b.normal * approach)),
             ("viscous_tangential", size(b.tangential), np.abs(dot(b.tangential, b.slip))),
         ):
-            impulse[name] += dt * float(force.sum())
-            energy[name] += dt * float(power.sum())
+            impulse[name] += dt * float((b.weight * force).sum())
+            energy[name] += dt * float((b.weight * power).sum())
 
 
 def _weight(setup: Setup, f: Forces, impulse: dict[str, float], energy: dict[str, float]) -> None:
-    """Of the spheres that are not driven."""
-    weight = (setup.mass * setup.free)[:, None] * setup.gravity
-    impulse["weight"] += setup.step * len(f.window.steps) * float(size(weight).sum())
-    energy["weight"] += setup.step * float(np.abs((f.window.v_half * weight).sum(axis=2)).sum())
+    """Of the spheres that are not driven, and of the liquid on them."""
+    dry = np.broadcast_to(setup.mass, f.window.liquid.shape)
+    for name, mass in (("weight", dry), ("liquid_weight", f.window.liquid)):
+        weight = (mass * setup.free)[:, :, None] * setup.gravity
+        impulse[name] += setup.step * float(np.sqrt((weight**2).sum(axis=2)).sum())
+        energy[name] += setup.step * float(np.abs((f.window.v_half * weight).sum(axis=2)).sum())
 
 
 class Sum:
@@ -188,9 +192,15 @@ def _liquid(run: Run, moved: Moved, long: float, push: float) -> dict[str, dict[
             "ruptures_beyond_static": beyond,
             "mean_stretch": stretch,
         },
+        "shedding": {**none, "acting": coverage.law(run, "shedding") is not None, "liquid_share": _shed(run)},
         "wall_films": {**none, "liquid_share": _share(moved.walls.value, moved.volume.value)},
         "sharing_by_size": {**none, "liquid_share": _share(moved.unequal.value, moved.pairs.value)},
     }
+
+
+def _shed(run: Run) -> float:
+    """Liquid that let go as drops, over all liquid; what falls twice counts twice."""
+    return float(run.shed["volume"].sum() / run.table("spheres")["film"].sum())
 
 
 def _beyond_static(run: Run, f: Forces) -> float:
@@ -200,4 +210,4 @@ def _beyond_static(run: Run, f: Forces) -> float:
         return 0.0
     limit = b.table["rupture_distance"].to_numpy(float)
     factor = laws.pitois_factor(size(b.relative), run.meta["viscosity"], run.meta["surface_tension"])
-    return float(run.meta["time_step"]) * float(size(b.force())[b.gap * factor > limit].sum())
+    return float(run.meta["time_step"]) * float((b.weight * size(b.force()))[b.gap * factor > limit].sum())

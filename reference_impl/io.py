@@ -35,7 +35,7 @@ class Run:
     tables: dict[str, pd.DataFrame]
     """What is in memory."""
     known: dict[str, Any] = field(default_factory=dict)
-    """What was derived from the start's tables, shared by all parts of a run."""
+    """What was derived once, shared by all parts of a run."""
     since: int = -1
     """Events up to this step are there only because those after it follow from them."""
 
@@ -44,6 +44,11 @@ class Run:
         if name not in self.tables:
             self.tables[name] = table(where(self.folder, name), name)
         return self.tables[name]
+
+    @property
+    def shed(self) -> pd.DataFrame:
+        """The drops of the whole run, which a run without them has no table of."""
+        return self.tables.get(SHED, pd.DataFrame({name: np.zeros(0) for name in NEEDED[SHED]}))
 
     def rows(self, name: str, first: int, last: int) -> pd.DataFrame:
         """The rows of a log in steps first to last."""
@@ -57,6 +62,7 @@ START = ("spheres", "transfer", "ledger")
 WALL_TABLES = ("triangles", "parts")
 LOGS = ("events", "contacts", "bridges", "films", "wall_films")
 TABLES = (*START, *LOGS)
+SHED = "drops"
 
 
 def where(folder: Path, name: str) -> Path:
@@ -80,6 +86,9 @@ def read(folder: Path) -> Run:
     try:
         meta = json.loads((history / "meta.json").read_text())
         _ = float(meta["surface_tension"]), float(meta["viscosity"]), meta["effects"].keys(), len(meta["types"])
+        if meta["effects"].get("shedding"):
+            drops = columns(history / f"{SHED}.parquet", [*NEEDED[SHED], "felt_y", "felt_z"])
+            tables[SHED] = drops.sort_values("step", kind="stable", ignore_index=True)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ReplayError(f"{history / 'meta.json'} cannot be read ({error!r}); expected what the driver wrote: "
                           "run the case again") from error  # fmt: skip
@@ -98,9 +107,11 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "xi_x"),
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),
+    "drops": ("step", "partner_kind", "i", "j", "volume", "film_i_before", "film_j_before", "fallen", "felt_x"),
     "triangles": ("triangle", "area"),
     "parts": ("part", "half_width", "contact_angle", "part_class"),
     "trajectory": ("step", "id", "type", "x", "y", "z"),
+    "window_states": ("step", "id", "x", "y", "z"),
 }  # fmt: skip
 """Columns without which a table is not the one meant (of vectors the first component)."""
 

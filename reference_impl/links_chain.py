@@ -243,7 +243,8 @@ def links(run: Run, own: Pair) -> Iterator[Link]:
     if len(events):
         both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
         yield kept(run, own)
-        yield carried(run, both)
+        if "drops" not in run.tables:  # these change films between the events
+            yield carried(run, both)
+            yield from snapshots(run, both)
         yield booked(run, own)
-        yield from snapshots(run, both)
     yield ledger(run)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from reference_impl import coverage, laws, links_chain, snapshots
+from reference_impl import coverage, impulses, laws, links_chain, snapshots
 from reference_impl.bodies import bodies, pairs
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
@@ -19,7 +19,7 @@ from reference_impl.forces import Contacts
 from reference_impl.io import Run
 from reference_impl.links_chain import Pair
 from reference_impl.links_rows import of_bridges
-from reference_impl.lives import FORMATION
+from reference_impl.lives import FORMATION, Lives, none
 from reference_impl.suspects import Formula, factor, formulas
 from reference_impl.transfer import Tables
 
@@ -102,8 +102,8 @@ def due(run: Run, e: Events) -> Link | None:
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
         lowest = float((gap / limit)[rows].min())
-        # of a limit set too low, each passes it by less than a step's way
-        first = gap - speed * float(run.meta["time_step"]) < lowest * limit
+        # of a limit set too low, each passes it by less than the way from one look to the next
+        first = gap - speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
         words = f"it is made too early (at {lowest:.4g} of the limit)"
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
@@ -127,13 +127,13 @@ def touch(run: Run, e: Events) -> Link:
 
 
 def missed(run: Run) -> Iterator[Link]:
-    """Spheres whose films touch at an output step have a bridge."""
-    table = snapshots.touching_pairs(run)
+    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
+    events = run.table("events")
+    table = snapshots.touching_pairs(run, Lives(none(), events, 0, -1), bodies(run).film)
     if not len(table):
         return
     logged = table["missed"].to_numpy(float)
     films, gap, _ = snapshots.films_at_events(run)
-    events = run.table("events")
     formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
     reach = float((gap / films)[formed].max()) if formed.any() else 0.0
     near = table["separation"].to_numpy() / table["films"].to_numpy()

@@ -51,7 +51,7 @@ def _joined(parts: list[tuple[Any, ...]]) -> tuple[Floats, Floats, Floats, pd.Da
 def _rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
     """Step and sphere of each record of `newton.law`, and the sphere's mass."""
     k, who = newton.records(setup, f)
-    return k, who, setup.mass[who]
+    return k, who, f.window.mass[k, who]
 
 
 def _parts(setup: Setup, f: Forces) -> dict[str, Part]:
@@ -74,6 +74,7 @@ def _parts(setup: Setup, f: Forces) -> dict[str, Part]:
             "the normal viscous force": (w.normal[:, None] * w.n * w.acting["viscous_normal"], none, none),
             "the tangential viscous force": (w.tangential * w.acting["viscous_tangential"], ta, tb),
         }
+        wet = {name: tuple(w.weight[:, None] * part for part in parts) for name, parts in wet.items()}
         of_bridges = {name: _mean(setup, f, w.k, w.a, w.b, w.wall, *value) for name, value in wet.items()}
         found |= of_bridges
         found[EVERY[0]] = _total(of_bridges)

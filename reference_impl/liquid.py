@@ -21,9 +21,9 @@ def total(run: Run) -> float:
     return float(run.table("spheres")["film"].sum())
 
 
-def mean_film(run: Run, count: int) -> Floats:
-    """The scale of all films."""
-    return np.full(count, total(run) / max(len(run.table("spheres")), 1))
+def mean_film(run: Run) -> float:
+    """The scale of all films [m3]."""
+    return total(run) / max(len(run.table("spheres")), 1)
 
 
 def check(run: Run, own: Columns) -> list[Quantity]:
@@ -32,7 +32,7 @@ def check(run: Run, own: Columns) -> list[Quantity]:
     for name in ("volume", "share_i", "share_j"):
         mine = getattr(own, name)
         found.append(compare(name, "volume of the bridge", events[name].to_numpy(), mine, own.volume, events))
-    typical = mean_film(run, len(events))
+    typical = np.full(len(events), mean_film(run))
     for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
         found.append(compare(name, MEAN, events[name].to_numpy(), getattr(own, name), typical, events))
     return [*found, *check_rupture(run)]

@@ -10,7 +10,7 @@ import pandas as pd
 from reference_impl import io
 from reference_impl.compare import Floats
 from reference_impl.io import Run
-from reference_impl.spans import Before, Found
+from reference_impl.spans import OF_PLACES, Before, Found
 from reference_impl.stream import END, taken
 
 MOST = 200_000
@@ -55,7 +55,8 @@ def _part(run: Run, at: Before, steps: Floats) -> tuple[Run, int]:
     before, rows = (-1, at.rows[:0]) if len(steps) <= MOST else (at.step, at.rows)
     start = int(np.searchsorted(steps, before, "right"))
     last = int(steps[start + MOST - 1]) if start + MOST < len(steps) else END
-    there = {name: run.rows(name, before + 1, last) for name in ("bridges", "films", "wall_films", "trajectory")}
+    places = [name for name in OF_PLACES if io.where(run.folder, name).exists()]
+    there = {name: run.rows(name, before + 1, last) for name in places}
     events = run.rows("events", before + 1, last)
     if len(rows):
         events = pd.concat([taken(io.where(run.folder, "events"), "events", rows), events], ignore_index=True)

@@ -7,6 +7,8 @@ From a step's end to the next the engine adds half a kick of the one and half a 
 holds to round-off, as it does for spin and torque. F is the reference's own: weight, dry contacts (dry.py, contacts found by
 touching.py), bridges (wet.py). The engine's own sums enter only in the half step back to the speeds with which forces are taken;
 that they belong to the recorded speeds is checked as well.
+
+Bridges act for as many steps as impulses.py says.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from reference_impl import dry, mesh, touching, wet
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
 from reference_impl.wall_motion import Motion
+from reference_impl.weight import carried
 from reference_impl.window import Setup, Window, springs, windows
 
 TOLERANCE = 1e-9
@@ -56,7 +59,7 @@ def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
     shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.prisms) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
     walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
-    for w in windows(setup):
+    for w in windows(setup, carried(run).at if run is not None else None):
         yield _window(setup, w, run, motion, shapes, logs, walls)
 
 
@@ -155,15 +158,16 @@ def _sums(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Force, torque, the torque's doubt and the sum of the forces' sizes on every sphere in every step."""
     shape = (len(window.steps), len(setup.ids))
-    force = np.broadcast_to(setup.mass[:, None] * setup.gravity, (*shape, 3)).copy()
+    force = window.mass[:, :, None] * setup.gravity
     torque, doubt, sizes = np.zeros((*shape, 3)), np.zeros(shape), np.sqrt((force**2).sum(axis=2))
     np.add.at(doubt, (t.k, t.a), c.doubt)
     np.add.at(doubt, (t.k[~t.wall], t.b[~t.wall]), c.doubt[~t.wall])
     terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
     weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
     if w is not None:
-        terms.append((w.k, w.a, w.b, w.wall, w.force(), *w.torques(setup)))
-        weights.append(np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential))
+        force_a, torque_a, torque_b = (w.weight[:, None] * part for part in (w.force(), *w.torques(setup)))
+        terms.append((w.k, w.a, w.b, w.wall, force_a, torque_a, torque_b))
+        weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
     for (k, a, b, wall, f, ta, tb), weight in zip(terms, weights, strict=True):
         pair = np.flatnonzero(~wall)
         for at, who, sign, turn in ((np.arange(len(k)), a, 1.0, ta), (pair, b, -1.0, tb)):
@@ -234,14 +238,15 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     """Between consecutive steps, for free spheres, unless the engine set itself up anew between them."""
     w, dt = f.window, setup.step
     at, who = records(setup, f)
-    m, r = setup.mass[who], setup.radius[who]
+    m, r = w.mass[at, who], setup.radius[who]
+    part = m / w.mass[at + 1, who]  # liquid may have come or gone between the two halves of the kick
     inertia = 0.4 * m * r**2
     rows = pd.DataFrame({"step": w.steps[at], "i": setup.ids[who]})
     scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)
     dv, dw = w.v[at + 1, who] - w.v[at, who], w.w[at + 1, who] - w.w[at, who]
-    own, turn = (0.5 * (s[at, who] + s[at + 1, who]) for s in (f.force, f.torque))
+    own, turn = (0.5 * (s[at, who] + part[:, None] * s[at + 1, who]) for s in (f.force, f.torque))
     doubt = 0.5 * (f.doubt[at, who] + f.doubt[at + 1, who])
-    halves = [0.5 * dt / m[:, None] * w.force[k, who] for k in (at, at + 1)]
+    halves = [0.5 * dt / w.mass[k, who][:, None] * w.force[k, who] for k in (at, at + 1)]
     kick = halves[0] + halves[1]
     drift = w.x[at + 1, who] - w.x[at, who]
     middle = dt * w.v[at, who] + 0.5 * dt**2 / m[:, None] * w.force[at, who]

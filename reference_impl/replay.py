@@ -30,8 +30,8 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     io.note("transfer ratios and motion")
     moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))
     quantities = [
-        *found.of("liquid"), *found.of("end"), liquid.ledger(run), *_with_rows(found), *found.of("forces"),
-        *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"),
+        *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
+        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"),
     ]  # fmt: skip
     failed = [q.name for q in quantities if not q.ok]
     result = {
@@ -55,10 +55,10 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     return result
 
 
-def _with_rows(found: spans.Found) -> list[Quantity]:
-    """What the snapshots say against the events: nothing without events, nor where there is nothing to compare."""
-    optional = ("formation_missed", "snapshot_volume", "snapshot_share")
-    return [q for q in found.of("snapshots") if found.events and (q.count or q.name not in optional)]
+def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
+    """What the snapshots say against the logs: nothing without events or drops, nor where there is nothing to compare."""
+    optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
+    return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
 
 
 def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:

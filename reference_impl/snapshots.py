@@ -1,6 +1,7 @@
 """Bridges that formed too early or not at all, and the snapshots of films and bridges at every output against the events.
 
-A missed formation is looked for where positions are known: between spheres, at the output steps of trajectory.parquet.
+A missed formation is looked for where positions are known: between spheres, at the output steps of trajectory.parquet and in the
+windows that record motion, there at every step at which bridges act. So none is later than the steps between those.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from reference_impl import laws
+from reference_impl import impulses, laws
 from reference_impl.bodies import bodies, pairs, shapes
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run, where
@@ -22,6 +23,9 @@ ROOM = 1e-9
 """Part of the radius by which films may miss each other: a gap is a difference of positions."""
 SMALLEST = 1e-12
 """V* below which nothing forms, by definition of the model's numerical zero."""
+NONE = pd.DataFrame({"step": np.zeros(0, np.int64), "i": np.zeros(0, np.int64), "j": np.zeros(0, np.int64),
+                     "separation": np.zeros(0), "films": np.zeros(0), "missed": np.zeros(0, dtype=bool)})  # fmt: skip
+"""No pairs."""
 
 
 def thickness(film: Floats, radius: Floats) -> Floats:
@@ -48,37 +52,69 @@ def formation_due(run: Run) -> Quantity:
     return compare("formation_due", "formations before the films touch", early, zero, zero + 1.0, events, 0.0)
 
 
-def formation_missed(run: Run) -> Quantity:
-    """Spheres whose films touch at an output step have a bridge."""
-    table = touching_pairs(run)
+def formation_missed(run: Run, lives: Lives, film: Floats) -> Quantity:
+    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
+    table = touching_pairs(run, lives, film)
     missed, zero = table["missed"].to_numpy(float), np.zeros(len(table))
     return compare("formation_missed", "films that touch without a bridge", missed, zero, zero + 1.0, table, 0.0)
 
 
-def touching_pairs(run: Run) -> pd.DataFrame:
-    """Spheres whose films touch at an output step and whether their bridge is missing; not those with an event in that step."""
-    none = pd.DataFrame({name: np.zeros(0) for name in ("step", "i", "j", "separation", "films", "missed")})
-    if not where(run.folder, "trajectory").exists():
-        return none
-    logged, fixed = run.table("films"), bodies(run)
-    places = run.table("trajectory")[["step", "id", "x", "y", "z"]]
-    films = places[places["step"] > 0].merge(logged, on=["step", "id"])
-    films["radius"] = fixed.radius[films["id"].to_numpy()]
-    films["reach"] = films["radius"] + thickness(films["film"].to_numpy(float), films["radius"].to_numpy(float))
-    close = [found for _, rows in films.groupby("step") if len(found := _touching(rows))]
-    if not close:
-        return none
-    table = pd.concat(close, ignore_index=True)
-    bridges, events, step = run.table("bridges"), run.table("events"), table["step"].to_numpy()
-    spheres = bridges[bridges["partner_kind"] == laws.SPHERE]
-    moved = np.concatenate([_place(events["step"], events[s]) for s in "ij"])
+def touching_pairs(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
+    """Spheres whose films touch and whether their bridge is missing; not those with an event in that step.
+
+    `film`: what each sphere holds by the log before its first event here.
+    """
+    table = pd.concat([_at_outputs(run), _in_windows(run, lives, film)], ignore_index=True)
+    step = table["step"]
+    # drops come after the formations of their step
+    moved = np.concatenate([_place(log["step"], log[s]) for log in (run.table("events"), run.shed) for s in "ij"])
     busy = [np.isin(_place(step, table[s]), moved) for s in "ij"]
-    table, step = table[~(busy[0] | busy[1])].reset_index(drop=True), step[~(busy[0] | busy[1])]
-    missed = np.ones(len(table), dtype=bool)
+    return table[~(busy[0] | busy[1])].reset_index(drop=True)
+
+
+def _at_outputs(run: Run) -> pd.DataFrame:
+    """Pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
+    if not where(run.folder, "trajectory").exists():
+        return NONE
+    places = run.table("trajectory")[["step", "id", "x", "y", "z"]]
+    table = _all_touching(run, places[places["step"] > 0].merge(run.table("films"), on=["step", "id"]))
+    bridges, step = run.table("bridges"), table["step"].to_numpy()
+    spheres, missed = bridges[bridges["partner_kind"] == laws.SPHERE], np.ones(len(table), dtype=bool)
     for at in np.unique(step):
         rows, there = step == at, spheres[spheres["step"].to_numpy() == at]
         missed[rows] = ~np.isin(_place(table["i"][rows], table["j"][rows]), _place(there["i"], there["j"]))
     return table.assign(missed=missed)
+
+
+def _in_windows(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
+    """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
+    if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
+        return NONE
+    places, events = run.table("window_states")[["step", "id", "x", "y", "z"]], run.table("events")
+    places = places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)]
+    film, done, parts = film.copy(), 0, []
+    for step, rows in places.groupby("step"):
+        until = int(np.searchsorted(events["step"].to_numpy(), step, "right"))
+        keep_films(film, events.iloc[done:until], run)
+        done = until
+        parts.append(rows.assign(film=np.maximum(film[rows["id"].to_numpy(np.int64)], 0.0)))
+    table = _all_touching(run, pd.concat(parts)) if parts else NONE
+    at = lives.at(keys(table.assign(partner_kind=laws.SPHERE)), table["step"].to_numpy(np.int64), strictly=False)
+    return table.assign(missed=at < 0)
+
+
+def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
+    """Have in `film` what the spheres hold after some events by the log."""
+    p = pairs(events, bodies(run))
+    film[np.stack([p.i, p.sphere_j], axis=1).ravel()] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
+
+
+def _all_touching(run: Run, films: pd.DataFrame) -> pd.DataFrame:
+    """Pairs that touch in each step of a table of places and films."""
+    radius = bodies(run).radius[films["id"].to_numpy(np.int64)]
+    films = films.assign(radius=radius, reach=radius + thickness(films["film"].to_numpy(float), radius))
+    close = [found for _, rows in films.groupby("step") if len(found := _touching(rows))]
+    return pd.concat(close, ignore_index=True) if close else NONE
 
 
 def _place(step: Any, number: Any) -> Floats:
@@ -136,11 +172,11 @@ def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]
     return found
 
 
-def check(run: Run, tables: Tables, lives: Lives, outputs: Floats, shots: Floats) -> list[Quantity]:
-    """All of these, of a part of the log."""
+def check(run: Run, tables: Tables, lives: Lives, outputs: Floats, shots: Floats, film: Floats) -> list[Quantity]:
+    """All of these, of a part of the log before which the spheres held `film` by the log."""
     return [
         formation_due(run),
-        formation_missed(run),
+        formation_missed(run, lives, film),
         *films_at_outputs(run, outputs, shots),
         *standing_at_outputs(run, tables, lives),
     ]

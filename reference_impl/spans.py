@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
-from reference_impl import contributions, coverage, forces, liquid, sampled, snapshots, whole
+from reference_impl import contributions, coverage, drops, forces, impulses, liquid, sampled, snapshots, weight, whole
 from reference_impl.bodies import bodies, holders, known, pairs
 from reference_impl.booking import WORTH_COMPILING, book
 from reference_impl.compare import Floats, Quantity, merged
@@ -26,8 +26,8 @@ SIZE = 200_000
 PIECE = 200_000
 """Contacts of a part are gone through in pieces of so many."""
 LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
-        "trajectory": ["step", "id", "x", "y", "z"]}  # fmt: skip
-OF_OUTPUTS = ("bridges", "films", "wall_films", "trajectory")
+        "trajectory": ["step", "id", "x", "y", "z"], "window_states": ["step", "id", "x", "y", "z"]}  # fmt: skip
+OF_PLACES = ("bridges", "films", "wall_films", "trajectory", "window_states")
 
 
 @dataclass(frozen=True)
@@ -82,26 +82,35 @@ def ends(logs: dict[str, Rows], outputs: Floats, spheres: int, size: int) -> Ite
 
 def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     """Read and compare all logs of a run."""
-    logs = {name: Rows(where(run.folder, name), name, columns) for name, columns in LOGS.items()}
+    paths = {name: where(run.folder, name) for name in LOGS}
+    logs = {name: Rows(path, name, LOGS[name]) for name, path in paths.items() if path.exists()}
     fixed, last = bodies(run), int(run.table("ledger")["step"].max())
     held, outputs, found, samples = fixed.liquid(), whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    film, falling = fixed.film.copy(), drops.Falling(run)
+    run.known["carried"] = carried = weight.Carried(run)
     last_row = np.full(len(held), -1)
     before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
     for step in ends(logs, outputs, len(run.table("spheres")), size):
         began = time.process_time()
         events = logs["events"].until(step)
         note(f"events: {logs['events'].taken}")
-        part = replace(run, tables={**run.tables, "events": events, **{n: logs[n].until(step) for n in OF_OUTPUTS}})
+        places = {name: logs[name].until(step) for name in OF_PLACES if name in logs}
+        part = replace(run, tables={**run.tables, "events": events, **places})
         known(part, ("events", "bridges"))
         found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row))
         lives = Lives(before, events, found.events, start)
         inside = outputs[(outputs > start) & (outputs <= step)]
         p = pairs(events, fixed)
-        own, shots = book(events, p, fixed, tables, lives, held, coverage.known(run, "formation"), inside, compiled)
+        falling.start(part, step)
+        draws = coverage.known(run, "formation")
+        own, shots = book(events, p, fixed, tables, lives, held, draws, inside, compiled, falling)
+        carried.add(part, step)
         found.add("liquid", liquid.check(part, own))
+        found.add("drops", falling.check(liquid.mean_film(run)))
         if start < last <= step:
             found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))
-        found.add("snapshots", snapshots.check(part, tables, lives, inside, shots))
+        found.add("snapshots", snapshots.check(part, tables, lives, inside, shots, film))
+        snapshots.keep_films(film, events, run)
         found.add("trajectory", whole.trajectory(whole.places(part), part.table("trajectory")))
         found.moved.add(run, events, p)
         samples.add_events(events, p, found.events)
@@ -129,7 +138,7 @@ def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Sa
         piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})
         known(piece, ("contacts",))
         c = forces.contacts(piece)
-        found.add("forces", forces.check(piece, c, lives), "contacts")
+        found.add("forces", [*forces.check(piece, c, lives), *impulses.check(piece)], "contacts")
         samples.add_contacts(c, row)
         row = log.taken
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from reference_impl import impulses
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
 from reference_impl.lives import Lives, keys, none
@@ -13,12 +14,12 @@ from reference_impl.lives import Lives, keys, none
 def formed(run: Run, lives: Lives | None = None) -> pd.DataFrame:
     """Volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
 
-    NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture. Without `lives`
-    of a part of the log those of all events are taken.
+    NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture; where bridges act
+    every few steps, from its formation on. Without `lives` of a part of the log those of all events are taken.
     """
     contacts = run.table("contacts")
     lives = lives or Lives(none(), run.table("events"), 0, -1)
-    at = lives.at(keys(contacts), contacts["step"].to_numpy(np.int64), strictly=True)
+    at = lives.at(keys(contacts), contacts["step"].to_numpy(np.int64), strictly=impulses.every(run) == 1)
     columns = {"volume": lives.all.volume, "rupture_distance": lives.all.rupture_distance,
                "formed": lives.all.step, "event": lives.all.row}  # fmt: skip
     return pd.DataFrame({name: np.append(v.astype(float), np.nan)[at] for name, v in columns.items()})

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reference_impl import capillary, coverage, laws, mesh
+from reference_impl import capillary, coverage, impulses, laws, mesh
 from reference_impl.bodies import bodies
 from reference_impl.compare import Floats
 from reference_impl.dry import dot, size
@@ -44,6 +44,7 @@ class Bridges:
     capillary: Floats
     normal: Floats
     tangential: Floats
+    weight: Floats
     acting: dict[str, bool]
 
     def force(self) -> Floats:
@@ -83,7 +84,8 @@ def of_window(run: Run, setup: Setup, window: Window, motion: Motion) -> Bridges
     spin = setup.radius[a][:, None] * window.w_half[k, a] + rb[:, None] * window.w_half[k, other]
     pull, normal, side, acting = _terms(run, table, wall, gap, n, relative, spin)
     slip = relative - dot(relative, n)[:, None] * n - np.cross(spin, n)
-    return Bridges(table, k, a, b, wall, n, gap, point, vb, relative, slip, pull, normal, side, acting)
+    weight = impulses.weights(run, table)
+    return Bridges(table, k, a, b, wall, n, gap, point, vb, relative, slip, pull, normal, side, weight, acting)
 
 
 def _terms(

@@ -40,11 +40,18 @@ class Plan:
     recorded: tuple[str, ...]
     energy: bool
     """Whether works are logged."""
+    every: int = 1
+    """Steps from one evaluation of the bridges to the next."""
 
     @property
     def window_steps(self) -> Floats:
         """All steps of the windows, once each."""
         return np.unique(np.concatenate([np.zeros(0, int), *(np.arange(a, b) for a, b in self.windows)]))
+
+    @property
+    def contact_steps(self) -> Floats:
+        """Those of them at which bridges act and are logged."""
+        return self.window_steps[self.window_steps % self.every == 0]
 
 
 def plan(folder: Path) -> Plan:
@@ -59,9 +66,15 @@ def plan(folder: Path) -> Plan:
     if windows and out.get("window_trajectories", False) and _engine(folder) == "LIGGGHTS":
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
-    every = max(1, round(out["interval_s"] / step))
+    slow = impulse(scene)
+    every = slow * max(1, round(out["interval_s"] / step) // slow)
     outputs, energy = np.arange(0, steps + 1, every), bool(out.get("energy", True))
-    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy)
+    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, slow)
+
+
+def impulse(scene: dict[str, Any]) -> int:
+    """Steps from one evaluation of the bridges to the next, for all of which their forces act at once (`bridges_every`)."""
+    return int(scene.get("bridges_every", 1))
 
 
 def _engine(folder: Path) -> str:
@@ -196,14 +209,16 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     triangles = history / "triangles.parquet"
     known: Any = io.columns(triangles, ["triangle"])["triangle"] if triangles.exists() else []
     _known(history / "wall_films.parquet", walls["triangle"], known, "triangle")
-    rows["events"] = _events(history / "events.parquet", ledger)
+    rows["events"] = _events(history / "events.parquet", ledger, planned)
     rows["contacts"] = _contacts(history, planned)
     return rows
 
 
-def _events(path: Path, ledger: pd.DataFrame) -> int:
+def _events(path: Path, ledger: pd.DataFrame, planned: Plan) -> int:
     """An event log that ends before the ledger stops counting was cut; its number of rows."""
-    counted = event_counts(io.columns(path, ["step", "kind"]), ledger)
+    events = io.columns(path, ["step", "kind"])
+    _in_time(path, events, planned)
+    counted = event_counts(events, ledger)
     right = (counted["logged"] == counted["counted"]).to_numpy()
     last = counted["last"].iloc[0]
     if not right.all() and right[(ledger["step"] <= last).to_numpy()].all():
@@ -227,10 +242,11 @@ def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
 def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) -> pd.DataFrame:
     """Rows of the contact log at every step of the windows, and bridges that act there by the event log: `logged`, `acting`.
 
-    A bridge acts from the step after its formation to the step before its rupture.
+    A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
+    formation on.
     """
-    steps, kind, at = planned.window_steps, events["kind"].to_numpy(), events["step"].to_numpy()
-    formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left")
+    steps, kind, at = planned.contact_steps, events["kind"].to_numpy(), events["step"].to_numpy()
+    formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left" if planned.every == 1 else "right")
     ended = np.searchsorted(np.sort(at[kind == 1]), steps, "right")
     rows = np.sort(contacts["step"].to_numpy())
     logged = np.searchsorted(rows, steps, "right") - np.searchsorted(rows, steps, "left")
@@ -241,8 +257,10 @@ def _contacts(history: Path, planned: Plan) -> int:
     """Contacts in windows only, and in every window in which bridges act throughout; the number of rows."""
     path = history / "contacts.parquet"
     contacts, events = io.columns(path, ["step"]), io.columns(history / "events.parquet", ["step", "kind"])
-    steps = planned.window_steps
-    _steps(path, np.concatenate([contacts["step"].to_numpy(), steps]), steps, "steps of the windows")
+    steps = planned.contact_steps
+    _steps(
+        path, np.concatenate([contacts["step"].to_numpy(), steps]), steps, "steps of the windows at which bridges act"
+    )
     count = contact_counts(contacts, events, planned)
     lost = count[(count["logged"] == 0) & (count["acting"] > 0)]
     if len(lost):
@@ -279,6 +297,14 @@ def inputs(run: io.Run) -> None:
         raise ReplayError(
             f"{history / 'transfer.parquet'} holds {rows} rows; expected the {want} of scene.json: {AGAIN}"
         )
+
+
+def _in_time(path: Path, events: pd.DataFrame, planned: Plan) -> None:
+    """Refuse events at steps at which the scene does not let the bridges act."""
+    late = events[events["step"] % planned.every != 0]
+    if len(late):
+        raise ReplayError(f"{path} has an event at step {late['step'].iloc[0]}; expected events at multiples of the scene's "
+                          f"bridges_every, {planned.every}: {AGAIN}")  # fmt: skip
 
 
 def counted(run: io.Run) -> list[Quantity]:

@@ -6,6 +6,7 @@ Reads files only; nothing here is physics but the masses, the dashpots and how w
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,10 @@ class Window:
     w_half: Floats
     w_room: Floats
     """By how much rounding may have moved the size of `w_half` [rad/s], shape (steps, spheres)."""
+    mass: Floats
+    """With which the spheres move [kg], shape (steps, spheres)."""
+    liquid: Floats
+    """Mass of the liquid on them [kg], whether it is part of `mass` or not; the same shape."""
 
 
 def recorded(run_dir: Path) -> bool:
@@ -196,8 +201,8 @@ def slide_steps(scene: dict[str, Any], step: float, total: int) -> tuple[int, ..
     return opens, min(total, opens + round(slide["travel_s"] / step))
 
 
-def windows(setup: Setup) -> list[Window]:
-    """The recorded windows: runs of consecutive steps."""
+def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> list[Window]:
+    """The recorded windows: runs of consecutive steps; `carried`: liquid on the spheres in steps [m3], shape (steps, spheres)."""
     table = pd.read_parquet(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
     steps = np.unique(table["step"].to_numpy())
     if (
@@ -211,7 +216,8 @@ def windows(setup: Setup) -> list[Window]:
     cuts = np.flatnonzero(np.diff(steps) > 1) + 1
     whole = {name: vectors_of(table, name).reshape(len(steps), -1, 3) for name in ("x", "v", "w", "f", "t")}
     return [
-        _window(setup, steps[at], {k: v[at] for k, v in whole.items()}) for at in np.split(np.arange(len(steps)), cuts)
+        _window(setup, steps[at], {k: v[at] for k, v in whole.items()}, carried)
+        for at in np.split(np.arange(len(steps)), cuts)
     ]
 
 
@@ -221,17 +227,23 @@ def vectors_of(table: pd.DataFrame, name: str) -> Floats:
     return table[names].to_numpy(dtype=np.float64)
 
 
-def _window(setup: Setup, steps: Floats, s: dict[str, Floats]) -> Window:
+def _window(
+    setup: Setup, steps: Floats, s: dict[str, Floats], carried: Callable[[Floats], Floats] | None
+) -> Window:  # fmt: skip
     """Half-step speeds from those at the end of the step: the engine adds the second half of its kick after the forces."""
+    liquid, mass = np.zeros((len(steps), len(setup.ids))), np.tile(setup.mass, (len(steps), 1))
+    if carried is not None and setup.scene["liquid"]:
+        liquid = carried(steps) * setup.scene["liquid"]["density_kg_per_m3"]
+        mass = mass + liquid * bool(setup.scene["effects"].get("liquid_weight"))
     acted = (steps > 0)[:, None, None] * setup.free[None, :, None]
-    kick = acted * (0.5 * setup.step / setup.mass)[None, :, None]
-    turn = acted * (0.5 * setup.step / (0.4 * setup.mass * setup.radius**2))[None, :, None]
+    kick = acted * (0.5 * setup.step / mass)[:, :, None]
+    turn = acted * (0.5 * setup.step / (0.4 * mass * setup.radius**2))[:, :, None]
     spun = turn * s["t"]
     w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
     # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
     w_half[np.abs(w_half) < 1e-13 * largest[:, :, None]] = 0.0
     room = 8.0 * np.finfo(float).eps * largest
-    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room)
+    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room, mass, liquid)
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:

@@ -29,7 +29,7 @@ that it explains (100 %: these records cannot tell the two apart).
 |---|---|---|---|---|---|---|---|
 """
 UNSEEN = (
-    ("a bridge missed at a wall, or between two outputs", "",
+    ("a bridge missed at a wall, or between two outputs outside the windows", "",
      "missed formations are looked for between spheres at output steps; gaps to walls are not logged"),
     ("errors of the exact bridge's tables below their stated limits", "",
      "a sample of the records is solved anew: force within 1e-3 of that at touch, rupture distance within 2e-4"),

@@ -45,6 +45,9 @@ def judged(row: dict[str, Any], share: float | None) -> audit.AuditRow:
         # a factor of a hundred between two shares that are both below the tolerance is no matter
         (planned(number=0.001, predicted_share=1e-3, predicted_within=3.0), 1e-5, audit.OK, "negligible"),
         (planned(), None, audit.UNKNOWN, "measured nothing"),
+        (planned("liquid_weight", on=False), 0.2, audit.OK, "in no preset, left out; would contribute 0.2"),
+        (planned("shedding", on=False), 0.0, audit.OK, "in no preset, left out; what it would do was not measured"),
+        (planned("shedding"), 0.3, audit.OK, "contributes 0.3"),
     ],
 )  # fmt: skip
 def test_verdicts(row: dict[str, Any], share: float | None, verdict: str, words: str) -> None:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import pywet
 from pywet.cli import app
 from tests.screening import synthetic
 
@@ -17,6 +21,40 @@ CONFIG = Path(__file__).parent.parent / "config"
 @pytest.fixture
 def runner() -> CliRunner:
     return CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"})
+
+
+def test_help_loads_no_library_of_numbers() -> None:
+    """Else `pywet --help` would take a second and more: what computes is imported by the command that needs it."""
+    text = (
+        "import sys, pywet.cli; print(*{'numpy', 'pandas', 'scipy', 'numba', 'pydantic', 'pyarrow'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_while(
+    runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line on standard error where the mark of `pywet.warm` is missing, none where it is there; the answer is JSON alone."""
+    from pywet import machine_code
+    from pywet.collisions import spheres
+
+    monkeypatch.setattr(spheres, "run", lambda problem: problem)
+    monkeypatch.setattr(spheres, "describe", lambda problem: {"t_end": problem.t_end})
+    monkeypatch.setattr(machine_code, "_mark", lambda: tmp_path / "ready")
+    question = ["collide", "spheres", str(CONFIG.parent / "examples" / "three_equal_spheres.json")]
+    first = runner.invoke(app, question)
+    machine_code.mark()
+    second = runner.invoke(app, question)
+    assert first.stderr.startswith("compiling for this processor, once") and second.stderr == ""
+    assert json.loads(first.stdout) == json.loads(second.stdout) == {"t_end": 400.0}
+
+
+def test_version_is_that_of_the_package(runner: CliRunner) -> None:
+    said = runner.invoke(app, ["--version"])
+    assert (said.exit_code, said.output.split()) == (0, ["pywet", version("pywet")]) and pywet.__version__ == version(
+        "pywet"
+    )
 
 
 def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
@@ -55,7 +93,7 @@ def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
         "tangential_history",
         "gravity",
     }
-    assert set(switched.values()) == {"on", "off"} and len(switched) == 12
+    assert set(switched.values()) == {"on", "off"} and len(switched) == 13
 
 
 def test_laws_lists_the_registry(runner: CliRunner) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pywet import doctor
+from pywet.engines import process
 from pywet.engines.liggghts import build
 
 
@@ -64,7 +65,7 @@ def test_the_right_engine_is_accepted_by_its_banner(path: Path) -> None:
 
 
 def test_headers_of_another_version_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(build, "package_version", lambda package: "4.0.0-1")
+    monkeypatch.setattr(process, "package_version", lambda package: "4.0.0-1")
     found = by_name()
     assert (found["engine headers"].ok, found["engine headers"].version) == (False, "4.0.0-1")
     assert not found["plugin"].ok

@@ -128,7 +128,7 @@ def test_contradictions_are_one_sentence() -> None:
 
 def test_one_line_per_effect_with_its_number() -> None:
     made = make(water())
-    assert len(made.lines) == len(made.rows) == 12
+    assert len(made.lines) == len(made.rows) == 13
     for row in made.rows:
         assert row.line.startswith(row.effect)
         assert f"{row.number:.2g}" in row.line and "\n" not in row.line
@@ -190,9 +190,29 @@ def test_predicted_shares_add_up_and_say_how_sure_they_are() -> None:
     assert shares["capillary"].predicted_within == 3.0 and shares["viscous_normal"].predicted_within == 15.0
 
 
-def test_unmodelled_weight_of_liquid_is_named() -> None:
-    row = make(water(2e-4)).row("liquid_weight")
-    assert not row.on and row.number > row.threshold and "not modelled" in row.why
+def test_effects_in_no_preset_say_when_they_matter() -> None:
+    """Drops: what of the film is beyond 2 pi r sigma under g + v/t, t = 1/omega of a free drop of its volume."""
+    made = make(water(2e-4))
+    for effect in ("liquid_weight", "shedding"):
+        assert not made.row(effect).on and "in no preset, though not negligible" in made.row(effect).why
+    film = 4 / 3 * math.pi * (2.7e-3**3 - 2.5e-3**3)
+    time = math.sqrt(998.2 * (film * 3 / (4 * math.pi)) / (8 * 0.07275))
+    felt = 9.81 + SPEED / time
+    held = 2 * math.pi * 2.5e-3 * 0.07275 / (998.2 * film * felt)
+    assert made.row("shedding").number == pytest.approx(1 - held, rel=1e-9)
+    small = make(water(1e-6))
+    assert "in no preset, and negligible" in small.row("shedding").why and small.row("shedding").number == 0.0
+
+
+def test_effects_in_no_preset_are_switched_by_hand() -> None:
+    """Their law is the one that is named, else Tate's; a dry case cannot have them."""
+    on = make(water(), liquid_weight=True, shedding=True).effects
+    assert on.liquid_weight and on.shedding == "tate"
+    off = make(water(2e-4), tolerance=0.01, decide="tolerance").effects
+    assert not off.liquid_weight and off.shedding is None
+    for effect in ("liquid_weight", "shedding"):
+        with pytest.raises(PywetError, match=f"effects.{effect} is on but there are no bridges"):
+            make(None, **{effect: True})
 
 
 def test_impossible_surroundings_are_refused() -> None:

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet import scenes, small
+from pywet.bench.bodies import drum_walls
 from pywet.cli import app
 from pywet.errors import PywetError
 from pywet.laws import registry
@@ -61,7 +62,7 @@ def test_bed_comes_to_rest(tmp_path: Path) -> None:
 def test_turning_wall_carries_its_velocity(tmp_path: Path) -> None:
     """A sphere held over a turning disc: the wall's velocity at the closest point is omega x r, liquid and work included."""
     r, at, period = 2.5e-3, 0.02, 0.05
-    mantle, low, _ = scenes.drum_walls(0.04, 0.02)
+    mantle, low, _ = drum_walls(0.04, 0.02)
     bodies = [small.Sphere(1, (at, 0.0, -0.01 + r + 1e-4), driven=True)]
     small.prepare(
         tmp_path, spheres_of(r), bodies, contacts(1), liquid=WATER, effects=small.PAPER, walls=[mantle, low],

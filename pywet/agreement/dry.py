@@ -15,28 +15,16 @@ import numpy as np
 import pandas as pd
 
 from pywet import small
-from pywet.agreement.model import (
-    EASO,
-    EXACT,
-    LIGGGHTS,
-    REFERENCE,
-    WASHINO,
-    YADE,
-    Cell,
-    Floats,
-    Source,
-    impossible,
-    measured,
-    not_run,
-    truth,
-)  # fmt: skip
-from pywet.agreement.replayed import classes, momenta
+from pywet.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
+from pywet.agreement.replayed import momenta
+from pywet.bench.bodies import contacts, dashpot, sphere_classes
 from pywet.errors import PywetError
 from pywet.files import read_table
-from pywet.scene import ContactPair
 
 R, STIFFNESS, RESTITUTION, FRICTION, SPEED = 2.5e-3, 1e7, 0.8, 0.3, 0.2
 """So stiff that the line of centres turns by 1e-4 rad at most while the spheres touch; the exact solution has it fixed."""
+TWO = sphere_classes(R, counts=2)
 PARTS = 200
 """Steps of the programs in a collision."""
 FINER = 1000
@@ -61,19 +49,10 @@ class Outcome:
         return np.array([self.tangential, self.spin])
 
 
-def pair() -> ContactPair:
-    """The contact of both programs."""
-    return ContactPair(
-        a=1, b=1, normal_stiffness_N_per_m=STIFFNESS, tangential_stiffness_N_per_m=2 / 7 * STIFFNESS, friction=FRICTION,
-        rolling_friction_m=0.0, restitution=RESTITUTION,
-    )  # fmt: skip
-
-
 def law() -> tuple[float, float, float]:
     """Reduced mass, damping [N s/m] and duration of the contact [s]; γ from the restitution (E 5)."""
-    mass = 0.5 * classes(R)[0].mass_kg
-    log = math.log(RESTITUTION)
-    damping = -2.0 * log * math.sqrt(mass * STIFFNESS) / math.hypot(math.pi, log)
+    mass = 0.5 * TWO[0].mass_kg
+    damping = dashpot(mass, STIFFNESS, RESTITUTION)
     zeta = damping / (2.0 * math.sqrt(mass * STIFFNESS))
     return mass, damping, math.pi * math.sqrt(mass / STIFFNESS) / math.sqrt(1.0 - zeta**2)
 
@@ -147,7 +126,7 @@ def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell
     names = ["tangential velocity", "spin"]
     yield measured(row, column, found.oblique, best.oblique, np.ones(2), at=names, note=note, link=link)
     if row == "oblique_slide":
-        linear, _, (size, _) = momenta(table, classes(R))
+        linear, _, (size, _) = momenta(table, TWO)
         lost = np.linalg.norm(linear - linear[0], axis=1)
         yield measured(
             "momentum_dry", column, lost, 0.0 * lost, np.full(len(lost), size), note="largest change", link=link
@@ -173,12 +152,11 @@ def prepare(folder: Path, angle_deg: float) -> list[small.Sphere]:
     step = duration / PARTS
     at = MOVING * (R + 0.25 * SPEED * along * step)  # touch is half a step after the start
     bodies = [small.Sphere(1, tuple(-at), tuple(v)), small.Sphere(1, tuple(at), tuple(-v))]
-    two = [classes(R)[0].model_copy(update={"count": 2})]
-    wall = pair().model_copy(update={"b": 0})
     steps = PARTS + 20
     small.prepare(
-        folder, two, bodies, [pair(), wall], effects=small.DRY.model_copy(update={"rolling": False}), time_step_s=step,
-        steps=steps, output_interval_s=step * (steps // 10),
+        folder, TWO, bodies, contacts(1, STIFFNESS, friction=FRICTION, restitution=RESTITUTION),
+        effects=small.DRY.model_copy(update={"rolling": False}), time_step_s=step, steps=steps,
+        output_interval_s=step * (steps // 10),
     )  # fmt: skip
     return bodies
 
@@ -190,7 +168,5 @@ def _liggghts(folder: Path, angle_deg: float) -> None:
 def _yade(folder: Path, angle_deg: float) -> None:
     from pywet.engines.yade import driver
 
-    bodies = prepare(folder, angle_deg)
-    spheres = read_table(folder / "spheres.parquet")
-    assert len(bodies) == len(spheres)
+    prepare(folder, angle_deg)
     driver.run(folder, progress=False)

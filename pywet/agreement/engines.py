@@ -13,22 +13,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.agreement.model import (
-    EASO,
-    EXACT,
-    LIGGGHTS,
-    REFERENCE,
-    WASHINO,
-    YADE,
-    Cell,
-    Floats,
-    Source,
-    basis,
-    impossible,
-    measured,
-    not_run,
-    truth,
-)  # fmt: skip
+from pywet.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.agreement.model import Cell, Floats, Source, basis, impossible, measured, not_run, truth
 from pywet.compare import statistics, verdict
 from pywet.compare.statistics import Sample
 from pywet.errors import PywetError

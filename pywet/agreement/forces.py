@@ -7,7 +7,7 @@ Truth of preset `paper` is the law typed anew in `reference_impl`; of preset `ex
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,25 +15,12 @@ import numpy as np
 import pandas as pd
 
 from pywet import bridge_engine
-from pywet.agreement.model import (
-    EASO,
-    EXACT,
-    LIGGGHTS,
-    REFERENCE,
-    WASHINO,
-    YADE,
-    Cell,
-    Floats,
-    Source,
-    impossible,
-    measured,
-    not_run,
-    truth,
-)  # fmt: skip
-from pywet.agreement.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, Pair, R, pairs
+from pywet.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
+from pywet.agreement.pairs import ANGLE, ETA, OVERLAPS, RADII, SIGMA, V_STAR, R, compared_gaps, drawn_gaps, pairs
 from pywet.agreement.rows import PAIRS
 from pywet.agreement.stock import LAWS, SCAN, Stock, scans
-from pywet.bridge_query import Query
+from pywet.bench.pair import Pair
 from pywet.engines.stock.liggghts import liggghts_drag
 from pywet.errors import PywetError
 from pywet.files import read_table
@@ -55,7 +42,7 @@ def source(folder: Path) -> Source:
         curves[pair.key] = {}
         for preset in CAPILLARY:
             log, events = _drawn(pair, preset, folder / f"pull_{preset}_{pair.key}")
-            cells += list(_engine(pair, preset, pair.gaps, log, events))
+            cells += list(_engine(pair, preset, compared_gaps(pair), log, events))
             if pair.key == "equal":
                 cells.append(_engine_overlap(pair, preset, log))
             if pair.key == "equal" and preset == "paper":
@@ -63,7 +50,7 @@ def source(folder: Path) -> Source:
             curves[pair.key][f"LIGGGHTS + pywet, {preset}"] = _thinned(log)
         cells += [*_stock(pair, stock), *_edges(pair, stock)]
         if pair.key == "equal":
-            cells += [*_overlap(pair, stock), *_drag(pair, pair.gaps)]
+            cells += [*_overlap(pair, stock), *_drag(pair, compared_gaps(pair))]
         curves[pair.key] |= _curves(pair, stock)
     return Source("forces", cells, curves)
 
@@ -72,7 +59,7 @@ def _stock_forces() -> Stock:
     """All that the stock programs are asked: two calls of each law."""
     stock, asked = Stock(), []
     for pair in pairs():
-        asked += [pair.points(pair.gaps, "gaps"), pair.points(pair.drawn_gaps, "curve")]
+        asked += [pair.points(compared_gaps(pair), "gaps"), pair.points(drawn_gaps(pair), "curve")]
         asked.append(pair.points(np.array(OVERLAPS) * R, "overlap"))
         asked.append(pair.points(np.linspace(0.3, 2.5, SCAN) * pair.limit("paper"), "coarse"))
     stock.measure(pd.concat(asked, ignore_index=True))
@@ -88,17 +75,7 @@ def _stock_forces() -> Stock:
 
 def _drawn(pair: Pair, preset: str, folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Contact log and events of the two bodies drawn apart in the engine, from a small overlap."""
-    bodies: list[dict[str, Any]] = [{"radius_m": pair.ri}, {"wall": "large"} if pair.wall else {"radius_m": pair.rj}]
-    query = Query.model_validate(
-        {
-            "bodies": [{**b, "contact_angle_deg": math.degrees(ANGLE)} for b in bodies],
-            "volume_m3": pair.volume,
-            "surface_tension_N_per_m": SIGMA,
-            "viscosity_Pa_s": 0.0,
-            "velocity_m_per_s": 0.05,
-            "separations_m": [1.2 * min(OVERLAPS) * R, 1e-4],
-        }
-    )
+    query = pair.query([1.2 * min(OVERLAPS) * R, 1e-4], viscosity_Pa_s=0.0, velocity_m_per_s=0.05)
     law, rupture = CAPILLARY[preset]
     return bridge_engine._pull(folder, query, law, rupture, "pitois")
 
@@ -122,32 +99,34 @@ def _engine(
     link = f"runs/pull_{preset}_{pair.key}/"
     names = _named(at, limit)
     where = f"V* {V_STAR:g}, contact angle 15°, {len(at)} gaps"
-    if preset == "paper":
-        yield impossible(row, EXACT, "the law is a fit; what the exact bridge gives is in the rows below")
-        yield truth(row, REFERENCE, f"closed form typed anew from the paper; {where}", len(at))
-        yield measured(
-            row, LIGGGHTS, force, pair.paper(at), at=names, note="contact log of a pull at 0.05 m/s", link=link
-        )
-    else:
-        yield truth(row, EXACT, f"Young-Laplace meridian in closed form; {where}", len(at))
-        own = [own_bridge.solve(s, pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).force * SIGMA for s in at]
-        exact = pair.exact(at)
-        yield measured(row, REFERENCE, np.array(own), exact, at=names, note="collocation, shares no code")
-        note = "tabulated force in the engine, stated error 0.1 % of the force at touch"
-        yield measured(row, LIGGGHTS, force, exact, at=names, note=note, link=link)
+    wanted = pair.exact(at) if preset == "exact" else pair.paper(at)
+    own = lambda: np.array([own_bridge.solve(g, *pair.bridge).force * SIGMA for g in at])  # noqa: E731
+    said = "Young-Laplace meridian in closed form" if preset == "exact" else "closed form typed anew from the paper"
+    fit = "the law is a fit; what the exact bridge gives is in the rows below"
+    yield from _best(row, preset, f"{said}; {where}", fit, own, wanted, "collocation, shares no code", names)
+    table = "tabulated force in the engine, stated error 0.1 % of the force at touch"
+    note = table if preset == "exact" else "contact log of a pull at 0.05 m/s"
+    yield measured(row, LIGGGHTS, force, wanted, at=names, note=note, link=link)
     broken = events.loc[events["kind"] == RUPTURE, "rupture_distance"].to_numpy(float)[:1]
     row = f"rupture_{preset}_{pair.key}"
+    own = lambda: np.array([own_bridge.rupture(*pair.bridge).separation])  # noqa: E731
+    said = "limit of stability of the exact bridge" if preset == "exact" else "closed form typed anew from the paper"
+    fit = "the law is a fit; the exact limit is in the rows below"
+    yield from _best(row, preset, said, fit, own, np.array([limit]), "second variation, shares no code")
+    note = "event log; table, stated error 2e-4" if preset == "exact" else "event log"
+    yield measured(row, LIGGGHTS, broken, np.array([limit]), note=note, link=link)
+
+
+def _best(
+    row: str, preset: str, said: str, fit: str, own: Callable[[], Floats], exact: Floats, note: str, at: Sequence[str] = ()
+) -> Iterator[Cell]:  # fmt: skip
+    """What a row is held against: the paper's law by the reference, or the exact bridge, which the reference solves too."""
     if preset == "paper":
-        yield impossible(row, EXACT, "the law is a fit; the exact limit is in the rows below")
-        yield truth(row, REFERENCE, "closed form typed anew from the paper", 1)
-        yield measured(row, LIGGGHTS, broken, np.array([limit]), note="event log", link=link)
+        yield impossible(row, EXACT, fit)
+        yield truth(row, REFERENCE, said, len(exact))
     else:
-        yield truth(row, EXACT, "limit of stability of the exact bridge", 1)
-        own_limit = own_bridge.rupture(pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).separation
-        yield measured(
-            row, REFERENCE, np.array([own_limit]), np.array([limit]), note="second variation, shares no code"
-        )
-        yield measured(row, LIGGGHTS, broken, np.array([limit]), note="event log; table, stated error 2e-4", link=link)
+        yield truth(row, EXACT, said, len(exact))
+        yield measured(row, REFERENCE, own(), exact, at=at, note=note)
 
 
 def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
@@ -176,9 +155,6 @@ NOTES = {
 }
 
 
-UNBOUNDED = "lubrication of an unbounded liquid, whatever the bridge's volume; force with viscosity less that without, over speed"
-
-
 def _note(column: str, preset: str) -> str:
     return NOTES.get(column) or f"YADE's law {LAWS[YADE, preset]}; it takes a wall for an equal sphere"
 
@@ -202,13 +178,8 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
     for preset in CAPILLARY:
         row = f"capillary_{preset}_overlap"
         touch = pair.paper(np.zeros(3)) if preset == "paper" else pair.exact(np.zeros(3))
-        if preset == "paper":
-            yield impossible(row, EXACT, "the law is a fit")
-            yield truth(row, REFERENCE, "force at touch", 3)
-        else:
-            yield truth(row, EXACT, "force at touch", 3)
-            own = own_bridge.solve(0.0, pair.volume, pair.ri, pair.rj, ANGLE, ANGLE).force * SIGMA
-            yield measured(row, REFERENCE, np.full(3, own), touch, note="collocation")
+        own = lambda: np.full(3, own_bridge.solve(0.0, *pair.bridge).force * SIGMA)  # noqa: E731
+        yield from _best(row, preset, "force at touch", "the law is a fit", own, touch, "collocation")
         for column in STOCK:
             try:
                 at, values = stock.force(column, preset, pair.key, "overlap")
@@ -288,7 +259,7 @@ def _thinned(log: pd.DataFrame) -> dict[str, list[float]]:
 
 def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
     """Force over gap of all programs for the picture."""
-    apart = pair.drawn_gaps[pair.drawn_gaps >= 0]
+    apart = drawn_gaps(pair)[drawn_gaps(pair) >= 0]
     exact = [None if math.isnan(f) else f for f in pair.exact(apart)]
     found: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}
     for column in STOCK:

@@ -14,15 +14,6 @@ from numpy.typing import NDArray
 from pywet.files import read_model, write_json
 
 Floats = NDArray[np.float64]
-EXACT, REFERENCE, LIGGGHTS, YADE, WASHINO, EASO = "exact", "reference", "liggghts", "yade", "washino", "easo"
-COLUMNS = {
-    EXACT: "exact solution",
-    REFERENCE: "independent reference",
-    LIGGGHTS: "LIGGGHTS + pywet",
-    YADE: "YADE",
-    WASHINO: "stock washino",
-    EASO: "stock easo",
-}
 State = Literal["measured", "truth", "basis", "impossible", "not run", "failed"]
 
 
@@ -70,7 +61,7 @@ def measured(
 ) -> Cell:  # fmt: skip
     """Largest and median of |found − truth|/size (size: |truth|) over all values; `at` says where each one is.
 
-    >>> measured("r", YADE, np.array([1.0, 2.2]), np.array([1.0, 2.0]), at=["near", "far"]).worst_at
+    >>> measured("r", "yade", np.array([1.0, 2.2]), np.array([1.0, 2.0]), at=["near", "far"]).worst_at
     'far'
     """
     found, truth = np.asarray(found, dtype=float), np.asarray(truth, dtype=float)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import html
-from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.agreement import pictures
-from pywet.agreement.model import COLUMNS, LIGGGHTS, Cell, Source, said
+from pywet.agreement.columns import COLUMNS, LIGGGHTS
+from pywet.agreement.model import Cell, Source, said
 from pywet.agreement.rows import GROUPS, ROWS, Row
 from pywet.agreement.sources import SOURCES, data_file
 from pywet.files import write_json
@@ -147,12 +147,8 @@ def _td(row: Row, cell: Cell | None, found: Table) -> str:
     elif cell.state == "measured" and cell.deviation is not None:
         style = f' style="background:{colour(cell.deviation)}"'
     else:
-        name = {"truth": "truth", "basis": "basis", "impossible": "none", "not run": "norun", "failed": "failed"}[
-            cell.state
-        ]
-        text = {"truth": "truth", "basis": "basis", "impossible": "—", "not run": "not run", "failed": "failed"}[
-            cell.state
-        ]
+        name = {"impossible": "none", "not run": "norun"}.get(cell.state, cell.state)
+        text = "—" if cell.state == "impossible" else cell.state
     inner = f'<a href="{html.escape(cell.link)}">{text}</a>' if cell.link else text
     return f'<td class="{name}"{style} title="{hint}">{inner}</td>'
 
@@ -201,41 +197,28 @@ MEANINGS = (
 
 def limits(found: Table) -> str:
     """Reasons of the empty cells, by column, most frequent first."""
-    reasons: dict[tuple[str, str], list[str]] = defaultdict(list)
     by_row = {r.key: r for r in ROWS}
+    reasons: dict[str, dict[str, list[str]]] = {column: {} for column in COLUMNS}
     for (key, column), cell in found.cells.items():
         if cell.state in ("impossible", "not run", "failed"):
-            reasons[column, f"{cell.state}: {cell.note}" if cell.state != "impossible" else cell.note].append(
-                by_row[key].quantity
-            )
+            why = cell.note if cell.state == "impossible" else f"{cell.state}: {cell.note}"
+            reasons[column].setdefault(why, []).append(by_row[key].quantity)
     rows: list[list[Td | str]] = []
-    for column in COLUMNS:
-        mine = sorted(((why, q) for (c, why), q in reasons.items() if c == column), key=lambda item: -len(item[1]))
-        for k, (why, quantities) in enumerate(mine):
+    for column, of in reasons.items():
+        for k, (why, quantities) in enumerate(sorted(of.items(), key=lambda item: -len(item[1]))):
             kinds = ", ".join(dict.fromkeys(quantities))
             short = kinds if len(kinds) < 110 else kinds[:107] + "…"
-            rows.append(
-                [
-                    COLUMNS[column] if k == 0 else "",
-                    Td(why, left=True),
-                    str(len(quantities)),
-                    Td(short, hint=kinds, left=True),
-                ]
-            )
+            name = COLUMNS[column] if k == 0 else ""
+            rows.append([name, Td(why, left=True), str(len(quantities)), Td(short, hint=kinds, left=True)])
     return table(["program", "reason", "cells", "quantities"], rows)
 
 
 def provenance(found: Table) -> str:
     """Sources, their state and time."""
     rows: list[list[Td | str]] = [
-        [
-            s.name,
-            str(len(s.cells)),
-            f"{s.wall_s:.0f} s",
-            Td(s.failed, "bad", left=True) if s.failed else Td("run", "good"),
-        ]
+        [s.name, str(len(s.cells)), f"{s.wall_s:.0f} s", Td(s.failed, "bad", left=True) if s.failed else Td("run", "good")]
         for s in found.sources.values()
-    ]
+    ]  # fmt: skip
     said_how = paragraph(
         "`snakemake --cores 2 agreement` (or `pywet agreement`) runs the sources and writes this page; `data/*.json` hold the"
         " cells, `runs/` the run directories that cells link to. A source that fails blanks its own cells only."

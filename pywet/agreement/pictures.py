@@ -39,7 +39,6 @@ def all_of(sources: dict[str, Source]) -> str:
             continue
         figure = make(curves if key == "equal" else curves[key])
         body += picture(figure, said)
-        plt.close(figure)
     if "retained" not in (sources["engines"].curves if "engines" in sources else {}):
         body += paragraph(
             "Bands of the fraction retained in both engines: run `snakemake --cores 2 engines` first.", soft=True

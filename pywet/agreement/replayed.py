@@ -6,7 +6,7 @@ Source `screening`: what the replay said of the moist screening cases that have 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,29 +14,17 @@ import numpy as np
 import pandas as pd
 
 from pywet import scenes, small
-from pywet.agreement.model import (
-    COLUMNS,
-    EXACT,
-    LIGGGHTS,
-    REFERENCE,
-    Cell,
-    Floats,
-    Source,
-    impossible,
-    measured,
-    not_run,
-    truth,
-)  # fmt: skip
+from pywet.agreement.columns import COLUMNS, EXACT, LIGGGHTS, REFERENCE
+from pywet.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
 from pywet.agreement.rows import NO_LOG, NO_MIGRATION, OWN_REASONS, QUANTITIES, REPLAY_REASONS
+from pywet.bench.bodies import contacts, last, sphere_classes, water
 from pywet.files import read_json, read_table
-from pywet.scene import ContactPair, Effects, Liquid, Scene, SphereClass
+from pywet.scene import Effects, Scene, SphereClass
 from pywet.screening.shapes import Replay
 from reference_impl.replay import replay
 
 R = 2.5e-3
-WATER = Liquid(
-    surface_tension_N_per_m=0.07275, viscosity_Pa_s=1e-3, density_kg_per_m3=998.2, initial_film_thickness_m=1e-4
-)
+WATER, ROUGH = water(1e-4, density=998.2), {"friction": 0.2}
 WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
 OTHER_PROGRAMS = {
     "yade": "its scene is not run here; the dry impact shows what the program keeps",
@@ -47,39 +35,17 @@ OTHER_PROGRAMS = {
 }
 
 
-def classes(*radii: float) -> list[SphereClass]:
-    """Glass spheres of these radii, one of each."""
-    return [
-        SphereClass(
-            name=f"class{k}",
-            type=k,
-            radius_m=r,
-            density_kg_per_m3=2500.0,
-            contact_angle_rad=math.radians(15.0),
-            count=1,
-        )
-        for k, r in enumerate(radii, start=1)
-    ]
-
-
-def contacts(types: int, stiffness: float = 1e4) -> list[ContactPair]:
-    """The same dry contact for every pair of types and the wall."""
-    return [
-        ContactPair(
-            a=a, b=b, normal_stiffness_N_per_m=stiffness, tangential_stiffness_N_per_m=2 / 7 * stiffness, friction=0.2,
-            rolling_friction_m=0.0, restitution=0.8,
-        )
-        for a in range(1, types + 1) for b in (0, *range(a, types + 1))
-    ]  # fmt: skip
-
-
 def source(folder: Path) -> Source:
     """Cells of the replayed scenes and of the conserved quantities."""
     made = {"pair": _pair(folder / "pair"), "wall_pull": _wall(folder / "wall_pull"), "bed": _bed(folder / "bed")}
     cells: list[Cell] = []
     for scene, found in made.items():
         cells += _cells(scene, [found], f"runs/{scene}/", "")
-    cells += [*_cluster(folder / "cluster"), *_split(folder / "exact_pair"), *_bed_energy(folder / "bed")]
+    cells += [
+        *_cluster(folder / "cluster"),
+        *_split(folder / "exact_pair"),
+        *_energy("energy_bed", folder / "bed", "runs/bed/"),
+    ]
     return Source("replayed", cells, {"bed": _places(folder / "bed")})
 
 
@@ -145,7 +111,8 @@ def _pair(folder: Path) -> dict[str, Any]:
         small.Sphere(2, (0.0, 0.0, 3.0 * R - 1e-6), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True),
     ]
     small.prepare(
-        folder, classes(R, 2.0 * R), bodies, contacts(2, 1e5), liquid=WATER, effects=small.PAPER, time_step_s=2e-5, steps=1500,
+        folder, sphere_classes(R, 2.0 * R), bodies, contacts(2, 1e5, **ROUGH), liquid=WATER, effects=small.PAPER,
+        time_step_s=2e-5, steps=1500,
     )  # fmt: skip
     small.run(folder, bodies)
     return replay(folder)
@@ -155,8 +122,8 @@ def _wall(folder: Path) -> dict[str, Any]:
     """A sphere drawn from a plate, sideways and spinning."""
     bodies = [small.Sphere(1, (0.0, 0.0, R), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True)]
     small.prepare(
-        folder, classes(R), bodies, contacts(1, 1e5), liquid=WATER, effects=small.PAPER, walls=[small.floor()],
-        wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=1500,
+        folder, sphere_classes(R), bodies, contacts(1, 1e5, **ROUGH), liquid=WATER, effects=small.PAPER,
+        walls=[small.floor()], wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=1500,
     )  # fmt: skip
     small.run(folder, bodies)
     return replay(folder)
@@ -170,7 +137,7 @@ def _bed(folder: Path) -> dict[str, Any]:
 
 def _cluster(folder: Path) -> Iterator[Cell]:
     """Three wet spheres thrown together, free: momentum, angular momentum, energy; again without the tangential drag."""
-    kinds, link = classes(R, 2e-3), "runs/cluster/"
+    kinds, link = sphere_classes(R, 2e-3), "runs/cluster/"
     plain = folder.with_name("cluster_no_tangential")
     _throw(folder, kinds, small.PAPER)
     _throw(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}))
@@ -182,20 +149,20 @@ def _cluster(folder: Path) -> Iterator[Cell]:
     yield from _energy("energy_wet", folder, link)
 
 
-def _throw(folder: Path, kinds: list[SphereClass], effects: Effects) -> None:
+def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects) -> None:
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
         small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
         small.Sphere(1, (0.0, 0.0051, 0.001), (0.0, -0.1, 0.0)),
     ]
     small.prepare(
-        folder, kinds, bodies, contacts(2), liquid=WATER, effects=effects, time_step_s=1e-5, steps=3000,
+        folder, kinds, bodies, contacts(2, 1e4, **ROUGH), liquid=WATER, effects=effects, time_step_s=1e-5, steps=3000,
         output_interval_s=1e-3,
     )  # fmt: skip
     small.run(folder, bodies)
 
 
-def _kept(row: str, folder: Path, kinds: list[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
+def _kept(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
     """Linear (0) or angular (1) momentum over a run."""
     table = read_table(folder / "trajectory.parquet")
     *both, sizes = momenta(table, kinds)
@@ -205,7 +172,7 @@ def _kept(row: str, folder: Path, kinds: list[SphereClass], which: int, note: st
     yield from _empty(row)
 
 
-def momenta(table: pd.DataFrame, kinds: list[SphereClass]) -> tuple[Floats, Floats, tuple[float, float]]:
+def momenta(table: pd.DataFrame, kinds: Sequence[SphereClass]) -> tuple[Floats, Floats, tuple[float, float]]:
     """Linear and angular momentum at each output, and the sums of their parts' sizes at the start."""
     table = table.sort_values(["step", "id"])
     n = table["id"].nunique()
@@ -216,10 +183,6 @@ def momenta(table: pd.DataFrame, kinds: list[SphereClass]) -> tuple[Floats, Floa
     sums = [part.reshape(-1, n, 3).sum(axis=1) for part in (linear, orbit + spin)]
     sizes = [float(np.linalg.norm(part[:n], axis=1).sum()) for part in (linear, orbit, spin)]
     return sums[0], sums[1], (sizes[0], sizes[1] + sizes[2])
-
-
-def _bed_energy(folder: Path) -> Iterator[Cell]:
-    yield from _energy("energy_bed", folder, "runs/bed/")
 
 
 def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
@@ -245,15 +208,9 @@ def _split(folder: Path) -> Iterator[Cell]:
     row = "split_exact_unequal"
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), small.Sphere(2, (0.0, 0.0, 3.0 * R), driven=True)]
     small.prepare(
-        folder,
-        classes(R, 2.0 * R),
-        bodies,
-        contacts(2, 1e5),
-        liquid=WATER,
-        effects=small.EXACT,
-        time_step_s=2e-5,
-        steps=10,
-    )
+        folder, sphere_classes(R, 2.0 * R), bodies, contacts(2, 1e5, **ROUGH), liquid=WATER, effects=small.EXACT,
+        time_step_s=2e-5, steps=10,
+    )  # fmt: skip
     small.run(folder, bodies)
     nodes = read_table(folder / "history" / "transfer.parquet")
     nodes = nodes[(nodes["type_i"] == 1) & (nodes["type_j"] == 2) & (nodes["v_star"] > 1e-4)].iloc[::12]
@@ -276,6 +233,6 @@ def _split(folder: Path) -> Iterator[Cell]:
 
 def _places(folder: Path) -> dict[str, Any]:
     """Spheres of the settled bed for the picture."""
-    table = read_table(folder / "trajectory.parquet").query("step == step.max()")
+    table = last(folder)
     radius = Scene.read(folder / "scene.json").classes[0].radius_m
     return {"radius": radius, "at": table[["x", "y", "z"]].to_numpy(float).tolist()}

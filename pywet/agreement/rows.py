@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pywet.agreement.model import EASO, EXACT, REFERENCE, WASHINO, YADE
+from pywet.agreement.columns import EASO, EXACT, REFERENCE, WASHINO, YADE
 
 
 @dataclass(frozen=True)

@@ -13,19 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from pywet.agreement.model import (
-    EASO,
-    EXACT,
-    LIGGGHTS,
-    REFERENCE,
-    WASHINO,
-    YADE,
-    Cell,
-    Source,
-    impossible,
-    measured,
-    truth,
-)  # fmt: skip
+from pywet.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.agreement.model import Cell, Source, impossible, measured, truth
 
 STOKES = (6.0, 12.0, 24.0)
 SPEEDS = (0.5, 1.0, 2.0)

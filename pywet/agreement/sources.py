@@ -6,59 +6,27 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 from pywet.agreement.model import Source
 from pywet.errors import PywetError
 
 
-def _forces(folder: Path) -> Source:
-    from pywet.agreement import forces
-
-    return forces.source(folder / "runs")
-
-
-def _replayed(folder: Path) -> Source:
-    from pywet.agreement import replayed
-
-    return replayed.source(folder / "runs")
-
-
-def _dry(folder: Path) -> Source:
-    from pywet.agreement import dry
-
-    return dry.source(folder / "runs")
-
-
-def _single(folder: Path) -> Source:
-    from pywet.agreement import single
-
-    return single.source(folder / "runs")
-
-
-def _screening(folder: Path) -> Source:
-    from pywet.agreement import replayed
-
-    return replayed.screening(folder.parent)
-
-
-def _engines(folder: Path) -> Source:
-    from pywet.agreement import engines
-
-    return engines.source(folder.parent / "crosscheck")
+def _of(module: str, function: str = "source", beside: str = "runs") -> Callable[[Path], Source]:
+    """A function of a module of this package, imported when it is called; `beside`: the folder it is given."""
+    return lambda folder: getattr(import_module(f"pywet.agreement.{module}"), function)(folder / beside)
 
 
 SOURCES: dict[str, Callable[[Path], Source]] = {
-    "forces": _forces,
-    "replayed": _replayed,
-    "dry": _dry,
-    "single": _single,
-    "screening": _screening,
-    "engines": _engines,
+    "forces": _of("forces"),
+    "replayed": _of("replayed"),
+    "dry": _of("dry"),
+    "single": _of("single"),
+    "screening": _of("replayed", "screening", ".."),
+    "engines": _of("engines", beside="../crosscheck"),
 }
 """Name -> function of the folder results/agreement; the last two read what other targets have left beside it."""
-
-
 READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"}
 """What the last two sources read of other targets' results."""
 

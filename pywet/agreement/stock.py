@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from pywet.agreement.model import EASO, WASHINO, YADE, Floats
+from pywet.agreement.columns import EASO, WASHINO, YADE
+from pywet.agreement.model import Floats
 from pywet.engines.stock import liggghts_force, yade_force
 from pywet.errors import PywetError
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from pywet.atlas.points import SIGMA
 from pywet.history.schema import LARGE_WALL, SPHERE
@@ -42,17 +44,24 @@ def force_errors(forces: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(errors, index=forces.index)
 
 
+def by_bodies(points: pd.DataFrame) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Name of the bodies and which rows are theirs; only those that are there."""
+    for name, chosen in REGIONS.items():
+        own = chosen(points).to_numpy()
+        if own.any():
+            yield name, own
+
+
 def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
     """Median, 95 % and worst |error| per law, bodies and gap, and where the worst is."""
-    rows = []
+    rows, share = [], forces["share"]
     for law in map(str, errors.columns):
-        for bodies, chosen in REGIONS.items():
+        for bodies, own in by_bodies(forces):
             for gap, (low, high) in GAPS.items():
-                at = chosen(forces) & (forces["share"] >= low) & (forces["share"] <= high)
-                size = errors.loc[at, law].abs().dropna()
+                size = errors.loc[own & (share >= low) & (share <= high), law].abs().dropna()
                 if len(size) == 0:
                     continue
-                worst = forces.iloc[int(np.flatnonzero(forces.index == size.idxmax())[0])]
+                worst = forces.loc[size.index[int(size.to_numpy().argmax())]]
                 where = (
                     f"V* {worst['v_star']:.0e}, θ {worst['angle_i_deg']:g}/{worst['angle_j_deg']:g}°, "
                     f"S/S_rup {worst['share']:g}, q {worst['ratio']:g}"
@@ -68,11 +77,8 @@ def rupture_table(limits: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for name in registry.BUILT_IN["rupture"]:
         error = registry.get("rupture", name).functions[0](*arguments) / limits["rupture"].to_numpy() - 1.0
-        for bodies, chosen in REGIONS.items():
-            part = error[chosen(limits).to_numpy()]
-            if len(part) == 0:
-                continue
-            size = np.abs(part)
+        for bodies, own in by_bodies(limits):
+            part, size = error[own], np.abs(error[own])
             row = {"law": name, "bodies": bodies, "median": np.median(size), "p95": np.quantile(size, 0.95)}
             rows.append({**row, "worst": part[size.argmax()]})
     return pd.DataFrame(rows)
@@ -104,10 +110,8 @@ def misprint_table(forces: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
         for printed, mended in names.items():
             wrong, right = (registry.get(kind, n).functions[0](*arguments) for n in (printed, mended))
             change = 100.0 * (wrong / right - 1.0)
-            for bodies, chosen in REGIONS.items():
-                part = change[chosen(points).to_numpy()]
-                if len(part) == 0:
-                    continue
+            for bodies, own in by_bodies(points):
+                part = change[own]
                 row = {"printed": printed, "mended": mended, "bodies": bodies, "smallest": part.min()}
                 rows.append({**row, "median": np.median(part), "largest": part.max()})
     return pd.DataFrame(rows)

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -19,9 +14,7 @@ from matplotlib.figure import Figure
 from pywet import young_laplace
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
-from pywet.view.plots import STYLE
-
-LOOK: Any = STYLE
+from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt, svg
 
 SHOWN = ("rabinovich", "lambert", "willett", "willett_simple", "weigert", "soulie", "bagheri")
 """Closed forms that are drawn."""
@@ -30,63 +23,40 @@ EXACT: Any = {"color": "#27323d", "lw": 2.2, "label": "exact (Young-Laplace)"}
 FORCE = ("separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 
 
-def _svg(figure: Figure) -> str:
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None})
-    plt.close(figure)
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
-
-
-def _grid(panels: int, columns: int, size: tuple[float, float]) -> tuple[Figure, Any]:
-    rows = -(-panels // columns)
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False, layout="constrained"
-    )
-    for spare in list(axes.flat)[panels:]:
-        spare.axis("off")
-    return figure, list(axes.flat)
+def _text(figure: Figure) -> str:
+    whole = svg(figure, bbox_inches="tight")
+    return whole[whole.index("<svg") :]
 
 
 def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, laws: Sequence[str] = SHOWN) -> str:
     """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
-    with plt.rc_context(LOOK):
-        figure, axes = _grid(len(laws), 4, (2.9, 2.5))
+    with plt.rc_context(STYLE):
+        figure, axes = panels(len(laws), 4, (2.9, 2.5))
         equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
         degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
         at = equal.index[equal["angle_i_deg"] == degrees]
         image: Any = None
         for axis, law in zip(axes, laws, strict=False):
-            table = (
-                forces.loc[at]
-                .assign(error=100 * errors.loc[at, law])
-                .pivot_table(index="v_star", columns="share", values="error")
-            )
-            image = axis.pcolormesh(
-                table.columns,
-                np.log10(table.index),
-                table.to_numpy(),
-                cmap="RdBu_r",
-                vmin=-50,
-                vmax=50,
-                shading="nearest",
-            )
+            off = forces.loc[at].assign(error=100 * errors.loc[at, law])
+            table = off.pivot_table(index="v_star", columns="share", values="error")
+            look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
+            image = axis.pcolormesh(table.columns, np.log10(table.index), table.to_numpy(), **look)
             axis.set(title=law, xlabel="S / S_rup", ylabel="log₁₀ V*")
             axis.grid(False)
         figure.colorbar(image, ax=list(axes), label="F / F exact − 1  [%]", shrink=0.7, extend="both")
-        return _svg(figure)
+        return _text(figure)
 
 
 def force_curves(angles: Sequence[float] = (0.0, 20.0, 40.0, 60.0), v_star: float = 1e-2) -> str:
     """Force over separation of all laws for equal spheres at four contact angles."""
-    with plt.rc_context(LOOK):
-        figure, axes = _grid(len(angles), 4, (3.0, 2.8))
+    with plt.rc_context(STYLE):
+        figure, axes = panels(len(angles), 4, (3.0, 2.8))
         for axis, degrees in zip(axes, angles, strict=False):
             theta = math.radians(degrees)
             _curves(axis, v_star, (1.0, 1.0, theta, theta), 1.0, SHOWN)
             axis.set(title=f"θ = {degrees:g}°, V* = {v_star:g}", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
         axes[0].legend(fontsize=7)
-        return _svg(figure)
+        return _text(figure)
 
 
 def _curves(
@@ -106,9 +76,9 @@ def _curves(
 def rupture_curves(limits: pd.DataFrame) -> str:
     """Rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
     laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")]
-    with plt.rc_context(LOOK):
+    with plt.rc_context(STYLE):
         ratios = limits["ratio"].unique().tolist()
-        figure, axes = _grid(len(ratios), 4, (3.0, 2.7))
+        figure, axes = panels(len(ratios), 4, (3.0, 2.7))
         for axis, q in zip(axes, ratios, strict=False):
             for degrees, style in ((0.0, "-"), (40.0, "--"), (60.0, ":")):
                 part = limits[
@@ -122,37 +92,24 @@ def rupture_curves(limits: pd.DataFrame) -> str:
             axis.axhline(1.0, color="#27323d", lw=2)
             axis.set(title=name, xscale="log", xlabel="V*", ylabel="S_rup / exact", ylim=(0.5, 1.7))
         axes[0].legend(fontsize=6.5, title="θ: 0° solid, 40° dashed, 60° dotted", title_fontsize=6.5)
-        return _svg(figure)
+        return _text(figure)
 
 
 def fig7() -> str:
     """Fig. 7 of Elskamp & Kruggel-Emden: transfer ratio by the parabola (solid) and by the exact profile (dashed)."""
     v = np.concatenate([np.linspace(0.002, 0.02, 6), np.linspace(0.04, 0.5, 16)])
-    with plt.rc_context(LOOK):
-        figure, axes = _grid(4, 4, (3.0, 2.8))
+    with plt.rc_context(STYLE):
+        figure, axes = panels(4, 4, (3.0, 2.8))
         for axis, degrees, letter in ((axes[0], 10.0, "a"), (axes[1], 40.0, "b")):
             for size, colour in ((1.5, "#0b3c78"), (2.5, "#4a9bd4"), (3.5, "#5d8a3a"), (5.0, "#d98032")):
                 t = math.radians(degrees)
                 for model, style in (("parabola", "-"), ("young_laplace", "--")):
                     ratio = registry.transfer_model(model)(5e-3, size * 1e-3, t, t, SPHERE, v)
-                    axis.plot(
-                        v,
-                        ratio,
-                        style,
-                        color=colour,
-                        lw=1.2,
-                        label=f"r_i/r_j = {5 / size:.2g}" if style == "-" else None,
-                    )
+                    name = f"r_i/r_j = {5 / size:.2g}" if style == "-" else None
+                    axis.plot(v, ratio, style, color=colour, lw=1.2, label=name)
             axis.set(title=f"({letter}) spheres, θ = {degrees:g}°", ylabel="T_i")
         for axis, degrees, letter in ((axes[2], 10.0, "c"), (axes[3], 40.0, "d")):
-            for wall, colour in (
-                (0, "#0b3c78"),
-                (10, "#4a9bd4"),
-                (20, "#5d8a3a"),
-                (30, "#8b5fa5"),
-                (40, "#d98032"),
-                (50, "#c0392b"),
-            ):
+            for wall, colour in zip(range(0, 60, 10), (NAVY, SKY, GREEN, VIOLET, ORANGE, RED), strict=True):
                 for model, style in (("parabola", "-"), ("young_laplace", "--")):
                     given = (1.5e-3, 1.5e-3, math.radians(degrees), math.radians(wall), LARGE_WALL, v)
                     ratio = registry.transfer_model(model)(*given)
@@ -161,7 +118,7 @@ def fig7() -> str:
         for axis in axes:
             axis.set(xlabel="V*", xlim=(0, 0.5), ylim=(0, 1))
             axis.legend(fontsize=6.5)
-        return _svg(figure)
+        return _text(figure)
 
 
 def validation() -> str:
@@ -174,15 +131,15 @@ def validation() -> str:
         ("Fig. 5a: wall, r = 12 µm, θ = 0°", 7e-19, (12e-6, math.inf, 0.0, 0.0), 0.026),
         ("Fig. 5a: wall, r = 25 µm, θ = 10°", 170e-19, (25e-6, math.inf, ten, ten), 0.026),
     ]
-    with plt.rc_context(LOOK):
-        figure, axes = _grid(len(cases) + 1, 3, (3.9, 3.0))
+    with plt.rc_context(STYLE):
+        figure, axes = panels(len(cases) + 1, 3, (3.9, 3.0))
         for axis, (title, volume, pair, sigma) in zip(axes, cases, strict=False):
             _curves(axis, volume, pair, sigma, SHOWN)
             axis.set(title=title, xlabel="S [m]", ylabel="F [N]", ylim=(0, None))
             axis.ticklabel_format(scilimits=(-2, 2), axis="both")
         axes[0].legend(fontsize=7)
         _fig5b(axes[len(cases)])
-        return _svg(figure)
+        return _text(figure)
 
 
 def _fig5b(axis: Axes) -> None:
@@ -209,11 +166,11 @@ def _fig5b(axis: Axes) -> None:
 
 def cost_bars(cost: pd.DataFrame) -> str:
     """Nanoseconds per call."""
-    with plt.rc_context(LOOK):
-        figure, axes = _grid(1, 1, (6.0, 2.8))
+    with plt.rc_context(STYLE):
+        figure, axes = panels(1, 1, (6.0, 2.8))
         table = cost.sort_values("ns")
         colours = ["#0b3c78" if law == "young_laplace" else "#9fb3c8" for law in table["law"]]
         axes[0].barh(table["law"], table["ns"], color=colours)
         axes[0].set(xlabel="nanoseconds per call")
         axes[0].grid(axis="y", visible=False)
-        return _svg(figure)
+        return _text(figure)

@@ -17,6 +17,7 @@ from pywet.collisions.problem import Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.showing import say_wait
 
 WIDE = 160
 """Columns of a table that goes into a file or a pipe."""
@@ -32,7 +33,8 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
         if as_table or csv is not None:
             raise PywetError(f"{file} describes one collision, expected a list somewhere for --table or --csv")
         problem = parse(Problem, content, str(file))
-        with err.status("one collision (machine code is made at the first call)"):
+        say_wait()
+        with err.status("one collision"):
             from pywet.collisions.wall import collide
 
             answer = collide(problem)

@@ -9,6 +9,8 @@ import math
 
 from numba import njit
 
+from pywet.physics.contact import damping_ratio
+
 
 def damping_constant(restitution: float) -> float:
     """α = −√5 ln e/√(ln² e + π²) [-], so that the contact returns e at every velocity. e = 0: the limit √5. Source: (16).
@@ -20,8 +22,7 @@ def damping_constant(restitution: float) -> float:
     """
     if restitution <= 0.0:
         return math.sqrt(5.0)
-    log = math.log(restitution)
-    return -math.sqrt(5.0) * log / math.hypot(log, math.pi)
+    return math.sqrt(5.0) * damping_ratio(restitution)
 
 
 def effective_modulus(modulus_i: float, poisson_i: float, modulus_j: float, poisson_j: float) -> float:

@@ -19,18 +19,12 @@ from pywet.collisions import wall
 from pywet.collisions.problem import Liquid, Problem
 from pywet.errors import PywetError
 from pywet.files import read_table
+from pywet.physics.contact import damping_ratio
 from pywet.scene import ContactPair, Effects, SphereClass
 from pywet.scene import Liquid as SceneLiquid
 
-BUCK = Effects(
-    bridges=True,
-    capillary="buck",
-    viscous_normal="buck_water",
-    viscous_tangential="buck",
-    rupture="buck",
-    dynamic_rupture="pitois",
-    formation="shi_mccarthy",
-    transfer="parabola",
+BUCK = small.PAPER.model_copy(
+    update={"capillary": "buck", "viscous_normal": "buck_water", "viscous_tangential": "buck", "rupture": "buck"}
 )
 """The laws of Buck et al. in the form the engine takes; formation and sharing are those of the preset `paper`."""
 STEPS_PER_CONTACT = 50
@@ -50,9 +44,8 @@ class EngineRun:
 def contact_of(case: Problem) -> ContactPair:
     """A linear contact that lasts as long as the model's, with its restitution and friction."""
     events = wall.collide(case.model_copy(update={"liquid": None, "gravity_m_per_s2": 0.0}))["events"]
-    log = math.log(case.particle.restitution)
-    damping_ratio = -log / math.hypot(log, math.pi)
-    stiffness = case.mass * (math.pi / events[-1]["t"]) ** 2 / (1.0 - damping_ratio**2)
+    zeta = damping_ratio(case.particle.restitution)
+    stiffness = case.mass * (math.pi / events[-1]["t"]) ** 2 / (1.0 - zeta**2)
     return ContactPair(
         a=1,
         b=0,

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from pywet.collisions import study
 from pywet.collisions.curves import WORKS
 from pywet.files import atomic_write
-from pywet.view.plots import STYLE
+from pywet.report.pictures import STYLE
 
 COLOURS = ("#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#9a8f80")
 WORK_COLOURS = dict(zip(WORKS, ("#d98032", "#4a9bd4", "#0b3c78", "#9a8f80"), strict=True))

@@ -10,7 +10,8 @@ from pydantic import Field, model_validator
 from pywet.collisions import contact
 from pywet.collisions.model import Parameters
 from pywet.config.entries import Excusable
-from pywet.scene import Strict
+from pywet.physics.contact import effective_mass, reduced_radius
+from pywet.strict import Strict
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30, allow_inf_nan=False)]
 Poisson = Annotated[float, Field(gt=-1, le=0.5)]
@@ -145,8 +146,8 @@ class Problem(Strict):
         radius = reduced = particle.radius_m
         mass = self.mass
         if self.partner is not None:
-            mass = 1.0 / (1.0 / mass + 1.0 / _mass(self.partner))
-            reduced = 1.0 / (1.0 / radius + 1.0 / self.partner.radius_m)
+            mass = effective_mass(mass, _mass(self.partner))
+            reduced = reduced_radius(radius, self.partner.radius_m)
         moduli = (particle.youngs_modulus_Pa, particle.poisson_ratio, other.youngs_modulus_Pa, other.poisson_ratio)
         stiffness = 4.0 / 3.0 * contact.effective_modulus(*moduli) * math.sqrt(reduced)
         printed = chosen.shear_modulus == "as_printed"

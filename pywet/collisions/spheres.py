@@ -28,6 +28,7 @@ __all__ = [
     "mechanism",
     "outcome",
     "parse",
+    "read",
     "run",
     "stokes_to_rebound",
     "three_equal_spheres",
@@ -45,6 +46,11 @@ def collide(description: dict[str, Any], where: str = "the description") -> dict
     return describe(run(parse(description, where)))
 
 
+def read(path: Path) -> Problem:
+    """The problem that a JSON file describes."""
+    return parse(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))
+
+
 def collide_file(path: Path) -> dict[str, Any]:
     """Run the description in a JSON file."""
-    return collide(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))
+    return describe(run(read(path)))

@@ -18,9 +18,9 @@ from scipy.integrate import solve_ivp
 from pywet.collisions import engine, wall
 from pywet.collisions.curves import problem
 from pywet.collisions.problem import Problem, Readings
-from pywet.history.initial import film_volume
 from pywet.laws import registry
 from pywet.laws.force_law import ForceLaw
+from pywet.physics.contact import damping, film_volume
 from pywet.scene import Effects
 
 
@@ -34,8 +34,8 @@ def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
     liquid, radius, mass = case.liquid, case.particle.radius_m, case.mass
     assert liquid is not None
     pair = engine.contact_of(case)
-    stiffness, log = pair.normal_stiffness_N_per_m, math.log(pair.restitution)
-    damping = -2.0 * log * math.sqrt(mass * stiffness) / math.hypot(log, math.pi)
+    stiffness = pair.normal_stiffness_N_per_m
+    gamma = damping(pair.restitution, mass, stiffness)
     angle = math.radians(liquid.contact_angle_deg)
     volume = float(
         _law("formation", effects.formation)(film_volume(liquid.layer_thickness_m, radius), radius, math.inf)
@@ -49,7 +49,7 @@ def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
         force = viscous(s, volume, radius, math.inf, u, liquid.viscosity_Pa_s)
         force -= capillary(s, volume, radius, math.inf, angle, 0.0, liquid.surface_tension_N_per_m)
         if s < 0.0:
-            force += max(-stiffness * s - damping * u, 0.0)  # the engine's contact does not pull
+            force += max(-stiffness * s - gamma * u, 0.0)  # the engine's contact does not pull
         return [u, force / mass - case.gravity_m_per_s2]
 
     def rupture(t: float, y: np.ndarray) -> float:

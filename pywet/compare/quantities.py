@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from pywet.bench.bodies import coordination, last
 from pywet.errors import PywetError
 from pywet.files import read_if_there, read_table
 from pywet.scene import Scene
@@ -25,8 +25,6 @@ from reference_impl import whole
 from reference_impl.io import ReplayError
 
 Floats = NDArray[np.float64]
-TOUCHING = 1e-2
-"""Gap up to which two spheres count as neighbours, in the larger radius."""
 RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
 HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
 
@@ -177,10 +175,11 @@ def _energies(run_dir: Path) -> Iterator[Quantity]:
 
 def _bed(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
     """Where the spheres are at the end: mean height, height of the upper tenth, neighbours in touch per sphere."""
-    table = _table(run_dir, "trajectory")
-    if table is None or table.empty:
+    if not (run_dir / "trajectory.parquet").exists():
         return
-    end = table[table["step"] == table["step"].max()]
+    end = last(run_dir)
+    if end.empty:
+        return
     radius = end["type"].map({c.type: c.radius_m for c in scene.classes}).to_numpy(float)
     up = -np.asarray(scene.gravity_m_per_s2)
     up = up / np.linalg.norm(up) if up.any() else np.array([0.0, 0.0, 1.0])
@@ -189,20 +188,6 @@ def _bed(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
     yield _number("mean height at the end", "m", height.mean(), float(radius.max()))
     yield _number("upper tenth at the end", "m", np.quantile(height + radius, 0.9), float(radius.max()))
     yield _number("neighbours per sphere at the end", "1", coordination(at, radius), 1.0)
-
-
-def coordination(at: Floats, radius: Floats) -> float:
-    """Mean number of spheres in touch (gap up to TOUCHING of the larger radius) with a sphere.
-
-    >>> round(coordination(np.array([[0.0, 0, 0], [2.0, 0, 0], [9.0, 0, 0]]), np.ones(3)), 3)
-    0.667
-    """
-    pairs = cKDTree(at).query_pairs(2.0 * radius.max() * (1.0 + TOUCHING), output_type="ndarray")
-    if len(pairs) == 0:
-        return 0.0
-    i, j = pairs.T
-    gap = np.linalg.norm(at[i] - at[j], axis=1) - radius[i] - radius[j]
-    return float(2.0 * np.count_nonzero(gap <= TOUCHING * np.maximum(radius[i], radius[j])) / len(at))
 
 
 def _checks(run_dir: Path) -> Iterator[tuple[str, tuple[bool, float]]]:

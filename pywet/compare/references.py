@@ -1,5 +1,5 @@
 """The reference scenes whose digests are stored (tests/data/digests): small, each done in seconds, over several seeds where a
-seed means anything. `pywet digest --renew` runs them again; it refuses when the replay disagrees.
+seed means anything. `pywet digest` runs them again; it refuses when the replay disagrees.
 """
 
 from __future__ import annotations
@@ -9,15 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from pywet import config, scenes, stages
+from pywet.bench.subset import with_spheres
 from pywet.compare import digest
 from pywet.compare.digest import Digest
 from pywet.errors import PywetError
-from pywet.files import read_table, write_json, write_table
-from pywet.history.initial import sphere_table
+from pywet.files import read_table
 from pywet.screening import cases
+from pywet.shipped import place
 
 STORE = Path("tests/data/digests")
 Numbers = dict[str, tuple[float, float, str]]
@@ -45,39 +44,24 @@ def _replayed(run_dir: Path) -> Numbers:
     return digest.numbers_in(run_dir)
 
 
-def _scene(name: str, choice: scenes.Choice, seed: int, folder: Path) -> Numbers:
-    scenes.run(name, folder, scenes.Choice(**{**choice.__dict__, "seed": seed}))
-    return _replayed(folder)
+def _scene(name: str, **chosen: float) -> Callable[[int, Path], Numbers]:
+    """A scene of `pywet scene` with its choices; a seed of it."""
 
+    def run_seed(seed: int, folder: Path) -> Numbers:
+        scenes.run(name, folder, scenes.Choice(**{**chosen, "seed": seed}))  # type: ignore[arg-type]
+        return _replayed(folder)
 
-def pull(seed: int, folder: Path) -> Numbers:
-    """Two spheres drawn apart: `pywet scene pull`."""
-    return _scene("pull", scenes.Choice(seconds=0.02), seed, folder)
-
-
-def collision(seed: int, folder: Path) -> Numbers:
-    """Two wet spheres thrown at each other: `pywet scene collision`."""
-    return _scene("collision", scenes.Choice(moisture_percent=0.2), seed, folder)
-
-
-def bed(seed: int, folder: Path) -> Numbers:
-    """Forty moist spheres that come to rest in a box."""
-    return _scene("bed", scenes.Choice(spheres=40, seconds=0.12), seed, folder)
+    return run_seed
 
 
 def screening(seed: int, folder: Path) -> Numbers:
     """Case 2 at smoke scale with sixteen spheres, the first 0.9 s, from configuration to results."""
-    loaded = config.load(Path(__file__).parents[2] / "config").with_seed(10000 + seed)
+    loaded = config.load(place("config")).with_seed(10000 + seed)
     scene = cases.build(loaded, 2, "smoke", folder)
     spheres = read_table(folder / scene.spheres_file)
-    spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
-    spheres["id"] = np.arange(1, len(spheres) + 1)
-    classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)
+    first = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
     output = scene.output.model_copy(update={"checkpoints": 0, "energy": True})
-    scene = scene.model_copy(update={"classes": classes, "duration_s": SHORTEST_S, "output": output})
-    write_table(spheres, folder / scene.spheres_file)
-    write_table(sphere_table(scene, spheres), folder / "history" / "spheres.parquet")
-    write_json(folder / "scene.json", scene.model_dump(mode="json"))
+    with_spheres(scene, folder, first, duration_s=SHORTEST_S, output=output)
     stages.simulate(folder, ranks=1, progress=False)
     stages.replay(folder)
     stages.results(folder)
@@ -113,13 +97,14 @@ def _flat(found: dict[str, object]) -> Numbers:
 
 
 SCENES: dict[str, Reference] = {
-    "pull": Reference("pywet scene pull --seconds 0.02", (1,), 1e-6, pull),
-    "collision": Reference("pywet scene collision --moisture 0.2", (1,), 1e-6, collision),
-    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)), 1e-6, bed),
+    "pull": Reference("pywet scene pull --seconds 0.02", (1,), 1e-6, _scene("pull", seconds=0.02)),
+    "collision": Reference("pywet scene collision --moisture 0.2", (1,), 1e-6, _scene("collision", moisture_percent=0.2)),
+    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)), 1e-6,
+                     _scene("bed", spheres=40, seconds=0.12)),
     "screening": Reference("case 2, smoke scale, 16 spheres, 0.9 s", tuple(range(1, 9)), 1e-6, screening),
     "wall": Reference("pywet collide wall (glass 1.74 mm, 100 µm of water, 1 m/s, 30°)", (1,), 1e-6, wall),
     "spheres": Reference("pywet collide spheres (three equal, St 6, 30°)", (1,), 1e-6, spheres),
-}
+}  # fmt: skip
 """Name of a digest -> its scene. A seed means nothing to a scene of one seed: it is deterministic."""
 
 

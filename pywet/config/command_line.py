@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pywet.config.messages import explain
+from pywet.config.messages import mistake
 from pywet.config.settings import Settings
-from pywet.errors import PywetError
+from pywet.errors import ConfigError
 
 REPLACED = ("scale", "cases", "ranks", "both_presets", "seed")
 
@@ -25,11 +25,11 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
     try:
         found = Settings.model_validate({**given, "cases": numbers})
     except ValidationError as error:
-        raise PywetError(explain(error, Settings, "--config")) from error
+        raise mistake(error, Settings, "--config") from error
     other = [name for name in Settings.model_fields if getattr(found, name) != getattr(configured, name)]
     for name in other:
         if name not in REPLACED:
-            raise PywetError(
+            raise ConfigError(
                 f"--config {name} was given, expected one of {', '.join(REPLACED)}: write {name} into config/config.yaml"
             )
     return found

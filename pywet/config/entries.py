@@ -8,7 +8,8 @@ from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from pywet.ranges import LIMITS
-from pywet.scene import NonNegative, Positive, Strict
+from pywet.scene import NonNegative, Positive
+from pywet.strict import Strict
 
 Why = Annotated[str, Field(min_length=10)] | None
 """Why a value outside the range of its key is meant."""

@@ -16,10 +16,10 @@ from pywet.config import cases as cases_module
 from pywet.config import materials, scales, settings
 from pywet.config.cases import Case
 from pywet.config.materials import Materials
-from pywet.config.messages import explain
+from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
-from pywet.errors import PywetError
+from pywet.errors import ConfigError, PywetError
 from pywet.files import one_line, read_text
 from pywet.laws import own
 
@@ -52,14 +52,20 @@ class Config:
         """A scale by name."""
         if name not in self.scales.scales:
             have, given = _join(self.scales.scales), one_line(name) if name else "(empty)"
-            raise PywetError(f"there is no scale {given} in {self.folder / scales.FILE}, expected one of {have}")
+            raise ConfigError(
+                f"there is no scale {given} in {self.folder / scales.FILE}, expected one of {have}",
+                file=self.folder / scales.FILE,
+            )
         return self.scales.scales[name]
 
     def case(self, number: int) -> Case:
         """A case by number."""
         if number not in self.cases:
             have = _join(self.cases)
-            raise PywetError(f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {have}")
+            raise ConfigError(
+                f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {have}",
+                file=self.folder / cases_module.FILE,
+            )
         return self.cases[number]
 
     def with_preset(self, name: str) -> Config:
@@ -119,16 +125,16 @@ def parse(model: type[Model], data: Any, where: str) -> Model:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise PywetError(explain(error, model, where)) from error
+        raise mistake(error, model, where) from error
 
 
 def _read_text(path: Path) -> str:
-    data = read_text(path, "a folder of the configuration has it")
+    data = read_text(path, "a folder of the configuration has it, `pywet init DIR` writes one")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise PywetError(
-            f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding"
+        raise ConfigError(
+            f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding", file=path
         ) from error
 
 
@@ -157,11 +163,13 @@ def _read_yaml(path: Path, model: type[Model]) -> Model:
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: a date or number that is none
         mark = getattr(error, "problem_mark", None)
         line = f" in line {mark.line + 1}" if mark is not None else ""
-        raise PywetError(
-            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; mend it there"
+        raise ConfigError(
+            f"{path} is not YAML{line}: {getattr(error, 'problem', None) or one_line(error)}; mend it there", file=path
         ) from error
     if not isinstance(data, dict):
-        raise PywetError(f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}")
+        raise ConfigError(
+            f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}", file=path
+        )
     return parse(model, data, str(path))
 
 
@@ -172,25 +180,29 @@ def _read_cases(path: Path) -> dict[int, Case]:
     try:
         header = [name.strip() for name in rows.fieldnames or ()]
         if sorted(header) != sorted(Case.model_fields):
-            raise PywetError(
+            raise ConfigError(
                 f"{path} has the columns {one_line(', '.join(header)) or 'none'}, expected {wanted}, each once, with commas "
-                "between them"
+                "between them",
+                file=path,
             )
         rows.fieldnames = header
         for row in rows:
             where = f"{path} line {rows.line_num}"
             if None in row or None in row.values():
-                raise PywetError(
-                    f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)"
+                raise ConfigError(
+                    f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)",
+                    file=path,
                 )
             case = parse(Case, row, where)
             if case.case in found:
-                raise PywetError(f"{where}: case {case.case} is given twice, expected another number for each row")
+                raise ConfigError(
+                    f"{where}: case {case.case} is given twice, expected another number for each row", file=path
+                )
             found[case.case] = case
     except csv.Error as error:
-        raise PywetError(f"{path} line {rows.line_num} is not CSV ({error}); mend it there") from error
+        raise ConfigError(f"{path} line {rows.line_num} is not CSV ({error}); mend it there", file=path) from error
     if not found:
-        raise PywetError(f"{path} has no case, expected one row for each")
+        raise ConfigError(f"{path} has no case, expected one row for each", file=path)
     return found
 
 
@@ -208,7 +220,7 @@ def _check_choice(config: Config) -> None:
         for number in config.settings.cases:
             config.case(number)
     except PywetError as error:
-        raise PywetError(f"{config.folder / settings.FILE}: {error}") from error
+        raise ConfigError(f"{config.folder / settings.FILE}: {error}", file=config.folder / settings.FILE) from error
 
 
 def _check_references(case: Case, data: Materials, folder: Path) -> None:
@@ -222,7 +234,9 @@ def _check_references(case: Case, data: Materials, folder: Path) -> None:
         data.contact(case.material, case.material)
         data.wall_contact(case.material)
     except PywetError as error:
-        raise PywetError(f"{folder / cases_module.FILE}: case {case.case} cannot be built: {error}") from error
+        raise ConfigError(
+            f"{folder / cases_module.FILE}: case {case.case} cannot be built: {error}", file=folder / cases_module.FILE
+        ) from error
 
 
 def _join(names: Mapping[Any, Any]) -> str:

@@ -18,8 +18,8 @@ from pywet.config.entries import (
     PositiveEntry,
     RatioEntry,
 )
-from pywet.errors import PywetError
-from pywet.scene import Strict
+from pywet.errors import ConfigError
+from pywet.strict import Strict
 
 FILE = "materials.yaml"
 MASS_MISFIT = 0.1
@@ -178,7 +178,7 @@ class Materials(Limited):
     def sphere(self, material: str) -> SphereMaterial:
         """A sphere material by name."""
         if material not in self.spheres:
-            raise PywetError(f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}")
+            raise ConfigError(f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}")
         return self.spheres[material]
 
     def size(self, material: str, diameter_mm: float) -> Size:
@@ -188,7 +188,7 @@ class Materials(Limited):
             if math.isclose(size.diameter_mm.value, diameter_mm, rel_tol=1e-9):
                 return size
         have = ", ".join(f"{s.diameter_mm.value:g}" for s in sizes)
-        raise PywetError(f"{FILE}: spheres.{material}.sizes has no {diameter_mm:g} mm, expected one of {have} mm")
+        raise ConfigError(f"{FILE}: spheres.{material}.sizes has no {diameter_mm:g} mm, expected one of {have} mm")
 
     def screen(self, aperture_mm: float) -> Screen:
         """The screen by its aperture [mm]."""
@@ -196,7 +196,7 @@ class Materials(Limited):
             if math.isclose(screen.aperture_mm.value, aperture_mm, rel_tol=1e-9):
                 return screen
         have = ", ".join(f"{s.aperture_mm.value:g}" for s in self.screens)
-        raise PywetError(f"{FILE}: screens has no aperture of {aperture_mm:g} mm, expected one of {have} mm")
+        raise ConfigError(f"{FILE}: screens has no aperture of {aperture_mm:g} mm, expected one of {have} mm")
 
     def stroke(self, set_amplitude_mm: float) -> Stroke:
         """The measured stroke by the amplitude set at the machine [mm]."""
@@ -204,14 +204,16 @@ class Materials(Limited):
             if math.isclose(stroke.set_amplitude_mm.value, set_amplitude_mm, rel_tol=1e-9):
                 return stroke
         have = ", ".join(f"{s.set_amplitude_mm.value:g}" for s in self.motion.strokes)
-        raise PywetError(f"{FILE}: motion.strokes has no set amplitude {set_amplitude_mm:g} mm, expected one of {have}")
+        raise ConfigError(
+            f"{FILE}: motion.strokes has no set amplitude {set_amplitude_mm:g} mm, expected one of {have}"
+        )
 
     def contact(self, sphere: str, partner: str) -> Contact:
         """Dry contact data of a sphere material with a partner material."""
         for contact in self.contacts:
             if (contact.sphere, contact.partner) == (sphere, partner):
                 return contact
-        raise PywetError(f"{FILE}: contacts has no entry for {sphere} spheres with {partner}; add one")
+        raise ConfigError(f"{FILE}: contacts has no entry for {sphere} spheres with {partner}; add one")
 
     def wall_contact(self, sphere: str) -> Contact:
         """The one dry contact of a sphere material with all walls: engines take the walls as one material."""
@@ -219,7 +221,7 @@ class Materials(Limited):
         found = [self.contact(sphere, partner) for partner in partners]
         for other in found[1:]:
             if other.numbers != found[0].numbers:
-                raise PywetError(
+                raise ConfigError(
                     f"{FILE}: contacts of {sphere} with {found[0].partner} and with {other.partner} differ, expected "
                     "equal friction, rolling_friction_m and restitution: all walls are one material in the engine"
                 )

@@ -10,20 +10,22 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from pywet.errors import ConfigError
 from pywet.files import one_line
 from pywet.ranges import comma
 
 Loc = tuple[int | str, ...]
 
 
-def explain(error: ValidationError, model: type[BaseModel], where: str) -> str:
-    """One sentence about the first error (a misspelt key or wrong unit first), and how many more there are."""
+def mistake(error: ValidationError, model: type[BaseModel], where: str) -> ConfigError:
+    """The first error (a misspelt key or wrong unit first) in one sentence, and how many more there are."""
     problems: list[Any] = list(error.errors())
     unknown = [p for p in problems if p["type"] == "extra_forbidden"]
     first = unknown[0] if unknown else problems[0]
     sentence = f"{where}: {_sentence(first, problems, model)}"
     others = len(problems) - 1 - _explained_too(first, problems)
-    return f"{sentence} ({others} more after this)" if others > 0 else sentence
+    text = f"{sentence} ({others} more after this)" if others > 0 else sentence
+    return ConfigError(text, file=where, key=".".join(str(k) for k in first["loc"]))
 
 
 def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:

@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import AngleEntry, CountEntry, Limited, PositiveEntry, RatioEntry
-from pywet.scene import Strict, Word
+from pywet.scene import Word
+from pywet.strict import Strict
 
 FILE = "scales.yaml"
 

@@ -8,7 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
-from pywet.scene import Laws, Strict, Word
+from pywet.laws.kinds import Laws, Preset
+from pywet.scene import Word
+from pywet.strict import Strict
 
 FILE = "config.yaml"
 Switch = Literal["auto", True, False]
@@ -18,14 +20,14 @@ Switch = Literal["auto", True, False]
 class LawSettings(Laws):
     """Force laws: a preset, and laws named for single effects instead of the preset's."""
 
-    preset: Literal["paper", "exact"] = "paper"
+    preset: Preset = "paper"
 
 
 class EffectSettings(Strict):
     """Which effects are simulated. `auto`: decided by `decide`; on or off: as said.
 
     decide `preset`: whatever the preset names is on as soon as there is liquid. decide `tolerance`: an effect whose
-    number is below the tolerance is off.
+    number is below the tolerance is off. liquid_weight and shedding are in no preset: they are on by hand only.
     """
 
     decide: Literal["preset", "tolerance"] = "preset"
@@ -40,16 +42,20 @@ class EffectSettings(Strict):
     rolling: Switch = "auto"
     tangential_history: Switch = "auto"
     gravity: Switch = "auto"
+    liquid_weight: Switch = "auto"
+    shedding: Switch = "auto"
 
 
-class TimeStepSettings(Strict):
+class TimeStepSettings(Limited):
     """Time step as a fraction of the shortest time scale (duration of a collision, viscous damping time).
 
     viscous_integration `semi_implicit`: lubrication is stable at any step, so that the viscous damping time does not count.
+    bridges_every: bridges are evaluated every so many steps and act as an impulse for all of them (multiple time stepping).
     """
 
     fraction: RatioEntry
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
+    bridges_every: Annotated[int, Field(ge=1)] = 1
 
 
 class OutputSettings(Limited):
@@ -86,4 +92,13 @@ class Settings(Limited):
         number, times = Counter(self.cases).most_common(1)[0]
         if times > 1:
             raise ValueError(f"each case once in cases ({number} is there {times} times)")
+        return self
+
+    @model_validator(mode="after")
+    def _bridges_act_in_windows(self) -> Settings:
+        every, steps = self.time_step.bridges_every, self.output.contact_window_steps
+        if self.output.contact_windows and steps < every:
+            raise ValueError(
+                f"output.contact_window_steps of at least time_step.bridges_every ({steps} is less than {every})"
+            )
         return self

@@ -15,18 +15,18 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
-from pywet import scenes, small, stages
+from pywet import small, stages
+from pywet.bench.bodies import contacts, coordination, last, loose_box
+from pywet.crosscheck.rows import TWO_ERRORS, row
 from pywet.engines.liggghts import deck, process
 from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
 from pywet.engines.yade import moist
 from pywet.errors import PywetError
 from pywet.files import read_table, write_table
-from pywet.geometry.solids import bin_solid
-from pywet.geometry.surface import make_surface
 from pywet.scene import Output, Scene
+from pywet.scenes import Choice
 
 OURS, DRY = "LIGGGHTS+pywet", "LIGGGHTS, dry"
 EFFECTS = small.PAPER.model_copy(
@@ -53,46 +53,26 @@ class Bed:
     seconds: float = 0.25
     seed: int = 1
 
+    @property
+    def choice(self) -> Choice:
+        """The bed as a scene of `pywet scene`."""
+        return Choice(spheres=self.spheres, moisture_percent=self.moisture_percent, seed=self.seed, viscosity_Pa_s=0.0)
+
 
 def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
     """Spheres on a loose lattice above the floor of a box; the same places for every engine."""
-    choice = scenes.Choice(
-        spheres=bed.spheres, moisture_percent=bed.moisture_percent, seed=bed.seed, viscosity_Pa_s=0.0
-    )
-    sphere, r = scenes.glass(choice, bed.spheres), choice.radius_m
-    across = max(4, round(bed.spheres ** (1.0 / 3.0)))
-    half = 1.15 * r * across + 0.5 * r
-    layers = math.ceil(bed.spheres / across**2)
-    vessel = make_surface("box", "wall", bin_solid(half, 0.004, 4, 0.0, 2.5 * r * (layers + 2)))
-    step = scenes.time_step(choice, sphere, STIFFNESS)
+    choice = bed.choice
+    sphere = choice.glass(bed.spheres)
+    poured, vessel = loose_box(bed.spheres, choice.radius_m, bed.seed)
+    step = choice.time_step(sphere, STIFFNESS)
     steps = round(bed.seconds / step)
-    pairs = [p.model_copy(update={"rolling_friction_m": 0.0}) for p in scenes.contacts(STIFFNESS)]
     return small.prepare(
-        run_dir,
-        [sphere],
-        lattice(choice, across),
-        pairs,
-        liquid=scenes.liquid(choice, sphere),
-        effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}),
-        walls=(vessel,),
-        # one contact angle, which is all that YADE takes
-        wall_angle_rad=sphere.contact_angle_rad,
-        time_step_s=step,
-        steps=steps,
-        gravity=(0.0, 0.0, -9.81),
-        box=1.1 * float(np.abs(vessel.corners).max()),
+        run_dir, [sphere], poured, contacts(1, STIFFNESS), liquid=choice.liquid(sphere),
+        effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}), walls=(vessel,),
+        wall_angle_rad=sphere.contact_angle_rad,  # one contact angle, which is all that YADE takes
+        time_step_s=step, steps=steps, gravity=(0.0, 0.0, -9.81), box=1.1 * float(np.abs(vessel.corners).max()),
         output=Output(interval_s=max(1, steps // 10) * step, contact_windows=0),
-    )
-
-
-def lattice(choice: scenes.Choice, across: int) -> list[small.Sphere]:
-    """Layers of spheres, 2.3 radii apart, shaken by a tenth of a radius."""
-    random, r = np.random.default_rng(choice.seed), choice.radius_m
-    number = np.arange(choice.spheres)
-    cells = np.column_stack([number % across, number // across % across, number // across**2]).astype(float)
-    at = (cells - [0.5 * (across - 1), 0.5 * (across - 1), 0.0]) * 2.3 * r + [0.0, 0.0, 1.5 * r]
-    at += random.uniform(-0.1, 0.1, at.shape) * r
-    return [small.Sphere(1, (float(x), float(y), float(z))) for x, y, z in at]
+    )  # fmt: skip
 
 
 def settle(folder: Path, bed: Bed) -> pd.DataFrame:
@@ -111,7 +91,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
         "Rabinovich", volume, scene.liquid.surface_tension_N_per_m, scene.classes[0].contact_angle_rad
     )
     bridges = moist.run(folder / "yade", liquid, progress=False)
-    found.append({"engine": "YADE", **measure(folder / "yade"), "bridges_per_sphere": _per_sphere(len(bridges), bed)})
+    found.append({"engine": "YADE", **measure(folder / "yade"), "bridges_per_sphere": 2.0 * len(bridges) / bed.spheres})
     for model in LIGGGHTS_MODELS:
         dry = prepare(folder / model, bed, wet=False)
         stock(folder / model, dry, bed, model)
@@ -130,14 +110,12 @@ def measure(run_dir: Path) -> dict[str, float]:
     Two spheres count as in contact at a gap below a hundredth of the radius.
     """
     scene = Scene.read(run_dir / "scene.json")
-    table = read_table(run_dir / "trajectory.parquet")
-    end = table[table["step"] == table["step"].max()]
+    end = last(run_dir)
     r = scene.classes[0].radius_m
     at = end[["x", "y", "z"]].to_numpy(float)
-    near = len(cKDTree(at).query_pairs(2.01 * r))
     return {
         "mean_height_over_radius": float(at[:, 2].mean() / r),
-        "contacts_per_sphere": 2.0 * near / len(at),
+        "contacts_per_sphere": coordination(at, np.full(len(at), r)),
         "mean_speed_m_per_s": float(np.linalg.norm(end[["vx", "vy", "vz"]].to_numpy(float), axis=1).mean()),
     }
 
@@ -149,9 +127,7 @@ def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
     folder = run_dir / "engine.partial"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    deck.write_deck(scene, run_dir, folder)
-    setup = folder / "setup.liggghts"
-    setup.write_text(_with_cohesion(setup.read_text(), scene, bed, LIGGGHTS_MODELS[model]))
+    deck.write_deck(scene, run_dir, folder, cohesion=_cohesion(scene, bed, LIGGGHTS_MODELS[model]))
     command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     process.execute(command, folder, scene, lambda done, total: None)
     write_table(read_trajectory(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
@@ -160,26 +136,20 @@ def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
     folder.rename(run_dir / "engine")
 
 
-def _with_cohesion(text: str, scene: Scene, bed: Bed, model: str) -> str:
-    """The deck of a dry scene with the cohesion model in its pair and wall styles, and its numbers."""
-    choice = scenes.Choice(spheres=bed.spheres, moisture_percent=bed.moisture_percent)
-    sphere = scenes.glass(choice, bed.spheres)
+def _cohesion(scene: Scene, bed: Bed, model: str) -> deck.Cohesion:
+    """The cohesion model with its numbers, as the deck of a dry scene takes it."""
+    sphere = bed.choice.glass(bed.spheres)
     content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
     # both models' longest bridge, (1 + theta/2) V^(1/3), with all liquid of two spheres in it
     length = 2.0 * (2.0 * content * sphere.mass_kg / sphere.density_kg_per_m3) ** (1 / 3)
     numbers = COHESION.format(
-        tension=scenes.liquid(choice, sphere).surface_tension_N_per_m,
+        tension=bed.choice.liquid(sphere).surface_tension_N_per_m,
         angle=math.degrees(sphere.contact_angle_rad),
         farthest=repr(1.0 + 0.5 * length / sphere.radius_m),
     )
-    text = text.replace("tangential history", f"tangential history cohesion {model}")
-    text = text.replace(" tangential_damping off", "")
-    text = text.replace("pair_style ", numbers + "pair_style ", 1)
-    return text + f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
-
-
-def _per_sphere(bridges: int, bed: Bed) -> float:
-    return 2.0 * bridges / bed.spheres
+    return deck.Cohesion(
+        f" cohesion {model}", numbers, f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
+    )
 
 
 def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
@@ -200,17 +170,9 @@ def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
                 continue
             value = float(one.mean())
             error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
+            scene = f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds"
+            spread = 2.0 * error / value
             found.append(
-                {
-                    "scene": f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds",
-                    "quantity": quantity.replace("_", " "),
-                    "engine": engine,
-                    "value": float(two.mean()),
-                    "reference": reference,
-                    "reference_value": value,
-                    "deviation": float(two.mean()) / value - 1.0,
-                    "spread": 2.0 * error / value,
-                    "note": "spread: two standard errors of the difference",
-                }
+                row(scene, quantity.replace("_", " "), engine, two.mean(), reference, value, spread, TWO_ERRORS)
             )
     return found

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from pywet import config, small, stages
+from pywet.bench.bodies import last
+from pywet.crosscheck.rows import row
 from pywet.files import read_table
 from pywet.screening import cases
 
@@ -100,24 +102,15 @@ def _sliding(made: cases.Ingredients, path: Path) -> None:
 
 def _prepare(made: cases.Ingredients, path: Path, spheres: list[small.Sphere], steps: int, gravity: float) -> None:
     small.prepare(
-        path,
-        made.classes,
-        spheres,
-        made.pairs,
-        effects=made.plan.effects,
-        walls=(small.floor(half_side=0.3, thickness=0.03),),
-        time_step_s=made.time_step_s,
-        steps=steps,
-        output_interval_s=max(1, steps // 10) * made.time_step_s,
-        gravity=(0.0, 0.0, -gravity),
-        box=0.4,
-    )
+        path, made.classes, spheres, made.pairs, effects=made.plan.effects,
+        walls=(small.floor(half_side=0.3, thickness=0.03),), time_step_s=made.time_step_s, steps=steps,
+        output_interval_s=max(1, steps // 10) * made.time_step_s, gravity=(0.0, 0.0, -gravity), box=0.4,
+    )  # fmt: skip
 
 
 def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndarray]:
     """Relative speed after over before, of each pair at each instant of touch."""
-    table = read_table(path / "trajectory.parquet")
-    end = table[table["step"] == table["step"].max()].set_index("id")["vz"]
+    end = last(path).set_index("id")["vz"]
     found: dict[tuple[int, int], list[float]] = {}
     for s in sites:
         after = end[s.first] if s.b == 0 else end[s.first + 1] - end[s.first]
@@ -136,15 +129,5 @@ def _friction(path: Path) -> dict[int, float]:
 
 
 def _row(scene: str, quantity: str, engine: str, values: np.ndarray, reference: float) -> dict[str, Any]:
-    value = float(values.mean())
-    return {
-        "scene": scene,
-        "quantity": quantity,
-        "engine": engine,
-        "value": value,
-        "reference": "exact",
-        "reference_value": reference,
-        "deviation": value / reference - 1.0,
-        "spread": float(np.ptp(values)) / reference,
-        "note": "spread: between instants of touch within a step" if len(values) > 1 else "",
-    }
+    note = "spread: between instants of touch within a step" if len(values) > 1 else ""
+    return row(scene, quantity, engine, values.mean(), "exact", reference, float(np.ptp(values)) / reference, note)

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
-from pywet.files import atomic_write
 from pywet.geometry.surface import Floats
+from pywet.report.pictures import plt, save_png
 
 if TYPE_CHECKING:
     from pywet.crosscheck.screening import Verdict
 
-mpl.use("Agg")
-from matplotlib import pyplot as plt
-
+PLAIN: Any = {"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}
 COLOURS = {"LIGGGHTS": "#1f5fa8", "YADE": "#d9661f", "washino": "#7a5195", "easo": "#3a9e6f", "exact": "#222222"}
 
 
 def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verdict: Verdict, path: Path) -> None:
     """Each run as a thin line, the band of one standard deviation about the mean; below, the difference of the means."""
-    with plt.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
+    with plt.rc_context(PLAIN):
         figure, (top, low) = plt.subplots(
             2, 1, figsize=(7.5, 6.2), sharex=True, height_ratios=(3, 1.3), layout="constrained"
         )
@@ -45,24 +40,22 @@ def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verd
         low.legend(frameon=False, ncols=2, fontsize=9, loc="upper left")
         words = "no difference beyond the seeds' spread" if verdict.agree else "a difference beyond the seeds' spread"
         low.set_title(f"largest |t| {verdict.largest_t:.2f}, p = {verdict.p:.2f}: {words}", loc="right", fontsize=9)
-        _save(figure, path)
+        save_png(figure, path)
 
 
 def pulls(path: Path, shares: int = 40) -> None:
     """Force over gap: exact bridge, and what each engine gives, for spheres and at a wall."""
-    from pywet import young_laplace
     from pywet.crosscheck import pulls as scenes
 
-    angle = math.radians(scenes.ANGLE_DEG)
     chosen = {name: scenes.PAIRS[name] for name in ("two equal spheres", "sphere and wall")}
-    with plt.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
+    with plt.rc_context(PLAIN):
         figure, axes = plt.subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
-        for ax, (title, rj) in zip(axes, chosen.items(), strict=True):
-            limit = young_laplace.rupture(scenes.VOLUME, scenes.RADIUS, rj, angle, angle).separation
+        for ax, (title, pair) in zip(axes, chosen.items(), strict=True):
+            limit = pair.limit("exact")
             gaps = np.linspace(0.005, 1.25, shares) * limit
-            exact = scenes.exact_force(gaps[gaps < limit], rj)
+            exact = pair.exact(gaps[gaps < limit])
             ax.plot(1e6 * gaps[gaps < limit], 1e3 * exact, color=COLOURS["exact"], lw=3, alpha=0.35, label="exact")
-            closed = scenes.engine_forces(gaps, rj)
+            closed = scenes.engine_forces(pair, gaps)
             styles = {scenes.OURS: (COLOURS["LIGGGHTS"], "-", 1.6), "YADE": (COLOURS["YADE"], "--", 1.8)}
             for engine, values in closed.items():
                 colour, style, width = styles.get(engine, (COLOURS.get(engine, "#888888"), ":", 1.8))
@@ -72,14 +65,14 @@ def pulls(path: Path, shares: int = 40) -> None:
             ax.title.set_fontsize(11)
         axes[0].set_ylabel("attraction [mN]")
         axes[0].legend(frameon=False)
-        _save(figure, path)
+        save_png(figure, path)
 
 
 def bed(table: pd.DataFrame, path: Path) -> None:
     """Settled beds: mean height of the centres and contacts per sphere, each seed a point."""
     labels = {"mean_height_over_radius": "mean height / radius", "contacts_per_sphere": "contacts per sphere"}
     names = list(table["engine"].unique())
-    with plt.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
+    with plt.rc_context(PLAIN):
         figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
         for ax, (column, label) in zip(axes, labels.items(), strict=True):
             ax.axhline(sum("dry" not in name for name in names) - 0.5, color="#bbbbbb", lw=0.8)
@@ -88,16 +81,10 @@ def bed(table: pd.DataFrame, path: Path) -> None:
                 ax.plot(values, np.full(len(values), k), "o", ms=5, alpha=0.6, color=_colour(name))
                 ax.plot(values.mean(), k, "|", ms=22, mew=2, color=_colour(name))
             ax.set(xlabel=label, yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5))
-        _save(figure, path)
+        save_png(figure, path)
 
 
 def _colour(name: str) -> str:
     return (
         next((c for key, c in COLOURS.items() if name.startswith(key)), "#888888") if "dry" not in name else "#888888"
     )
-
-
-def _save(figure: Figure, path: Path) -> None:
-    with atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=130, format="png")
-    plt.close(figure)

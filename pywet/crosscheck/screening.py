@@ -7,7 +7,7 @@ both engines start from the same places; contacts make the two courses independe
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from itertools import combinations
+from math import sqrt
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +15,18 @@ import numpy as np
 import pandas as pd
 
 from pywet import config as settings
+from pywet.compare import statistics
+from pywet.compare.statistics import Sample
+from pywet.crosscheck.rows import TWO_ERRORS, row
 from pywet.errors import PywetError
 from pywet.files import read_table, write_json, write_table
 from pywet.geometry.surface import Floats
 from pywet.scene import Scene
 
 ENGINES = ("liggghts", "yade")
-LEVEL = 0.05
-"""Probability below which a difference is called one."""
-MANY = 20000
+FLOOR = 5e-4
+"""Least standard deviation of a fraction retained: half a sphere."""
+MANY = 19999
 """Splits of the runs that are tried at most; beyond, as many drawn at random."""
 
 
@@ -82,14 +85,10 @@ def compare(times: Floats, one: Floats, two: Floats) -> tuple[pd.DataFrame, Verd
     """
     if one.shape != two.shape or len(one) < 2:
         raise PywetError(f"{len(one)} and {len(two)} runs were given; expected the same number of each, at least two")
-    # where all runs are equal, as before the slide opens, there is nothing to test; half a per mille is half a sphere
-    both = np.concatenate([one, two])
-    floor = 5e-4
-    t = _largest(both, np.arange(len(one))[None, :], floor, reduce=False)[0]
-    splits = _splits(len(both), len(one))
-    largest = _largest(both, splits, floor)
-    k = int(np.argmax(np.abs(t)))
-    p = float(np.mean(largest >= np.abs(t).max() * (1 - 1e-9)))
+    # where all runs are equal, as before the slide opens, there is nothing to test
+    floor = FLOOR * sqrt(2.0 / len(one))
+    (found,) = statistics.permutation([Sample(one, two)], floor, seed=0, most=MANY)
+    t = statistics.pooled_t(two, one, floor)
     difference = two.mean(axis=0) - one.mean(axis=0)
     error = np.sqrt((one.var(axis=0, ddof=1) + two.var(axis=0, ddof=1)) / len(one))
     frame = pd.DataFrame(
@@ -105,46 +104,17 @@ def compare(times: Floats, one: Floats, two: Floats) -> tuple[pd.DataFrame, Verd
         }
     )
     verdict = Verdict(
-        runs=len(one),
-        times=len(times),
-        largest_t=float(np.abs(t).max()),
-        at_time_s=float(times[k]),
-        p=p,
-        largest_difference=float(np.abs(difference).max()),
-        end_difference=float(difference[-1]),
-        end_standard_error=float(error[-1]),
-        agree=p > LEVEL,
-    )
+        runs=len(one), times=len(times), largest_t=found.t, at_time_s=float(times[found.at]), p=found.p,
+        largest_difference=float(np.abs(difference).max()), end_difference=float(difference[-1]),
+        end_standard_error=float(error[-1]), agree=found.p > statistics.LEVEL,
+    )  # fmt: skip
     return frame, verdict
 
 
-def _splits(total: int, size: int) -> np.ndarray:
-    """Rows of indices of the first group: all splits, or MANY at random (with the given one) where there are more."""
-    from math import comb
-
-    if comb(total, size) <= MANY:
-        return np.array(list(combinations(range(total), size)))
-    random = np.random.default_rng(0)
-    rows = np.array([random.permutation(total)[:size] for _ in range(MANY - 1)])
-    return np.concatenate([np.arange(size)[None, :], rows])
-
-
-def _largest(both: Floats, first: np.ndarray, floor: float, reduce: bool = True) -> Floats:
-    """t of each split over time, or its largest |t|; standard errors count at least floor/√n."""
-    n = first.shape[1]
-    chosen = np.zeros((len(first), len(both)))
-    np.put_along_axis(chosen, first, 1.0, axis=1)
-    centred = both - both.mean(axis=0)
-    total, squares = centred.sum(axis=0), (centred**2).sum(axis=0)
-    one, one2 = chosen @ centred, chosen @ centred**2
-    two, two2 = total - one, squares - one2
-    variance = (one2 - one**2 / n + two2 - two**2 / n) / (n - 1)
-    t = (two - one) / n / np.sqrt((np.maximum(variance, 0.0) + 2 * floor**2) / n)
-    return np.asarray(np.abs(t).max(axis=1) if reduce else t)
-
-
-def write(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
+def compare_engines(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     """Compare runs of LIGGGHTS and YADE; writes fraction_retained.parquet (and CSV), verdict.json and the picture."""
+    from pywet.crosscheck import pictures
+
     times, one = read(run_dirs["liggghts"])
     _, two = read(run_dirs["yade"])
     frame, verdict = compare(times, one, two)
@@ -154,7 +124,7 @@ def write(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     write_table(frame.rename(columns=named), folder / "fraction_retained.parquet", csv=True)
     write_json(folder / "verdict.json", asdict(verdict))
     write_table(pd.DataFrame(rows(frame, verdict)), folder / "rows.parquet", csv=True)
-    draw(times, one, two, frame, verdict, folder / "engines_screening.png")
+    pictures.screening(times, one, two, frame, verdict, folder / "engines_screening.png")
     return verdict
 
 
@@ -164,24 +134,7 @@ def rows(frame: pd.DataFrame, verdict: Verdict) -> list[dict[str, Any]]:
     scene = f"dry screening, {verdict.runs} seeds"
     for k in np.linspace(0, len(frame) - 1, 5).astype(int)[1:]:
         at = frame.iloc[k]
-        found.append(
-            {
-                "scene": scene,
-                "quantity": f"fraction retained {at['time_since_opening_s']:.2f} s after opening",
-                "engine": "YADE",
-                "value": float(at["mean_two"]),
-                "reference": "LIGGGHTS",
-                "reference_value": float(at["mean_one"]),
-                "deviation": float(at["mean_two"] / at["mean_one"] - 1.0),
-                "spread": float(2.0 * at["standard_error"] / at["mean_one"]),
-                "note": "spread: two standard errors of the difference",
-            }
-        )
+        quantity = f"fraction retained {at['time_since_opening_s']:.2f} s after opening"
+        spread = 2.0 * at["standard_error"] / at["mean_one"]
+        found.append(row(scene, quantity, "YADE", at["mean_two"], "LIGGGHTS", at["mean_one"], spread, TWO_ERRORS))
     return found
-
-
-def draw(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verdict: Verdict, path: Path) -> None:
-    """Bands of both engines over time, and their difference against its standard error."""
-    from pywet.crosscheck import pictures
-
-    pictures.screening(times, one, two, frame, verdict, path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pandas as pd
@@ -12,8 +11,8 @@ from pywet.errors import PywetError
 from pywet.files import read_table, write_table
 
 
-def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
-    """Make the outputs of what is asked for.
+def write(what: str, inputs: list[Path], outputs: list[Path], seed: int = 1) -> None:
+    """Make the outputs of what is asked for; `seed` is that of a bed.
 
     `pulls`: table, limits, picture; `contacts`: table; `bed`: table of a seed; `beds`: table, picture; `all`: one table.
     """
@@ -22,8 +21,7 @@ def write(what: str, inputs: list[Path], outputs: list[Path]) -> None:
         write_table(pd.DataFrame(pulls.limits()), outputs[1], csv=True)
         pictures.pulls(outputs[2])
     elif what == "bed":
-        found = re.search(r"seed(\d+)", outputs[0].parent.name)
-        write_table(bed.settle(outputs[0].parent, bed.Bed(seed=int(found.group(1)) if found else 1)), outputs[0])
+        write_table(bed.settle(outputs[0].parent, bed.Bed(seed=seed)), outputs[0])
     elif what == "contacts":
         write_table(pd.DataFrame(contacts.rows(Path("config"), outputs[0].parent)), outputs[0], csv=True)
     elif what == "beds":

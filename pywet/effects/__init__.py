@@ -15,16 +15,16 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.effects.costs import measured_costs
 from pywet.effects.numbers import Number, class_groups, effect_numbers
 from pywet.effects.shares import WITHIN, predicted_shares
-from pywet.effects.surroundings import BRIDGE_SHARE, GRAVITY, S_MIN, Surroundings
+from pywet.effects.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
 from pywet.errors import PywetError
 from pywet.laws import registry
+from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 __all__ = [
     "BRIDGE_SHARE",
     "GRAVITY",
     "PRESETS",
-    "S_MIN",
     "EffectPlan",
     "EffectRow",
     "Surroundings",
@@ -32,30 +32,12 @@ __all__ = [
     "plan",
 ]
 
-PRESETS: dict[str, dict[str, str]] = {
-    "paper": {
-        "capillary": "rabinovich",
-        "viscous_normal": "pitois",
-        "viscous_tangential": "goldman",
-        "rupture": "willett_unequal",
-        "dynamic_rupture": "pitois",
-        "formation": "shi_mccarthy",
-        "transfer": "parabola",
-    },
-    "exact": {
-        "capillary": "young_laplace",
-        "viscous_normal": "pitois",
-        "viscous_tangential": "goldman",
-        "rupture": "young_laplace",
-        "dynamic_rupture": "pitois",
-        "formation": "shi_mccarthy",
-        "transfer": "young_laplace",
-    },
-}
-"""Name of a preset -> law of each kind."""
-BRIDGE_EFFECTS = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")
-OF_THE_BRIDGE = (*BRIDGE_EFFECTS, "wall_films", "sharing_by_size")
+OF_THE_BRIDGE = (*SWITCHED, "wall_films", "sharing_by_size")
 """Effects that need bridges and have a switch."""
+OPT_IN = ("liquid_weight", "shedding")
+"""Effects in no preset: on by hand only."""
+DRIPPING = "tate"
+"""Law of shedding where none is named."""
 OF_THE_CONTACT = ("rolling", "tangential_history", "gravity")
 NEGLIGIBLE = "negligible by its number"
 HALVES = "half"
@@ -134,7 +116,7 @@ def plan(
     named = _laws(laws)
     asked = f"preset {laws.preset}"
     rows = [bridges]
-    for effect in BRIDGE_EFFECTS:
+    for effect in SWITCHED:
         rows.append(_row(effect, bridges.on, numbers[effect], settings, named[effect], asked))
     rows.append(_formation_row(bridges.on, numbers["formation"], settings, named["formation"]))
     rows.append(_row("wall_films", bridges.on, numbers["wall_films"], settings, named["formation"], asked))
@@ -142,11 +124,15 @@ def plan(
     rows.append(_row("rolling", True, numbers["rolling"], settings, None, "table 3"))
     rows.append(_row("tangential_history", True, numbers["tangential_history"], settings, None, "E (5)"))
     rows.append(_row("gravity", s.gravity_m_per_s2 > 0, numbers["gravity"], settings, None, "the scene"))
-    rows.append(_liquid_weight_row(numbers["liquid_weight"], settings))
+    rows.append(_opt_in_row("liquid_weight", bridges.on, numbers["liquid_weight"], settings))
+    dripping = named.get("shedding", DRIPPING)
+    falls = bridges.on and s.gravity_m_per_s2 > 0
+    rows.append(_opt_in_row("shedding", falls, numbers["shedding"], settings, dripping))
     rows = _together(rows, settings)
     counts = [c.count for c in classes if c.count > 0]
     shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
-    return EffectPlan(tuple(_with_share_and_cost(row, shares) for row in rows), _effects(rows, named, s))
+    rows = [_with_share_and_cost(row, shares) for row in rows]
+    return EffectPlan(tuple(rows), _effects(rows, {"shedding": DRIPPING, **named}, s))
 
 
 def _together(rows: list[EffectRow], settings: EffectSettings) -> list[EffectRow]:
@@ -172,9 +158,10 @@ def _effects(rows: Sequence[EffectRow], named: dict[str, str], s: Surroundings) 
         tangential_history=on["tangential_history"],
         gravity=on["gravity"] or s.gravity_m_per_s2 == 0,
         wall_films=on["wall_films"] or not bridges,
-        transfer=transfer if bridges else None,
-        **{effect: named[effect] if on[effect] else None for effect in BRIDGE_EFFECTS},
-        **{kind: named[kind] if bridges else None for kind in ("rupture", "formation")},
+        liquid_weight=on["liquid_weight"],
+        shedding=named["shedding"] if on["shedding"] else None,
+        **{kind: named[kind] if on[kind] else None for kind in SWITCHED},
+        **{kind: (transfer if kind == "transfer" else named[kind]) if bridges else None for kind in NEEDED},
     )
 
 
@@ -241,11 +228,22 @@ def _formation_row(bridges: bool, number: Number, settings: EffectSettings, law:
     return EffectRow("formation", bridges, why, *number, settings.tolerance.value, law)
 
 
-def _liquid_weight_row(number: Number, settings: EffectSettings) -> EffectRow:
-    """The weight of the liquid is in no model here: the row says when that matters."""
-    large = number[1] >= settings.tolerance.value
-    why = "not modelled, though not negligible: liquid has no mass here" if large else "not modelled, negligible"
-    return EffectRow("liquid_weight", False, why, *number, settings.tolerance.value)
+def _opt_in_row(
+    effect: str, possible: bool, number: Number, settings: EffectSettings, law: str | None = None
+) -> EffectRow:
+    """A row of an effect that no preset asks for."""
+    switch, large = getattr(settings, effect), number[1] >= settings.tolerance.value
+    if switch is True and not possible:
+        raise PywetError(
+            f"config.yaml: effects.{effect} is on but there are no bridges, or no gravity for drops to fall; expected auto or off"
+        )
+    if switch != "auto":
+        on, why = switch, _by_hand(effect, switch)
+    elif not possible:
+        on, why = False, "no bridges" if effect == "liquid_weight" else "no bridges, or no gravity"
+    else:
+        on, why = False, f"in no preset, {'though not negligible' if large else 'and negligible'}: on by hand only"
+    return EffectRow(effect, on, why, *number, settings.tolerance.value, law)
 
 
 def _by_hand(effect: str, on: bool) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 from pywet.effects.surroundings import BRIDGE_SHARE, Groups, Surroundings, collisions, groups
 from pywet.errors import PywetError
+from pywet.laws.kinds import FORCES
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 Number = tuple[str, float]
@@ -111,7 +112,6 @@ OF_ONE_CLASS: dict[str, Callable[[Groups, Surroundings], Number]] = {
     "gravity": _gravity,
 }
 """Effect -> its number for one class; the largest over the classes counts."""
-WETTING = ("capillary", "viscous_normal", "viscous_tangential")
 
 
 def effect_numbers(
@@ -128,10 +128,11 @@ def effect_numbers(
         effect: max((number(g, s) for g in of), key=lambda pair: pair[1]) for effect, number in OF_ONE_CLASS.items()
     }
     film = max(g.film / g.radius for g in of)
-    forces = sum(found[effect][1] for effect in WETTING)
+    forces = sum(found[effect][1] for effect in FORCES)
     found["bridges"] = ("film / radius", film) if s.liquid_wanted else ("sum of the numbers of its forces", forces)
     found["formation"] = ("share of a film drawn into a bridge", BRIDGE_SHARE if film > 0 else 0.0)
     found["sharing_by_size"] = _sharing([g.radius for g in of], s, film > 0)
+    found["shedding"] = ("part of a film that cannot hang under g + v/t of the film", max(_dripping(g, s) for g in of))
     found["liquid_weight"] = ("mass of liquid / mass of solid", max(g.liquid_mass / g.mass for g in of))
     return found
 
@@ -144,6 +145,17 @@ def class_groups(
     if not present:
         raise PywetError("the scene has no spheres, expected at least one; mend the case's amounts")
     return [groups(c, pairs, liquid, speed, s.gravity_m_per_s2) for c in present]
+
+
+def _dripping(g: Groups, s: Surroundings) -> float:
+    """Part of the film beyond what surface tension holds (Tate), while the speed changes within the film's own time."""
+    surface = g.surface_tension
+    if g.film_volume == 0.0 or surface == 0.0:
+        return 0.0
+    swing = math.sqrt(3.0 * g.liquid_mass / (32.0 * math.pi * surface))
+    shaken = g.speed / swing if s.state == "moving" else 0.0
+    weighs = g.liquid_mass * (s.gravity_m_per_s2 + shaken)
+    return max(0.0, 1.0 - 2.0 * math.pi * g.radius * surface / weighs) if weighs > 0.0 else 0.0
 
 
 def _sharing(radii: list[float], s: Surroundings, wet: bool) -> Number:

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pywet.errors import PywetError
+from pywet.physics.contact import S_MIN, film_volume
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 GRAVITY = 9.81
-S_MIN = 0.001
-"""Smallest gap of the viscous laws over r_eff (Elskamp & Kruggel-Emden 2018, after (25))."""
 BRIDGE_SHARE = 0.5 * (1.0 - math.sqrt(0.75))
 """Share of its film that a sphere gives to a bridge with an equal sphere or a large wall, E (8), (9)."""
 
@@ -68,6 +67,7 @@ class Groups:
     """Coefficient of sliding at the smallest gap (Lian, E 27)."""
     capillary_number: float
     liquid_mass: float
+    surface_tension: float
 
     @property
     def smallest_gap(self) -> float:
@@ -115,8 +115,8 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
     sigma, eta, h = 0.0, 0.0, 0.0
     if liquid is not None:
         sigma, eta, h = liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s, liquid.initial_film_thickness_m
-    film_volume = 4.0 / 3.0 * math.pi * h * (3.0 * r**2 + 3.0 * r * h + h**2)
-    volume = 2.0 * BRIDGE_SHARE * film_volume
+    film = film_volume(h, r)
+    volume = 2.0 * BRIDGE_SHARE * film
     r_red = 0.5 * r
     slide = 6.0 * math.pi * eta * r_red * (8.0 / 15.0 * math.log(r_red / (S_MIN * r)) + 0.9588)
     return Groups(
@@ -129,14 +129,15 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
         stiffness=own.normal_stiffness_N_per_m,
         speed=speed,
         film=h,
-        film_volume=film_volume,
+        film_volume=film,
         bridge_volume=volume,
         surface_force=abs(2.0 * math.pi * r * sigma * math.cos(c.contact_angle_rad)) if h > 0 else 0.0,
         rupture=(1.0 + 0.5 * c.contact_angle_rad) * volume ** (1.0 / 3.0),
         normal_drag_gap=6.0 * math.pi * eta * r_red**2 if h > 0 else 0.0,
         tangential_drag=slide if h > 0 else 0.0,
         capillary_number=speed * eta / sigma if sigma > 0 and h > 0 else 0.0,
-        liquid_mass=film_volume * liquid.density_kg_per_m3 if liquid is not None else 0.0,
+        liquid_mass=film * liquid.density_kg_per_m3 if liquid is not None else 0.0,
+        surface_tension=sigma,
     )
 
 

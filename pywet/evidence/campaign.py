@@ -18,8 +18,8 @@ import typer
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.engines.liggghts.checkpoint import LOG, last_step
-from pywet.engines.liggghts.process import die_with_parent
+from pywet.engines.liggghts.checkpoint import last_step
+from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.evidence import kept
 from pywet.files import one_line
@@ -60,7 +60,7 @@ class Job:
     def step(self) -> int:
         """Last step that the engine has shown."""
         if (self.folder / "engine.partial").exists():
-            return last_step(self.folder / "engine.partial" / LOG)
+            return last_step(self.folder / "engine.partial")
         return self.steps if (self.folder / "engine").exists() else 0
 
 

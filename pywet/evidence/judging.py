@@ -6,13 +6,12 @@ side of the threshold, else it cannot be told. A single run is taken at its word
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
 
+from pywet.compare.statistics import half_width
 from pywet.evidence.kept import Kept
 
 Cases = Mapping[int, Kept]
@@ -73,7 +72,7 @@ def decide(part: Part, values: Sequence[float]) -> str:
     margin = np.array(values) - part.threshold if part.more else part.threshold - np.array(values)
     half = 0.0
     if len(margin) > 1:
-        half = float(student.ppf(0.975, len(margin) - 1) * margin.std(ddof=1) / math.sqrt(len(margin)))
+        half = half_width(float(margin.std(ddof=1)), len(margin), len(margin) - 1, 0.95)
     if margin.mean() - half > 0.0:
         return HOLDS
     return FAILS if margin.mean() + half <= 0.0 else OPEN

@@ -18,8 +18,9 @@ from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.files import atomic_write, read_json, write_json
 from pywet.motion import peak_speed, velocity
+from pywet.physics.contact import film_thickness
 from pywet.screening.results import LIQUID_TOLERANCE, coarse_share, column
-from pywet.screening.rundir import Bools, Floats, RunDir, film_thickness
+from pywet.screening.rundir import Bools, Floats, RunDir
 from pywet.screening.shapes import EngineRun, Replay, Summary
 from pywet.screening.verdict import agreement, objections
 
@@ -186,6 +187,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             **more,
             "seed": run.scene.seed,
             "time_step_s": run.scene.time_step_s,
+            "normal_stiffness_N_per_m": max(p.normal_stiffness_N_per_m for p in run.scene.pairs),
             "coarse_share": coarse_share(run.scene),
             "checks": [c["name"] for c in summary["checks"] if c["ok"]],
             "liquid_tolerance": LIQUID_TOLERANCE,

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from pywet import config as settings
@@ -16,6 +14,7 @@ from pywet.evidence.judging import MISSING, Answer, Statement, judge
 from pywet.evidence.kept import Kept
 from pywet.evidence.statements import STATEMENTS
 from pywet.files import atomic_write
+from pywet.report.pictures import STYLE, plt, svg
 from pywet.view import plots
 from pywet.view.collect import CaseResult
 
@@ -81,7 +80,9 @@ def _row(k: Kept) -> str:
     hours = "–" if about["cpu_s"] is None else f"{about['cpu_s'] / 3600:.2f}"
     if about["resumed_at_step"] is not None:  # what was spent before a kill is not known
         hours = f"> {hours}"
-    chosen = f"{about['scale']}, dt {about['time_step_s']:.3g} s"
+    chosen = (
+        f"{about['scale']}, springs {about['normal_stiffness_N_per_m']:.3g} N/m, dt {1e6 * about['time_step_s']:.3g} µs"
+    )
     counts = f"{events} | {about['contacts']:,} | {ledger}"
     return f"| {k.folder.name} | {chosen} | {hours} | {counts} | {agreed} | {fractions} | {liquid} |"
 
@@ -130,7 +131,7 @@ def fig14(pair: Sequence[Kept]) -> str:
     """Bars of the paper's divisions of the apparatus at the end of the runs."""
     if not pair:
         return ""
-    with plt.rc_context(plots.STYLE):  # type: ignore[arg-type]
+    with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.0, 3.2), layout="constrained")
         places = np.arange(len(FIG14))
         for k, run in enumerate(pair):
@@ -140,10 +141,7 @@ def fig14(pair: Sequence[Kept]) -> str:
         axes.set_xticks(places + 0.2 * (len(pair) - 1), list(FIG14))
         axes.set_ylabel("share of the liquid in %")
         axes.legend()
-        text = io.StringIO()
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-        plt.close(figure)
-    return text.getvalue()
+        return svg(figure, transparent=True)
 
 
 def main() -> None:

@@ -11,13 +11,8 @@ import pandas as pd
 
 from pywet.files import write_table
 from pywet.geometry import Surface
+from pywet.physics.contact import film_volume as film_volume
 from pywet.scene import Scene
-
-
-def film_volume(thickness_m: float, radius_m: float) -> float:
-    """Liquid of a film of given thickness on a sphere [m3]: 4/3 pi ((r+h)^3 - r^3) without cancellation."""
-    h, r = thickness_m, radius_m
-    return 4.0 / 3.0 * math.pi * h * (3.0 * r**2 + 3.0 * r * h + h**2)
 
 
 def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:

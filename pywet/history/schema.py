@@ -19,6 +19,8 @@ import numpy as np
 
 FORMATION, RUPTURE = 0, 1
 SPHERE, LARGE_WALL, SMALL_WALL = 0, 1, 2
+NOTHING = 3
+"""Partner of a drop that met nothing below: its liquid has left."""
 
 EVENT = np.dtype(
     [
@@ -34,7 +36,7 @@ EVENT = np.dtype(
         ("share_i", "<f8"),  # drawn from i at formation / given to i at rupture [m3]
         ("share_j", "<f8"),
         ("film_i_before", "<f8"),  # liquid held as film on i at the start of the step [m3]
-        ("film_i_after", "<f8"),  # the same after everything of this step is booked [m3]
+        ("film_i_after", "<f8"),  # the same after all formations and ruptures of this step [m3]
         ("film_j_before", "<f8"),  # for a wall: on the triangle
         ("film_j_after", "<f8"),
         ("separation", "<f8"),  # S at the event [m]
@@ -73,6 +75,10 @@ CONTACT = np.dtype(
         ("sharing_j", "<i4"),
         ("push", "<f8", 3),  # semi-implicit: change of v_i - v_j in the step by all other forces [m/s]
         ("spin_push", "<f8", 3),  # the same of r_i w_i + r_j w_j
+        (
+            "weight",
+            "<f8",
+        ),  # steps for which these forces act, at once: 1, with bridges_every k at formation (k - 1)/2, then k
     ]
 )
 
@@ -83,7 +89,7 @@ LEDGER = np.dtype(
         ("films", "<f8"),  # sum over spheres [m3]
         ("bridges", "<f8"),
         ("walls", "<f8"),
-        ("left", "<f8"),  # liquid on spheres that left the simulated box
+        ("left", "<f8"),  # liquid of drops that met nothing below them
         ("initial", "<f8"),
         ("spheres", "<i8"),  # number of spheres in the box
         ("bridge_count", "<i8"),
@@ -121,10 +127,13 @@ ENERGY = np.dtype(  # at output steps, in joules; works are those on the spheres
         ("viscous_normal", "<f8"),
         ("viscous_tangential", "<f8"),
         ("wall_motion", "<f8"),  # given by moving walls, through contacts and bridges
-        ("drive", "<f8"),  # given by driven spheres
+        ("drive", "<f8"),  # given by driven spheres, and kinetic energy that liquid brings or takes (liquid_weight)
         ("half_kick", "<f8"),  # kinetic + spin - (the same at the start) - sum of the works, in exact arithmetic
     ]
 )
+_OF_ENERGY = list(ENERGY.fields or ())
+WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
+"""The works among them."""
 FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
 WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
 WIRE_SPRING = np.dtype(  # in windows: dry contacts with wires that are prisms, whose springs the engine does not hold
@@ -137,6 +146,22 @@ WIRE_SPRING = np.dtype(  # in windows: dry contacts with wires that are prisms, 
         ("spring", "<f8", 3),
     ]
 )
+DROP = np.dtype(  # booked after the formations and ruptures of its step
+    [
+        ("step", "<i8"),
+        ("time", "<f8"),
+        ("partner_kind", "<i4"),  # of what it lands on: SPHERE, LARGE_WALL, SMALL_WALL or NOTHING
+        ("i", "<i4"),  # the sphere it leaves
+        ("j", "<i4"),  # sphere or triangle it lands on, -1: none
+        ("pad", "<i4"),
+        ("volume", "<f8"),  # [m3]
+        ("film_i_before", "<f8"),  # on i before this drop is booked [m3]
+        ("film_j_before", "<f8"),  # on j; nothing: what had left before
+        ("fallen", "<f8"),  # from the centre of i to where it lands [m]
+        ("felt", "<f8", 3),  # specific force that the film felt: 9.81 upwards at rest [m/s2]
+        ("x", "<f8", 3),  # centre of i [m]
+    ]
+)
 
 RAW = {
     "events": EVENT,
@@ -147,6 +172,7 @@ RAW = {
     "wall_films": WALL_FILM,
     "energy": ENERGY,
     "wire_springs": WIRE_SPRING,
+    "drops": DROP,
 }
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""
 
@@ -187,6 +213,7 @@ TABLES: dict[str, dict[str, str]] = {
 """Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
 
 MAY_BE_EMPTY = {
+    "history/drops",
     "history/energy",
     "history/events",
     "history/contacts",

@@ -21,6 +21,7 @@ SORT = {
     "films": ["step", "id"],
     "wall_films": ["step", "triangle"],
     "energy": ["step"],
+    "drops": ["step", "i"],
 }
 
 

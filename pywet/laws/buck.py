@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
 
 GAP_MIN = 0.5e-6
 """Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""
@@ -17,10 +18,7 @@ WATER_DENSITY = 998.0
 """Density in the Reynolds number of `buck_water` [kg/m3] (table 2): a law is not given the liquid's density."""
 
 
-@helper
-def half_radius(radius_i: float, radius_j: float) -> float:
-    """Radius of the sphere of one half of the bridge: r_i at a wall, else r_eff = 2 r_i r_j/(r_i + r_j) [m]."""
-    return radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+half_radius, reduced_radius = helper(contact.bridge_radius), helper(contact.reduced_radius)
 
 
 @helper
@@ -47,7 +45,7 @@ def half_filling(volume_over_cube: float, theta: float) -> float:
     return 0.5 * (low + high)
 
 
-@force_law
+@force_law("capillary")
 def buck(
     separation: float,
     volume: float,
@@ -83,7 +81,7 @@ def buck(
     return max(line + math.pi * rim * rim * surface_tension * (1.0 / r_m - 1.0 / neck), 0.0)
 
 
-@force_law
+@force_law("viscous_normal")
 def buck_water(
     separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
 ) -> float:
@@ -112,7 +110,7 @@ def buck_water(
     return -6.0 * math.pi * viscosity * max(drag, reduced * reduced / max(separation, GAP_MIN)) * normal_velocity
 
 
-@force_law
+@force_law("viscous_tangential", "buck")
 def buck_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t v_t, (29): 6π η r ((8/15) Λ + 0.9588), Λ = ln(r/S) ≥ 0.
 
@@ -124,12 +122,12 @@ def buck_translation(separation: float, radius_i: float, radius_j: float, viscos
     """
     if separation < 0.0:
         return 0.0
-    r = radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+    r = reduced_radius(radius_i, radius_j)
     log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
     return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
 
 
-@force_law
+@force_law("viscous_tangential", "buck")
 def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins, (29): 6π η r ((2/15) Λ − 0.2526).
 
@@ -140,12 +138,12 @@ def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     """
     if separation < 0.0:
         return 0.0
-    r = radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+    r = reduced_radius(radius_i, radius_j)
     log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
     return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * log - 0.2526)
 
 
-@force_law
+@force_law("rupture", "buck")
 def buck_rupture(
     volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
 ) -> float:

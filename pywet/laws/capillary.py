@@ -8,15 +8,12 @@ from __future__ import annotations
 import math
 
 from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
+
+effective_radius = helper(contact.effective_radius)
 
 
-@helper
-def effective_radius(radius_i: float, radius_j: float) -> float:
-    """Harmonic mean 2 r_i r_j/(r_i + r_j) [m]; its limit 2 r_i at a wall."""
-    return 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
-
-
-@force_law
+@force_law("capillary")
 def rabinovich(
     separation: float,
     volume: float,
@@ -60,7 +57,7 @@ def rabinovich(
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(phi + theta)
 
 
-@force_law
+@force_law("capillary")
 def rabinovich_small_gap(
     separation: float,
     volume: float,
@@ -98,7 +95,7 @@ def rabinovich_small_gap(
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(phi + theta)
 
 
-@force_law
+@force_law("capillary")
 def rabinovich_as_printed(
     separation: float,
     volume: float,
@@ -138,7 +135,7 @@ def rabinovich_as_printed(
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(theta) * math.sin(theta + math.sqrt(2.0 * d / r))
 
 
-@force_law
+@force_law("capillary")
 def lambert(
     separation: float,
     volume: float,

@@ -45,7 +45,7 @@ def _willett_exponent(half_gap: float, v_star: float, t: float) -> float:
     return f1 - f2 * math.exp(f3 * s + f4 * s * s)
 
 
-@force_law
+@force_law("capillary")
 def willett(
     separation: float,
     volume: float,
@@ -77,7 +77,7 @@ def willett(
     return 2.0 * math.pi * r * surface_tension * math.exp(_willett_exponent(half_gap, volume / r**3, theta))
 
 
-@force_law
+@force_law("capillary")
 def willett_simple(
     separation: float,
     volume: float,
@@ -107,7 +107,7 @@ def willett_simple(
     return limit / (1.0 + 2.1 * half_gap + 10.0 * half_gap * half_gap)
 
 
-@force_law
+@force_law("capillary")
 def willett_simple_as_printed(
     separation: float,
     volume: float,
@@ -151,7 +151,7 @@ def _weigert(separation: float, volume: float, r: float, theta: float, share: fl
     return math.pi * r * r * pressure * math.sin(phi) ** 2 + 2.0 * math.pi * r * line * sine
 
 
-@force_law
+@force_law("capillary")
 def weigert(
     separation: float,
     volume: float,
@@ -180,7 +180,7 @@ def weigert(
     return surface_tension * _weigert(max(separation, 0.0), volume, r, theta, 0.5, True)
 
 
-@force_law
+@force_law("capillary")
 def weigert_as_printed(
     separation: float,
     volume: float,
@@ -208,7 +208,7 @@ def weigert_as_printed(
     return surface_tension * _weigert(max(separation, 0.0), volume, r, theta, 1.0, False)
 
 
-@force_law
+@force_law("capillary")
 def soulie(
     separation: float,
     volume: float,
@@ -245,7 +245,7 @@ def soulie(
     return max(math.pi * surface_tension * mean * (0.0018 * x + 0.078 + decay), 0.0)
 
 
-@force_law
+@force_law("capillary")
 def bagheri(
     separation: float,
     volume: float,

@@ -18,8 +18,9 @@ from __future__ import annotations
 
 import math
 
-from pywet.laws.force_law import ForceLaw, force_law, helper
+from pywet.laws.force_law import ForceLaw, force_law, helper, register
 from pywet.laws.viscous import lubricated_gap, reduced_radius
+from pywet.physics import contact
 
 NOMINAL_FILM = 0.04
 """Film gap δ in units of r_red for which the registered tangential law is made: the paper's ĥ_a = 0.01 for equal spheres."""
@@ -32,13 +33,10 @@ def film_gap(volume: float, radius_i: float, radius_j: float) -> float:
     return volume / (math.pi * a * a)
 
 
-@helper
-def thickness(film_volume: float, radius: float) -> float:
-    """(3L/(4π) + r³)^(1/3) − r [m], without cancellation."""
-    return radius * math.expm1(math.log1p(3.0 * film_volume / (4.0 * math.pi * radius**3)) / 3.0)
+thickness = helper(contact.film_thickness)
 
 
-@force_law
+@force_law("capillary", "davis")
 def capillary(
     separation: float,
     volume: float,
@@ -65,7 +63,7 @@ def capillary(
     return 8.0 * math.pi * reduced_radius(radius_i, radius_j) * surface_tension
 
 
-@force_law
+@force_law("viscous_normal", "davis")
 def normal(
     separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
 ) -> float:
@@ -113,7 +111,7 @@ def tangential(film_over_a: float) -> tuple[ForceLaw, ForceLaw]:
     return law, law
 
 
-@force_law
+@force_law("rupture", "davis")
 def rupture(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Distance at which the films part, δ = V/(π a²), a = r_red = r_i r_j/(r_i + r_j) (wall: r_i).
 
@@ -125,7 +123,7 @@ def rupture(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
     return film_gap(volume, radius_i, radius_j) + 0.0 * (contact_angle_i + contact_angle_j)
 
 
-@force_law
+@force_law("formation", "davis")
 def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> float:
     """Volume drawn from sphere i: V_i = π a² h_i, a = r_red (large wall: r_i), so that V = π a² δ with δ = h_i + h_j.
 
@@ -139,7 +137,7 @@ def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> 
     return math.pi * a * a * thickness(film_volume_i, radius_i)
 
 
-@force_law
+@force_law("formation", "davis")
 def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from sphere i by a wire: as by a large wall, π r_i² h_i (a wire's force laws are those of a wall).
 
@@ -151,7 +149,7 @@ def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: flo
     return math.pi * radius_i * radius_i * thickness(film_volume_i, radius_i) + 0.0 * half_width
 
 
-@force_law
+@force_law("formation", "davis")
 def formation_wall(film_thickness: float, radius_i: float) -> float:
     """Volume drawn from a large wall's film W: V_w = π r_i² W.
 
@@ -163,7 +161,7 @@ def formation_wall(film_thickness: float, radius_i: float) -> float:
     return math.pi * radius_i * radius_i * film_thickness
 
 
-@force_law
+@force_law("formation", "davis")
 def formation_wire(film_thickness: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from a wire's film W: V_w = π r_i² W.
 
@@ -186,5 +184,4 @@ TANGENTIAL[
     >>> f"{translation(1e-6, 1e-3, 1e-3, 0.05):.6e}"
     '4.705685e-04'
     """
-FORMATION = (formation_sphere, formation_sphere_wire, formation_wall, formation_wire)
-"""The four draws of a formation law."""
+register("viscous_tangential", "davis", *TANGENTIAL)

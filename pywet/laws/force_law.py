@@ -12,11 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
+from pywet.laws.kinds import KINDS, Sense
 from pywet.machine_code import numba
 
 
@@ -99,17 +100,48 @@ class ForceLaw:
             lines = [line.strip() for line in str(error).splitlines() if line.strip()]
             reasons = [line for line in lines if not line.startswith("Failed in nopython mode")]
             reason = reasons[0] if reasons else type(error).__name__
-            raise PywetError(
+            raise LawError(
                 f"law {self.name} does not compile ({reason}); expected a function of floats that numba understands: "
-                f"mend {self.python.__code__.co_filename}"
+                f"mend {self.python.__code__.co_filename}",
+                law=self.name,
             ) from error
 
 
-def force_law(function: Callable[..., float]) -> ForceLaw:
-    """Make a law of a plain function of floats."""
-    if not inspect.isfunction(function):
-        raise PywetError(f"@force_law stands above {function!r}; expected a plain function of floats: mend it there")
-    return ForceLaw(function)
+@overload
+def force_law(given: Callable[..., float]) -> ForceLaw: ...
+@overload
+def force_law(given: str, name: str = "") -> Callable[[Callable[..., float]], ForceLaw]: ...
+def force_law(given: Any, name: str = "") -> Any:
+    """Make a law of a plain function of floats.
+
+    `@force_law("capillary")` also makes it known, by its own name or by the one given; laws of several functions are that name
+    above each of them, in the order of their kind.
+    """
+    if isinstance(given, str):
+        return lambda function: _known(given, name, force_law(function))
+    if not inspect.isfunction(given):
+        raise LawError(f"@force_law stands above {given!r}; expected a plain function of floats: mend it there")
+    return ForceLaw(given)
+
+
+def _known(kind: str, name: str, law: ForceLaw) -> ForceLaw:
+    if law.__module__ in sys.modules:  # a file that is run by its path is named by it
+        register(kind, name or law.name, law)
+    return law
+
+
+REGISTERED: dict[str, dict[str, tuple[ForceLaw, ...]]] = {kind: {} for kind in KINDS}
+"""Kind -> name -> the functions of a law that has made itself known."""
+
+
+def register(kind: str, name: str, *functions: ForceLaw) -> None:
+    """Make a law known under a name, or add to its functions where it has fewer than its kind asks for."""
+    if kind not in KINDS:
+        raise PywetError(f"@force_law: there is no kind of law named {kind}; expected one of {', '.join(KINDS)}")
+    together = (*REGISTERED[kind].get(name, ()), *functions)
+    if len(together) > len(KINDS[kind].parts):
+        raise PywetError(f"there is a {kind} law named {name} already; expected another name: mend the second one's")
+    REGISTERED[kind][name] = together
 
 
 helper = numba.njit(cache=True, inline="always")
@@ -129,40 +161,21 @@ PROBE: dict[str, tuple[float, ...]] = {
     "viscosity": (1e-3,),
     "normal_velocity": (-0.1, 0.0, 0.1),
     "speed": (0.0, 1.0),
+    "acceleration": (0.0, 9.81, 1000.0),
+    "density": (1000.0,),
 }
 """Values a law is tried on before a run."""
 
-Probed = dict[str, np.ndarray]
-Sense = tuple[str, Callable[[np.ndarray, Probed], np.ndarray]]
 FINITE: Sense = ("finite numbers", lambda value, at: np.isfinite(value))
-SENSE: dict[str, Sense] = {
-    "capillary": (
-        "a force of 0 or more while the bridge is short",
-        lambda value, at: (value >= 0) | (at["separation"] > 0.3 * np.cbrt(at["volume"])),
-    ),
-    "viscous_normal": ("a force against the velocity", lambda value, at: value * at["normal_velocity"] <= 0),
-    "viscous_tangential": ("a coefficient of 0 or more", lambda value, at: value >= 0),
-    "rupture": ("a distance above 0", lambda value, at: value > 0),
-    "dynamic_rupture": ("a factor above 0", lambda value, at: value > 0),
-    "formation": (
-        "a volume from 0 to that of the film",  # a wall's film counts within ten radii
-        lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),
-    ),
-}
-"""Kind -> what its (first) function must give on the probe grid, and where it does."""
 
 
-def _film(at: Probed) -> np.ndarray:
-    own = at.get("film_volume_i")
-    return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if own is None else own
-
-
-def check(law: ForceLaw, arguments: tuple[str, ...], kind: str | None = None) -> None:
-    """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense (`SENSE`) on the probe grid."""
+def check(law: ForceLaw, arguments: tuple[str, ...], sense: Sense | None = None) -> None:
+    """Refuse a law with other arguments than its kind has, or that gives NaN, inf or nonsense on the probe grid."""
     if law.arguments != arguments:
-        raise PywetError(
+        raise LawError(
             f"law {law.name} takes ({', '.join(law.arguments)}); expected ({', '.join(arguments)}): "
-            f"mend {law.python.__code__.co_filename}"
+            f"mend {law.python.__code__.co_filename}",
+            law=law.name,
         )
     grid = np.array(list(itertools.product(*(PROBE[name] for name in arguments)))).T
     try:
@@ -170,16 +183,18 @@ def check(law: ForceLaw, arguments: tuple[str, ...], kind: str | None = None) ->
     except PywetError:
         raise
     except Exception as error:  # whatever the user's law raises
-        raise PywetError(
-            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}"
+        raise LawError(
+            f"law {law.name} raises {type(error).__name__} ({error}) on the probe grid; mend {law.python.__code__.co_filename}",
+            law=law.name,
         ) from error
     probed = dict(zip(arguments, grid, strict=True))
-    for expected, sensible in (FINITE, *([SENSE[kind]] if kind in SENSE else [])):
+    for expected, sensible in (FINITE, *([sense] if sense else [])):
         good = sensible(values, probed)
         if not good.all():
             worst = int(np.argmin(good))
             at = ", ".join(f"{name}={column[worst]:g}" for name, column in probed.items())
             value = f"{values[worst]:g}" if np.isfinite(values[worst]) else "a value that is not finite"
-            raise PywetError(
-                f"law {law.name} gives {value} at {at}; expected {expected}: mend {law.python.__code__.co_filename}"
+            raise LawError(
+                f"law {law.name} gives {value} at {at}; expected {expected}: mend {law.python.__code__.co_filename}",
+                law=law.name,
             )

@@ -7,7 +7,7 @@ import math
 from pywet.laws.force_law import force_law
 
 
-@force_law
+@force_law("formation", "shi_mccarthy")
 def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> float:
     """Volume drawn from sphere i by sphere j, or by a large wall (radius_j infinite).
 
@@ -22,7 +22,7 @@ def formation_sphere(film_volume_i: float, radius_i: float, radius_j: float) -> 
     return 0.5 * film_volume_i * cap / (1.0 + math.sqrt(1.0 - cap))
 
 
-@force_law
+@force_law("formation", "shi_mccarthy")
 def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from sphere i by a small wall (a wire of radius r_w < r_i): V_i = L_i r_w/(6 r_i).
 
@@ -35,7 +35,7 @@ def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: flo
     return film_volume_i * half_width / (6.0 * radius_i)
 
 
-@force_law
+@force_law("formation", "shi_mccarthy")
 def formation_wall(film_thickness: float, radius_i: float) -> float:
     """Volume drawn from a large wall's film: V_w = W_lf (π/4) r_i².
 
@@ -47,7 +47,7 @@ def formation_wall(film_thickness: float, radius_i: float) -> float:
     return film_thickness * 0.25 * math.pi * radius_i * radius_i
 
 
-@force_law
+@force_law("formation", "shi_mccarthy")
 def formation_wire(film_thickness: float, radius_i: float, half_width: float) -> float:
     """Volume drawn from a wire's film: V_w = W_lf 2 r_i r_w.
 

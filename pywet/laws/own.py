@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet import caches
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
 from pywet.files import one_line, read_json, read_text, write_json
 
 TRIAL_S = 60
@@ -48,12 +48,13 @@ def functions(kind: str, name: str) -> Any:
     """What the file calls by the law's name, once it is known that the file may run and comes to an end."""
     path = _path(name)
     if not path.is_file():
-        raise PywetError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function")
+        raise LawError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
     source = read_text(path, CURE)
     if not _mark(path, source).exists():
-        raise PywetError(
+        raise LawError(
             f"law {name} was not run: {path} is not named by your own configuration, or has changed since; read the file, "
-            "then name it under laws in config.yaml or give --trust"
+            "then name it under laws in config.yaml or give --trust",
+            law=name,
         )
     _try(kind, name, path, source)
     return execute(name, source)
@@ -67,12 +68,13 @@ def execute(name: str, source: bytes) -> Any:
     try:
         exec(compile(source, path, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
-        raise PywetError(
-            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; mend {path}"
+        raise LawError(
+            f"law {name}: its file raises {type(error).__name__}: {one_line(error)}; mend {path}", law=name
         ) from error
     if not hasattr(module, attribute):
-        raise PywetError(
-            f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law"
+        raise LawError(
+            f"law {name}: {path} has no {attribute}; expected the name of a function decorated with @force_law",
+            law=name,
         )
     return getattr(module, attribute)
 
@@ -98,13 +100,15 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
         except subprocess.TimeoutExpired:
             code = -signal.SIGXCPU
         if code == -signal.SIGXCPU:
-            raise PywetError(f"law {name} does not come to an end within {TRIAL_S} s on the probe grid; mend {path}")
+            raise LawError(
+                f"law {name} does not come to an end within {TRIAL_S} s on the probe grid; mend {path}", law=name
+            )
         if not answer.exists():
-            raise PywetError(f"law {name} ends the program (exit code {code}); mend {path}")
+            raise LawError(f"law {name} ends the program (exit code {code}); mend {path}", law=name)
     refused = read_json(answer, "remove the file")
     if refused:
         answer.unlink(missing_ok=True)
-        raise PywetError(refused)
+        raise LawError(refused, law=name)
 
 
 def main() -> None:

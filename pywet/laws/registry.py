@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
 from pywet.laws import (
     buck,
     capillary,
@@ -17,34 +17,17 @@ from pywet.laws import (
     formation,
     own,
     rupture,
+    shedding,
     transfer,
     transfer_exact,
     viscous,
     young_laplace,
 )
-from pywet.laws.force_law import ForceLaw, check
+from pywet.laws.force_law import REGISTERED, ForceLaw, check
+from pywet.laws.kinds import KINDS
 
 GROUP = "pywet.laws"
 """Entry-point group of published laws."""
-
-SIGNATURES: dict[str, tuple[tuple[str, ...], ...]] = {
-    "capillary": (
-        ("separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j", "surface_tension"),
-    ),
-    "viscous_normal": (("separation", "volume", "radius_i", "radius_j", "normal_velocity", "viscosity"),),
-    "viscous_tangential": (("separation", "radius_i", "radius_j", "viscosity"),) * 2,
-    "rupture": (("volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j"),),
-    "dynamic_rupture": (("speed", "viscosity", "surface_tension"),),
-    "formation": (
-        ("film_volume_i", "radius_i", "radius_j"),
-        ("film_volume_i", "radius_i", "half_width"),
-        ("film_thickness", "radius_i"),
-        ("film_thickness", "radius_i", "half_width"),
-    ),
-    "transfer": (),
-}
-"""Arguments of each function of a law, by kind."""
-
 
 Progress = Callable[[int, int], None]
 
@@ -63,64 +46,22 @@ class Law:
             young_laplace.prepare(angles, progress)
 
 
-BUILT_IN: dict[str, dict[str, tuple[ForceLaw, ...]]] = {
-    "capillary": {
-        "rabinovich": (capillary.rabinovich,),
-        "rabinovich_small_gap": (capillary.rabinovich_small_gap,),
-        "rabinovich_as_printed": (capillary.rabinovich_as_printed,),
-        "lambert": (capillary.lambert,),
-        "willett": (capillary_fits.willett,),
-        "willett_simple": (capillary_fits.willett_simple,),
-        "willett_simple_as_printed": (capillary_fits.willett_simple_as_printed,),
-        "weigert": (capillary_fits.weigert,),
-        "weigert_as_printed": (capillary_fits.weigert_as_printed,),
-        "soulie": (capillary_fits.soulie,),
-        "bagheri": (capillary_fits.bagheri,),
-        "young_laplace": (young_laplace.young_laplace,),
-        "buck": (buck.buck,),
-    },
-    "viscous_normal": {
-        "pitois": (viscous.pitois,),
-        "adams_perchard": (viscous.adams_perchard,),
-        "buck_water": (buck.buck_water,),
-    },
-    "viscous_tangential": {
-        "goldman": (viscous.goldman_translation, viscous.goldman_rotation),
-        "lian": (viscous.lian_translation, viscous.lian_rotation),
-        "buck": (buck.buck_translation, buck.buck_rotation),
-    },
-    "rupture": {
-        "willett_unequal": (rupture.willett_unequal,),
-        "willett_unequal_as_printed": (rupture.willett_unequal_as_printed,),
-        "willett": (rupture.willett,),
-        "lian": (rupture.lian,),
-        "young_laplace": (young_laplace.young_laplace_rupture,),
-        "buck": (buck.buck_rupture,),
-    },
-    "dynamic_rupture": {"pitois": (rupture.pitois_dynamic,)},
-    "formation": {
-        "shi_mccarthy": (
-            formation.formation_sphere,
-            formation.formation_sphere_wire,
-            formation.formation_wall,
-            formation.formation_wire,
-        )
-    },
-    "transfer": {"parabola": (), "young_laplace": (), "half": ()},
-}
-BUILT_IN["capillary"]["davis"] = (davis.capillary,)
-BUILT_IN["viscous_normal"]["davis"] = (davis.normal,)
-BUILT_IN["viscous_tangential"]["davis"] = davis.TANGENTIAL
-BUILT_IN["rupture"]["davis"] = (davis.rupture,)
-BUILT_IN["formation"]["davis"] = davis.FORMATION
-
-
 TRANSFER = {
     "parabola": transfer.transfer_table,
     "young_laplace": transfer_exact.exact_table,
     "half": transfer.halves,
 }
 """Transfer models: functions that give a table over V*, see `transfer_table`."""
+MODULES = (capillary, capillary_fits, viscous, rupture, formation, young_laplace, buck, davis, shedding)
+"""Whose laws have made themselves known by now; laws are listed in this order, whichever was imported first."""
+
+
+def _listed(laws: dict[str, tuple[ForceLaw, ...]]) -> dict[str, tuple[ForceLaw, ...]]:
+    order = [module.__name__ for module in MODULES]
+    return dict(sorted(laws.items(), key=lambda item: order.index(item[1][0].__module__)))
+
+
+BUILT_IN = {kind: _listed(laws) for kind, laws in REGISTERED.items()} | {"transfer": dict.fromkeys(TRANSFER, ())}
 
 
 def transfer_model(name: str) -> Callable[..., transfer.Floats]:
@@ -132,7 +73,8 @@ def transfer_model(name: str) -> Callable[..., transfer.Floats]:
 def names(kind: str) -> list[str]:
     """Names of the laws of a kind: built in, and published ones whose arguments are those of the kind."""
     _check_kind(kind)
-    return sorted({*BUILT_IN[kind], *(p.name for p in entry_points(group=GROUP) if _fits(kind, p))})
+    published = (p.name for p in entry_points(group=GROUP) if _fits(kind, p))
+    return sorted({*BUILT_IN[kind], *REGISTERED[kind], *published})
 
 
 @cache
@@ -142,13 +84,16 @@ def get(kind: str, name: str) -> Law:
     if name in BUILT_IN[kind]:
         return Law(name, kind, BUILT_IN[kind][name])
     published = {p.name: p for p in entry_points(group=GROUP)}
-    if name in published:
+    if name in REGISTERED[kind]:
+        functions: Any = REGISTERED[kind][name]
+    elif name in published:
         functions = _load(published[name])
     elif own.is_own(name):
         functions = own.functions(kind, name)
     else:
-        raise PywetError(
-            f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function"
+        raise LawError(
+            f"there is no {kind} law named {name}; expected one of {', '.join(names(kind))}, or path/to/file.py:function",
+            law=name,
         )
     return checked(kind, name, functions)
 
@@ -161,17 +106,18 @@ def checked(kind: str, name: str, functions: Any) -> Law:
 
 
 def _check_kind(kind: str) -> None:
-    if kind not in SIGNATURES:
-        raise PywetError(f"there is no kind of law named {kind}; expected one of {', '.join(SIGNATURES)}")
+    if kind not in KINDS:
+        raise LawError(f"there is no kind of law named {kind}; expected one of {', '.join(KINDS)}", law=kind)
 
 
 def _load(point: EntryPoint) -> Any:
     try:
         return point.load()
     except (Exception, SystemExit) as error:
-        raise PywetError(
+        raise LawError(
             f"law {point.name}: {point.value} raises {type(error).__name__}: {error}; mend or uninstall the package that "
-            f"publishes it in the entry-point group {GROUP}"
+            f"publishes it in the entry-point group {GROUP}",
+            law=point.name,
         ) from error
 
 
@@ -181,21 +127,24 @@ def _fits(kind: str, point: EntryPoint) -> bool:
     except PywetError:
         return False  # it is refused when it is asked for by name
     functions = found if isinstance(found, tuple) else (found,)
-    return tuple(getattr(f, "arguments", ()) for f in functions) == SIGNATURES[kind]
+    return [getattr(f, "arguments", ()) for f in functions] == [part.arguments for part in KINDS[kind].parts]
 
 
 def _check_own(law: Law) -> None:
-    wanted = SIGNATURES[law.kind]
+    wanted = KINDS[law.kind].parts
     if not wanted:
-        raise PywetError(
-            f"law {law.name}: a {law.kind} law cannot be a user's own; expected {', '.join(names(law.kind))}"
+        raise LawError(
+            f"law {law.name}: a {law.kind} law cannot be a user's own; expected {', '.join(names(law.kind))}",
+            law=law.name,
         )
     if not all(isinstance(f, ForceLaw) for f in law.functions):
-        raise PywetError(
-            f"law {law.name} is not decorated with @force_law (a tuple of such functions where a kind has many)"
+        raise LawError(
+            f"law {law.name} is not decorated with @force_law (a tuple of such functions where a kind has many)",
+            law=law.name,
         )
     if len(law.functions) != len(wanted):
-        raise PywetError(f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}")
-    for function, arguments in zip(law.functions, wanted, strict=True):
-        turning = law.kind == "viscous_tangential" and function is not law.functions[0]
-        check(function, arguments, None if turning else law.kind)  # what a turn adds to the drag may have either sign
+        raise LawError(
+            f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}", law=law.name
+        )
+    for function, part in zip(law.functions, wanted, strict=True):
+        check(function, part.arguments, part.sense)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
-from pywet.laws.force_law import force_law
+from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
+
+effective_radius, bridge_radius = helper(contact.effective_radius), helper(contact.bridge_radius)
 
 
-@force_law
+@force_law("rupture")
 def willett_unequal(
     volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
 ) -> float:
@@ -22,17 +25,13 @@ def willett_unequal(
     >>> f"{willett_unequal(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '1.010000e-04'
     """
-    if math.isinf(radius_j):
-        r, q = 2.0 * radius_i, 0.0
-    else:
-        r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
-        q = min(radius_i, radius_j) / max(radius_i, radius_j)
+    r, q = effective_radius(radius_i, radius_j), min(radius_i, radius_j) / max(radius_i, radius_j)
     root = (volume / r**3) ** (1.0 / 3.0)
     angles = 1.0 + 0.125 * (contact_angle_i + contact_angle_j) * (1.0 + q)
     return r * angles * (root + (0.5 * q - 0.4) * root * root)
 
 
-@force_law
+@force_law("rupture")
 def willett_unequal_as_printed(
     volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float
 ) -> float:
@@ -46,17 +45,13 @@ def willett_unequal_as_printed(
     >>> f"{willett_unequal_as_printed(1e-12, 1e-3, math.inf, 0.0, 0.0):.6e}"
     '9.600000e-05'
     """
-    if math.isinf(radius_j):
-        r, q = radius_i, 0.0
-    else:
-        r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
-        q = min(radius_i, radius_j) / max(radius_i, radius_j)
+    r, q = bridge_radius(radius_i, radius_j), min(radius_i, radius_j) / max(radius_i, radius_j)
     root = (volume / r**3) ** (1.0 / 3.0)
     angles = 1.0 + 0.125 * (contact_angle_i + contact_angle_j) * (1.0 + q)
     return r * angles * (root + (0.5 * q - 0.4) * root * root)
 
 
-@force_law
+@force_law("rupture")
 def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Static rupture distance of Lian et al. (1993): S_rup = (1 + θ/2) V^(1/3), θ the mean contact angle.
 
@@ -71,7 +66,7 @@ def lian(volume: float, radius_i: float, radius_j: float, contact_angle_i: float
     return (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * volume ** (1.0 / 3.0)
 
 
-@force_law
+@force_law("rupture")
 def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
     """Static rupture distance of Willett et al. (2000) for equal spheres.
 
@@ -83,12 +78,12 @@ def willett(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
     >>> f"{willett(1e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '1.010000e-04'
     """
-    r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+    r = effective_radius(radius_i, radius_j)
     root = (volume / r**3) ** (1.0 / 3.0)
     return r * (1.0 + 0.25 * (contact_angle_i + contact_angle_j)) * (root + 0.1 * root * root)
 
 
-@force_law
+@force_law("dynamic_rupture", "pitois")
 def pitois_dynamic(speed: float, viscosity: float, surface_tension: float) -> float:
     """Factor on the rupture distance of a bridge drawn at a speed (Pitois et al. 2001): 1 + √(|v| η/σ).
 

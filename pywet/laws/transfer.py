@@ -21,6 +21,7 @@ from scipy.optimize import root
 from pywet.errors import PywetError
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws.rupture import willett_unequal
+from pywet.physics.contact import effective_radius
 
 Floats = NDArray[np.float64]
 
@@ -158,7 +159,7 @@ def _ordered(radius_i: float, radius_j: float, theta_i: float, theta_j: float, v
     if (radius_i, theta_i) < (radius_j, theta_j):
         return 1.0 - _ordered(radius_j, radius_i, theta_j, theta_i, v_star)
     pair = Pair(radius_i, radius_j, theta_i, theta_j, 1.0)
-    return _march(pair, v_star, 2 * radius_i * radius_j / (radius_i + radius_j), radius_j)
+    return _march(pair, v_star, effective_radius(radius_i, radius_j), radius_j)
 
 
 def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float) -> Floats:

@@ -11,8 +11,9 @@ from functools import cache
 import numpy as np
 
 from pywet.errors import PywetError
-from pywet.history.schema import LARGE_WALL
+from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws.transfer import SMALLEST, V_STAR_GRID, Floats
+from pywet.physics.contact import effective_radius
 from pywet.young_laplace import rupture
 
 
@@ -39,8 +40,8 @@ def _exact(
     radius_j = math.inf if kind == LARGE_WALL else size_j
     if (radius_i, theta_i) == (radius_j, theta_j):
         return np.full(len(v_star), 0.5)
-    r = 2 * radius_i * size_j / (radius_i + size_j) if kind == 0 else radius_i
-    if kind == 0 and (radius_i, theta_i) < (radius_j, theta_j):  # so that T_i(i, j) + T_j(j, i) = 1 exactly
+    r = effective_radius(radius_i, size_j) if kind == SPHERE else radius_i
+    if kind == SPHERE and (radius_i, theta_i) < (radius_j, theta_j):  # so that T_i(i, j) + T_j(j, i) = 1 exactly
         return 1.0 - _exact(radius_j, radius_i, theta_j, theta_i, kind, v_star)
     ratios: list[float] = []
     for reduced in v_star:

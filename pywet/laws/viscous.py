@@ -5,26 +5,20 @@ from __future__ import annotations
 import math
 
 from pywet.laws.force_law import force_law, helper
+from pywet.physics import contact
 
-S_MIN = 1e-3
-"""Added to the separation in units of r_eff (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
-
-
-@helper
-def reduced_radius(radius_i: float, radius_j: float) -> float:
-    """r_i r_j/(r_i + r_j) [m]; r_i at a wall."""
-    return radius_i if math.isinf(radius_j) else radius_i * radius_j / (radius_i + radius_j)
+reduced_radius = helper(contact.reduced_radius)
 
 
 @helper
 def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float:
-    """max(S, 0) + S_min with S_min = 0.001 r_eff [m]."""
+    """max(S, 0) + S_min with S_min = 0.001 r_eff [m] (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
     if math.isinf(radius_j):
         return max(separation, 0.0) + 1e-3 * radius_i
     return max(separation, 0.0) + 2e-3 * radius_i * radius_j / (radius_i + radius_j)
 
 
-@force_law
+@force_law("viscous_normal")
 def pitois(
     separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
 ) -> float:
@@ -48,7 +42,7 @@ def pitois(
     return -6.0 * math.pi * viscosity * r * r * normal_velocity / s * finite * finite
 
 
-@force_law
+@force_law("viscous_normal")
 def adams_perchard(
     separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
 ) -> float:
@@ -68,7 +62,7 @@ def adams_perchard(
     return -6.0 * math.pi * viscosity * r * r * normal_velocity / lubricated_gap(separation, radius_i, radius_j)
 
 
-@force_law
+@force_law("viscous_tangential", "goldman")
 def goldman_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t v_t (Goldman, Cox & Brenner 1967).
 
@@ -85,7 +79,7 @@ def goldman_translation(separation: float, radius_i: float, radius_j: float, vis
     return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * math.log(r / s) + 0.9588)
 
 
-@force_law
+@force_law("viscous_tangential", "goldman")
 def goldman_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins (Goldman, Cox & Brenner 1967).
 
@@ -107,7 +101,7 @@ def goldman_rotation(separation: float, radius_i: float, radius_j: float, viscos
     return 6.0 * math.pi * viscosity * r * 0.125 * q**4 * (1.0 - 0.375 * q)
 
 
-@force_law
+@force_law("viscous_tangential", "lian")
 def lian_translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_t of the tangential viscous force −c_t (v_t + v_rot) of Lian et al. (1998).
 
@@ -129,7 +123,7 @@ def lian_translation(separation: float, radius_i: float, radius_j: float, viscos
     )
 
 
-@force_law
+@force_law("viscous_tangential", "lian")
 def lian_rotation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
     """Coefficient c_r of the tangential viscous force −c_r v_rot of the spins (Lian et al. 1998): that of translation.
 

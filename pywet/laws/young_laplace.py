@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.laws.force_law import ForceLaw, Prepared
+from pywet.laws.force_law import ForceLaw, Prepared, register
 from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singles_at
 from pywet.young_laplace import table as tables
 from pywet.young_laplace.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
@@ -290,3 +290,5 @@ _BODY = ("radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 young_laplace = TableLaw(_force, "young_laplace")
 young_laplace.prepared = Prepared(_HELD // 8, _hold_at, _evaluate)
 young_laplace_rupture = TableLaw(_distance, "young_laplace_rupture")
+register("capillary", "young_laplace", young_laplace)
+register("rupture", "young_laplace", young_laplace_rupture)

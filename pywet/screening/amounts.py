@@ -8,11 +8,8 @@ from collections.abc import Sequence
 from scipy.optimize import brentq
 
 from pywet.config import Case, Materials, Scale
-from pywet.history.initial import film_volume
+from pywet.physics.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
 from pywet.scene import ContactPair, SphereClass
-
-S_MIN = 0.001
-"""Smallest gap of the viscous laws over r_eff."""
 
 
 def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
@@ -52,7 +49,7 @@ def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
 
     t_c = pi sqrt(m_eff/k)/sqrt(1 - zeta^2), zeta = -ln e/sqrt(pi^2 + ln^2 e). The tangential spring moves 2/7 of m_eff.
     """
-    m_eff, log_e = _effective_mass(pair, classes), math.log(pair.restitution)
+    m_eff, log_e = pair_mass(classes, pair), math.log(pair.restitution)
     normal = math.sqrt(m_eff / pair.normal_stiffness_N_per_m) * math.hypot(math.pi, log_e)
     tangential = math.pi * math.sqrt(2.0 / 7.0 * m_eff / pair.tangential_stiffness_N_per_m)
     return min(normal, tangential)
@@ -60,11 +57,9 @@ def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
 
 def damping_time(pair: ContactPair, classes: Sequence[SphereClass], viscosity_Pa_s: float) -> float:
     """Shortest time m_eff/c [s] in which lubrication at the smallest gap stops a pair; c = 6 pi eta r_red^2/S_min."""
-    r = classes[pair.a - 1].radius_m
-    r_other = classes[pair.b - 1].radius_m if pair.b else math.inf
-    r_red = r if math.isinf(r_other) else r * r_other / (r + r_other)
-    gap = S_MIN * (r if math.isinf(r_other) else 2.0 * r_red)
-    return _effective_mass(pair, classes) * gap / (6.0 * math.pi * viscosity_Pa_s * r_red**2)
+    radii = pair_radii(classes, pair)
+    r_red, gap = reduced_radius(*radii), S_MIN * bridge_radius(*radii)
+    return pair_mass(classes, pair) * gap / (6.0 * math.pi * viscosity_Pa_s * r_red**2)
 
 
 def time_step(
@@ -81,8 +76,3 @@ def time_step(
     step = fraction * shortest
     digit = 10.0 ** (math.floor(math.log10(step)) - 2)
     return float(f"{math.floor(step / digit) * digit:.3g}")
-
-
-def _effective_mass(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
-    m = classes[pair.a - 1].mass_kg
-    return m if pair.b == 0 else m * classes[pair.b - 1].mass_kg / (m + classes[pair.b - 1].mass_kg)

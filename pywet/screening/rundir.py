@@ -26,15 +26,6 @@ Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
 
-def film_thickness(film: Floats, radius: Floats) -> Floats:
-    """Film thickness on a sphere [m] from film volume [m3] and radius [m], E (34): h = (3L/(4π) + r³)^(1/3) − r.
-
-    Written as r·((1+u)^(1/3) − 1), u = 3L/(4πr³), through expm1 and log1p, so thin films keep all their digits.
-    """
-    u = 3.0 * np.asarray(film, dtype=float) / (4.0 * np.pi * np.asarray(radius, dtype=float) ** 3)
-    return np.asarray(radius * np.expm1(np.log1p(u) / 3.0))
-
-
 @dataclass(frozen=True)
 class RunDir:
     """One run directory `results/<scale>/<case>/`; tables are read on first use and kept."""

@@ -10,6 +10,8 @@ from typing import (
 from pydantic import AfterValidator
 from typing_extensions import TypedDict
 
+from pywet.laws import kinds
+
 
 class Check(TypedDict):
     """A check of the results."""
@@ -122,7 +124,7 @@ class Contribution(TypedDict):
     energy_share: NotRequired[float | None]
 
 
-FORCES = ("weight", "contact_normal", "contact_tangential", "capillary", "viscous_normal", "viscous_tangential")
+FORCES = ("weight", "contact_normal", "contact_tangential", *kinds.FORCES)
 
 
 def _with_forces(effects: dict[str, Contribution]) -> dict[str, Contribution]:

@@ -12,11 +12,11 @@ import pandas as pd
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, write_json
+from pywet.history.schema import WORKS
 from pywet.screening import results
 from pywet.screening.rundir import RunDir
 from pywet.screening.shapes import EngineRun, Replay
 
-WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
 """Columns of history/energy that add up to the change of kinetic energy."""
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
 

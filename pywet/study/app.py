@@ -25,7 +25,7 @@ def effects(
     from pywet.study.effects import study
 
     make_folder(out_dir)
-    for line in study.run(out_dir, seeds, size, scene):
+    for line in study.whole_study(out_dir, seeds, size, scene):
         typer.echo(line)
 
 
@@ -54,7 +54,7 @@ def accuracy(
     make_folder(folder)
     if anew:
         runs.forget(folder, size)
-    page = command.show(folder, size, store) if show else command.study(folder, size, config, store)
+    page = command.show(folder, size, config, store) if show else command.study(folder, size, config, store)
     typer.echo(str(page))
 
 

@@ -42,6 +42,11 @@ class CaseResult:
         return self.case.liquid_percent > 0
 
     @property
+    def bridged(self) -> bool:
+        """Bridges were simulated, or will be: a moist case may have them switched off by hand."""
+        return bool(self.summary["effects"]["bridges"]) if self.summary else self.moist
+
+    @property
     def cross_checked(self) -> bool:
         """The replay reproduces every quantity."""
         return bool(self.agreement) and all(row.ok for row in self.agreement)
@@ -70,7 +75,9 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
     summary = _json(run_dir / "summary.json", Summary)
     if summary is None or not stages.results_made(run_dir):
         return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan))
-    if case.liquid_percent > 0 and summary["ledger_error"] is None:
+    if case.liquid_percent > 0 and (
+        not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
+    ):
         raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
     replay = _json(run_dir / "replay.json", Replay)
     return CaseResult(

@@ -18,6 +18,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from pywet.files import atomic_write
+from pywet.report.pictures import plt
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 Grade = Literal["good", "fair", "bad", "none", ""]
@@ -60,16 +61,20 @@ class Cell:
     def html(self) -> str:
         """The cell as HTML."""
         names = " ".join(n for n in (self.grade, "left" if self.left else "") if n)
-        text = html.escape(self.text)
+        text = marked(self.text)
         inner = f'<a href="{html.escape(self.link)}">{text}</a>' if self.link else text
         hint = f' title="{html.escape(self.hint)}"' if self.hint else ""
         return f'<td class="{names}"{hint}>{inner}</td>' if names else f"<td{hint}>{inner}</td>"
 
 
 def paragraph(text: str, soft: bool = False) -> str:
-    """A paragraph of plain text; `code` between backquotes is set as such."""
-    marked = re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
-    return f'<p class="soft">{marked}</p>' if soft else f"<p>{marked}</p>"
+    """A paragraph of plain text."""
+    return f'<p class="soft">{marked(text)}</p>' if soft else f"<p>{marked(text)}</p>"
+
+
+def marked(text: str) -> str:
+    """Plain text as HTML; `code` between backquotes."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
@@ -82,9 +87,10 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
 
 
 def picture(figure: Figure, caption: str, vector: bool = True, dpi: int = 130) -> str:
-    """A matplotlib figure with its caption, inside the page; `vector` False where it has many thousand points."""
+    """A matplotlib figure with its caption, inside the page, and closed; `vector` False where it has many thousand points."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=dpi)
+    plt.close(figure)
     return _figure(buffer.getvalue(), "svg" if vector else "png", caption)
 
 
@@ -93,26 +99,38 @@ def picture_file(path: Path, caption: str) -> str:
     return _figure(path.read_bytes(), path.suffix.removeprefix("."), caption)
 
 
+def drawing(svg: str, caption: str = "") -> str:
+    """A picture given as SVG text, with its caption."""
+    return f"<figure>{svg}{f'<figcaption>{marked(caption)}</figcaption>' if caption else ''}</figure>"
+
+
 def _figure(data: bytes, kind: str, caption: str) -> str:
-    coded, said = base64.b64encode(data).decode(), html.escape(caption)
-    media = "svg+xml" if kind == "svg" else kind
-    return f'<figure><img src="data:image/{media};base64,{coded}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+    said = html.escape(caption)
+    return f'<figure><img src="{uri(data, kind)}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+
+
+def uri(data: bytes, kind: str) -> str:
+    """A picture (svg or png) as the address of itself."""
+    return f"data:image/{'svg+xml' if kind == 'svg' else kind};base64,{base64.b64encode(data).decode()}"
+
+
+def templates(*folders: Path) -> jinja2.Environment:
+    """Templates of these folders, and the frame of all pages, `page.html.j2`."""
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader([*folders, TEMPLATE.parent]), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
 
 
 def write(
     path: Path, title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = ""
 ) -> Path:
     """Write the page and return its path."""
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     shown = [
         {"anchor": s.anchor, "short": s.short or s.heading, "heading": s.heading, "body": s.body} for s in sections
     ]
-    text = environment.from_string(TEMPLATE.read_text()).render(
-        title=title, lead=lead, sections=shown, cards=cards, footer=footer
-    )
-    path.parent.mkdir(parents=True, exist_ok=True)
+    frame = templates().get_template(TEMPLATE.name)
+    text = frame.render(title=title, lead=lead, sections=shown, cards=cards, footer=footer)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path

@@ -5,20 +5,15 @@ Panels follow from the cases given: one per material (dry), one per configuratio
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pywet.report.pictures import STYLE, plt, svg
 from pywet.view.collect import CaseResult
 
-INK, GRID = "#27323d", "#dfe4e9"
 MOISTURE = ("#9a8f80", "#4a9bd4", "#0b3c78", "#6a51a3")
 """Colours of dry, first, second, … liquid amount."""
 CONFIGURATION = ("#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5")
@@ -35,28 +30,6 @@ PLACES = {
     "collecting_bin": ("collecting bin", "#5b5347"),
 }
 """Column of the liquid table (without _m3) -> label and colour, from bottom to top of the stack."""
-STYLE: dict[str, Any] = {
-    "font.size": 9,
-    "font.family": "DejaVu Sans",
-    "axes.edgecolor": "#aab3bb",
-    "axes.labelcolor": INK,
-    "axes.grid": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "text.color": INK,
-    "text.parse_math": False,  # a material's name is no formula
-    "grid.color": GRID,
-    "grid.linewidth": 0.7,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "svg.hashsalt": "pywet",
-}
-
 Panel = tuple[str, Sequence[CaseResult]]
 Draw = Callable[[Axes, Sequence[CaseResult]], None]
 
@@ -130,7 +103,7 @@ def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Ax
         return ""
     columns = min(columns, len(panels))
     rows = -(-len(panels) // columns)
-    with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+    with plt.rc_context(STYLE):
         size = (12.0, 0.6 + 3.3 * rows)
         figure, axes = plt.subplots(
             rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
@@ -144,7 +117,7 @@ def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Ax
             place.set_axis_off()
         if draw is _draw_liquid:
             _legend_below(figure)
-        return _svg(figure)
+        return svg(figure, transparent=True)
 
 
 def _legend_below(figure: Figure) -> None:
@@ -154,13 +127,6 @@ def _legend_below(figure: Figure) -> None:
     }
     if found:
         figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=5)
-
-
-def _svg(figure: Figure) -> str:
-    text = io.StringIO()
-    figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    plt.close(figure)
-    return text.getvalue()
 
 
 def _name_failed(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -201,13 +167,8 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
 def _draw_dry(axes: Axes, group: Sequence[CaseResult]) -> None:
     for colour, result in zip(_cycle(CONFIGURATION, len(group)), group, strict=True):
         case = result.case
-        _curve(
-            axes,
-            result,
-            "fraction_retained",
-            color=colour,
-            label=f"a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm",
-        )
+        name = f"a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm"
+        _curve(axes, result, "fraction_retained", color=colour, label=name)
     _end(axes, group)
 
 
@@ -219,15 +180,9 @@ def _draw_moisture(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 def _draw_classes(axes: Axes, group: Sequence[CaseResult]) -> None:
     for colour, result in zip(_moisture_colours(group), group, strict=True):
-        _curve(axes, result, "fraction_retained_small", color=colour, label=f"{_moisture(result)}, small")
-        _curve(
-            axes,
-            result,
-            "fraction_retained_near_mesh",
-            color=colour,
-            linestyle=(0, (4, 2)),
-            label=f"{_moisture(result)}, near mesh",
-        )
+        for kind, style in (("small", "-"), ("near mesh", (0, (4, 2)))):
+            column = f"fraction_retained_{kind.replace(' ', '_')}"
+            _curve(axes, result, column, color=colour, linestyle=style, label=f"{_moisture(result)}, {kind}")
 
 
 def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pywet.view import plots
+from pywet.view import page, plots
 from pywet.view.collect import CaseResult
 
 
@@ -33,7 +32,7 @@ def _shown(pair: Pair) -> dict[str, Any]:
         "case": pair.usual.case.case,
         "preset": pair.preset,
         "said": f"The run with {pair.preset} is not done: {said}" if said else "",
-        "figure": f"data:image/svg+xml;base64,{base64.b64encode(figure.encode()).decode()}" if figure else "",
+        "figure": page.uri(figure.encode(), "svg") if figure else "",
         "rows": [*_numbers(pair)] if both else [],
     }
 
@@ -41,7 +40,7 @@ def _shown(pair: Pair) -> dict[str, Any]:
 def _numbers(pair: Pair) -> list[dict[str, str]]:
     """Fraction retained, bridges and liquid at the end, and what the run took."""
     rows = []
-    a, b = ({**(r.summary or {}), **((r.summary or {}).get("bridges") or {})} for r in (pair.usual, pair.twin))
+    a, b = ({**(r.summary or {}), **((r.summary or {}).get("events") or {})} for r in (pair.usual, pair.twin))
     for name, key, form in (
         ("fraction retained", "fraction_retained_end", "{:.3f}"),
         ("bridges formed", "formations", "{:.0f}"),

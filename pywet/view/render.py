@@ -17,7 +17,8 @@ import numpy as np
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.history.schema import LARGE_WALL
-from pywet.screening.rundir import Floats, RunDir, film_thickness
+from pywet.physics.contact import film_thickness
+from pywet.screening.rundir import Floats, RunDir
 from pywet.view import vtk
 
 SIZE = (1500, 1250)

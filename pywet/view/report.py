@@ -5,20 +5,19 @@ Gathers what the template `workflow/report/report.html.j2` shows; reads only wha
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
+import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
-from pywet.view import contributed, plots, presets
+from pywet.view import contributed, page, plots, presets
 from pywet.view.collect import CaseResult, collect, collect_run
 
 TEMPLATE = "report.html.j2"
@@ -56,13 +55,7 @@ def write(
         )
         for name, (number, preset) in (twins or {}).items()
     ]
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template_dir),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page.templates(template_dir)
     environment.filters.update({"sig": _significant, "power": _power})
     try:
         text = environment.get_template(TEMPLATE).render(
@@ -100,13 +93,12 @@ def _pages(report: Path) -> list[tuple[str, str]]:
 
 def _beside(out: Path) -> str | None:
     """Link to the table of agreement when it has been made beside the report's folder."""
-    page = out.parent.parent / "agreement" / "index.html"
-    return "../agreement/index.html" if page.exists() else None
+    return "../agreement/index.html" if (out.parent.parent / "agreement" / "index.html").exists() else None
 
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
     """What the template shows."""
-    moist = [r for r in results if r.moist]
+    moist = [r for r in results if r.bridged]
     replayed = [r for r in results if r.agreement]
     return {
         "scale": scale,
@@ -133,7 +125,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "figures": _figures(results),
         "picture": _picture(picture),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
-        "version": _version(),
+        "version": pywet.__version__,
     }
 
 
@@ -202,18 +194,8 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
     """One row per effect: what is compared, threshold, and per case the plan's row (None where there is no plan)."""
     plans = [{row["effect"]: row for row in r.plan["rows"]} if r.plan else {} for r in results]
     names = list(dict.fromkeys(name for plan in plans for name in plan))
-    rows = []
-    for name in names:
-        first = next(plan[name] for plan in plans if name in plan)
-        rows.append(
-            {
-                "effect": name,
-                "quantity": first["quantity"],
-                "threshold": first["threshold"],
-                "cells": [p.get(name) for p in plans],
-            }
-        )
-    return rows
+    first = {name: next(plan[name] for plan in plans if name in plan) for name in names}
+    return [{**first[name], "effect": name, "cells": [plan.get(name) for plan in plans]} for name in names]
 
 
 def _figures(results: Sequence[CaseResult]) -> dict[str, str]:
@@ -224,15 +206,11 @@ def _figures(results: Sequence[CaseResult]) -> dict[str, str]:
         "classes": plots.class_curves(results),
         "liquid": plots.liquid_curves(results),
     }
-    return {name: _uri(svg.encode(), "svg+xml") for name, svg in drawn.items() if svg}
+    return {name: page.uri(svg.encode(), "svg") for name, svg in drawn.items() if svg}
 
 
 def _picture(path: Path | None) -> str | None:
-    return _uri(path.read_bytes(), "png") if path is not None and path.exists() and path.stat().st_size else None
-
-
-def _uri(data: bytes, kind: str) -> str:
-    return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+    return page.uri(path.read_bytes(), "png") if path is not None and path.exists() and path.stat().st_size else None
 
 
 def _significant(value: float | None, digits: int = 3) -> str:
@@ -245,10 +223,3 @@ def _power(value: float | None) -> str:
     if value is None:
         return "–"
     return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
-
-
-def _version() -> str:
-    try:
-        return version("pywet")
-    except PackageNotFoundError:
-        return "not installed as a package"

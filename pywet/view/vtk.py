@@ -17,7 +17,8 @@ import numpy as np
 import pandas as pd
 
 from pywet.files import atomic_write
-from pywet.screening.rundir import Floats, RunDir, film_thickness
+from pywet.physics.contact import film_thickness
+from pywet.screening.rundir import Floats, RunDir
 
 Cells = list[tuple[str, Any]]
 

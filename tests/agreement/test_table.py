@@ -13,7 +13,8 @@ import pytest
 
 from pywet import stages
 from pywet.agreement import dry, engines, page, replayed, single, sources
-from pywet.agreement.model import COLUMNS, LIGGGHTS, REFERENCE, YADE, Cell, Source, impossible, measured, said, truth
+from pywet.agreement.columns import COLUMNS, LIGGGHTS, REFERENCE, YADE
+from pywet.agreement.model import Cell, Source, impossible, measured, said, truth
 from pywet.agreement.rows import BY_KEY, GROUPS, QUANTITIES, ROWS
 from pywet.agreement.stock import Stock
 from pywet.errors import PywetError

@@ -64,6 +64,21 @@ def test_both_forms_describe_the_same_collision() -> None:
     )
 
 
+def test_the_answer_says_which_speed_restitution_refers_to_and_the_input_can_set_it() -> None:
+    """v_n0 = 1 in the dimensionless form; in SI the normal approach of the first pair. Halved, e_wet doubles, all else stays."""
+    plain, halved = collide(THREE), collide({**THREE, "reference_speed": 0.5})
+    assert (plain["reference_speed"], halved["reference_speed"]) == (1.0, 0.5)
+    assert halved["pairs"]["1-2"]["e_wet"] == pytest.approx(2.0 * plain["pairs"]["1-2"]["e_wet"], rel=1e-14)
+    assert (halved["final"], halved["work"]) == (plain["final"], plain["work"])
+    # of the example's four 1 and 4 meet fastest: v = (1.1, 0.6) m/s, d = (4, 2.1) mm, films touch at 2.04 mm, so that the
+    # normal speed there is v √(1 − (d × v/(2.04 v))²)
+    si = collide(FOUR)
+    v2, cross = 1.1**2 + 0.6**2, (4.0 * 0.6 - 2.1 * 1.1) / 2.04
+    assert si["reference_speed"] == pytest.approx((v2 - cross**2) ** 0.5, rel=1e-12)
+    set_ = collide({**FOUR, "reference_speed_m_per_s": 0.8})
+    assert set_["reference_speed"] == 0.8 and set_["final"] == si["final"]
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

@@ -32,10 +32,10 @@ def test_reference_and_exact_forces_at_touch() -> None:
     Rabinovich's second term adds to it, about sin(alpha) sin(theta + alpha) with alpha = 0.29 here: 10 to 35 %.
     """
     limit = 2 * math.pi * pulls.RADIUS * pulls.TENSION * math.cos(math.radians(pulls.ANGLE_DEG))
-    for rj, factor in ((pulls.RADIUS, 1.0), (math.inf, 2.0)):
-        force = pulls.reference_force(np.array([0.0]), rj)[0]
+    for name, factor in (("two equal spheres", 1.0), ("sphere and wall", 2.0)):
+        force = pulls.PAIRS[name].paper(np.array([0.0]))[0]
         assert 1.1 < force / (factor * limit) < 1.35
-        assert pulls.exact_force(np.array([1e-8]), rj)[0] < force
+        assert pulls.PAIRS[name].exact(np.array([1e-8]))[0] < force
 
 
 @needs_liggghts

@@ -422,9 +422,26 @@ def davis_draw(film, r, a):
     return pi * a * a * ((3 * film / (4 * pi) + r**3) ** (mpf(1) / 3) - r) if film else mpf(0)
 
 
+def hanging(film, r, a, rho, sigma):
+    """Tate's volume where the film is more, times Harkins and Brown's part at phi; phi from 0.2 to 1.2."""
+    most = 2 * pi * r * sigma / (rho * a)
+    if film <= most:
+        return mpf(0)
+    phi = (rho * a * r**2 / sigma / mpf("3.60")) ** (1 / mpf("2.81"))
+    phi = min(max(phi, mpf("0.2")), mpf("1.2"))
+    return most * mpf("3.60") * phi ** (mpf("2.81") - 3) / (2 * pi)
+
+
+HANGING = ["film_volume_i", "radius_i", "acceleration", "density", "surface_tension"]
 SMALL: list[tuple[str, str, str, Callable, list[str], list[tuple[str, ...]], str]] = [
     ("dynamic_rupture", "pitois", "pitois_dynamic", pitois_dynamic, ["speed", "viscosity", "surface_tension"],
      [(v, eta, "0.0728") for v in ("0", "0.001", "0.1", "1", "3") for eta in ("0.001", "0.1")], "E 33"),
+    ("shedding", "tate", "tate_drop", hanging, HANGING,
+     [(f, r, a, "998.2", "0.0728") for f in ("1e-8", "2e-7", "1e-6") for r in (ONE, "0.0025", "0.005") for a in ("9.81", "70")],
+     "Tate; 3.60 phi^2.81 = Bo"),
+    ("shedding", "tate", "rayleigh_time", lambda f, rho, sigma: sqrt(rho * f * 3 / (4 * pi) / (8 * sigma)),
+     ["film_volume_i", "density", "surface_tension"],
+     [(f, "998.2", s) for f in ("1e-10", "1e-9", "1e-8", "5e-8", "1e-7") for s in ("0.0728", "0.02")], "Rayleigh"),
     ("formation", "shi_mccarthy", "formation_sphere", formation_sphere, ["film_volume_i", "radius_i", "radius_j"],
      [(f, ri, rj) for f in ("1e-11", "3e-9") for ri in (ONE, THREE) for rj in (ONE, "0.005", "inf")], "E 8 9"),
     ("formation", "shi_mccarthy", "formation_sphere_wire", lambda f, r, w: f * w / (6 * r),

@@ -11,7 +11,7 @@ import pandas as pd
 from pywet import small
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import Surface, make_surface
-from pywet.scene import Output, Scene, Slide, Vibration
+from pywet.scene import Effects, Liquid, Output, Scene, Slide, Vibration
 from tests.engine.scenes import WATER, contacts, spheres_of
 
 RADIUS = 2.5e-3
@@ -47,7 +47,10 @@ def bed(side: tuple[int, int, int], seed: int = 1) -> list[small.Sphere]:
     return spheres
 
 
-def prepare(run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints: int = 0, outputs: int = 10) -> Scene:
+def prepare(
+    run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints: int = 0, outputs: int = 10,
+    effects: Effects = small.PAPER, liquid: Liquid = WATER,
+) -> Scene:  # fmt: skip
     """A moist bed of two sizes on a vibrating floor, with a plate drawn through it."""
     half = 0.03
     return small.prepare(
@@ -55,8 +58,8 @@ def prepare(run_dir: Path, spheres: list[small.Sphere], steps: int, checkpoints:
         spheres_of(RADIUS, 2e-3),
         spheres,
         contacts(2, stiffness=2e3),
-        liquid=WATER,
-        effects=small.PAPER,
+        liquid=liquid,
+        effects=effects,
         walls=[shaken_floor(0.1), drawn_plate(half)],
         wall_angle_rad=math.radians(45.0),
         time_step_s=STEP,

@@ -20,7 +20,7 @@ import numpy as np
 
 from pywet import small
 from pywet.engines.liggghts import build, driver
-from pywet.engines.liggghts.process import Usage
+from pywet.engines.process import Usage
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.scene import Scene
@@ -35,41 +35,44 @@ inline bool planted(const char *name) {
   return is && !strcmp(is, name);
 }
 """
-PULL = "t.capillary = batch.pull[k];"
-PULL_PLANTED = """t.capillary = batch.pull[k];
-    {
-      const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
-      const double rj = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
-      double row[ROWS][BATCH], pull[BATCH];
-      row[SEPARATION][0] = planted("gap left out") ? 0.0 : g.separation;
-      row[VOLUME][0] = planted("volume twice in the force") ? 2 * V : V;
-      row[RADIUS_I][0] = part * g.radius_i;
-      row[RADIUS_J][0] = part * rj;
-      row[ANGLE_I][0] = b.angle_i;
-      row[ANGLE_J][0] = planted("angle of i on both sides") ? b.angle_i : b.angle_j;
-      laws.capillary(1, row[0], laws.surface_tension, laws.viscosity, batch.prepared, pull);
-      t.capillary = pull[0];
-      if (planted("angles multiplied")) {
-        const bool two = b.kind == SPHERE;
-        const double r = two ? 2 * g.radius_i * rj / (g.radius_i + rj) : 2 * g.radius_i, flat = V / (PI * r);
-        const double d = flat / (s + std::sqrt(s * s + 2 * flat)), neck = PI * laws.surface_tension * r / (1 + s / (2 * d));
-        const double ci = std::cos(b.angle_i), cj = std::cos(b.angle_j);
-        t.capillary += neck * (2 * ci * cj - ci - cj);
-      }
-    }"""
-LAW = "t.viscous = t.viscous_law = batch.normal[k];"
-LAW_PLANTED = """t.viscous = t.viscous_law = batch.normal[k];
-    {
-      const double h = std::max(g.separation, 1e-12), rj = g.radius_j, eta = laws.viscosity, vn = dot(g.vi - g.vj, g.n);
-      const double a = b.kind == SPHERE ? g.radius_i * rj / (g.radius_i + rj) : g.radius_i;
-      const double e = planted("r_eff for r_red") && b.kind == SPHERE ? 2 * a : a;
-      const double s = planted("S_min left out") ? h : h + 1e-3 * (b.kind == SPHERE ? 2 * a : a);
-      const double x = 1 - 1 / std::sqrt(1 + b.volume / (PI * e * s * s));
-      if (planted("S_min left out") || planted("r_eff for r_red"))
-        t.viscous = t.viscous_law = -6 * PI * eta * e * e * vn / s * x * x;
-      if (planted("viscous sign")) t.viscous = t.viscous_law = -t.viscous;
-      if (planted("viscosity ten times")) t.viscous = t.viscous_law = 10 * t.viscous;
-    }"""
+LAWS = "find_forces(block, t);"
+LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
+    if (!t.acts[k]) continue;
+    const Bridge &b = bridges_[t.first + k];
+    const Geometry g = geometry_of(t, k);
+    const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
+    const double as = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
+    double row[ROWS][BATCH], pull[BATCH];
+    row[SEPARATION][0] = planted("gap left out") ? 0.0 : g.separation;
+    row[VOLUME][0] = planted("volume twice in the force") ? 2 * V : V;
+    row[RADIUS_I][0] = part * g.radius_i;
+    row[RADIUS_J][0] = part * as;
+    row[ANGLE_I][0] = b.angle_i;
+    row[ANGLE_J][0] = planted("angle of i on both sides") ? b.angle_i : b.angle_j;
+    laws.capillary(1, row[0], laws.surface_tension, laws.viscosity, t.prepared, pull);
+    t.pull[k] = pull[0];
+    if (planted("angles multiplied")) {
+      const bool two = b.kind == SPHERE;
+      const double r = two ? 2 * g.radius_i * as / (g.radius_i + as) : 2 * g.radius_i, flat = V / (PI * r);
+      const double d = flat / (s + std::sqrt(s * s + 2 * flat)), neck = PI * laws.surface_tension * r / (1 + s / (2 * d));
+      const double ci = std::cos(b.angle_i), cj = std::cos(b.angle_j);
+      t.pull[k] += neck * (2 * ci * cj - ci - cj);
+    }
+    const double h = std::max(g.separation, 1e-12), rj = g.radius_j, eta = laws.viscosity, vn = dot(g.vi - g.vj, g.n);
+    const double a = b.kind == SPHERE ? g.radius_i * rj / (g.radius_i + rj) : g.radius_i;
+    const double e = planted("r_eff for r_red") && b.kind == SPHERE ? 2 * a : a;
+    const double c = planted("S_min left out") ? h : h + 1e-3 * (b.kind == SPHERE ? 2 * a : a);
+    const double x = 1 - 1 / std::sqrt(1 + b.volume / (PI * e * c * c));
+    if (planted("S_min left out") || planted("r_eff for r_red")) t.viscous[k] = -6 * PI * eta * e * e * vn / c * x * x;
+    if (planted("viscous sign")) t.viscous[k] = -t.viscous[k];
+    if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];
+    const double spin = planted("spin left out") ? 0.0 : planted("spin sign") ? -1.0 : 1.0;
+    for (int m = 0; m < 3; m++) t.spin[m][k] *= spin;
+  }
+  find_forces(block, t);
+  if (planted("torque arm"))
+    for (int k = 0; k < t.n; k++)
+      for (int m = 0; m < 3; m++) t.torque_i[m][k] *= 1 + 0.5 * block.row[SEPARATION][k] / block.row[RADIUS_I][k];"""
 SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
   for (Event &e : events_)
     if (e.kind == FORMATION) {
@@ -84,33 +87,37 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
       e.share_i *= grant[e.i];"""
 PATCHES: list[tuple[str, str, str]] = [
     ("bridges.h", '#include "energy.h"', '#include "energy.h"\n#include "planted.h"'),
-    ("forces.cpp", PULL, PULL_PLANTED),
-    ("forces.cpp", LAW, LAW_PLANTED),
-    (
-        "forces.cpp",
-        "cross(g.n, g.radius_i * g.wi + rj * g.wj + t.spin_push)",
-        'cross(g.n, (planted("spin left out") ? 0.0 : planted("spin sign") ? -1.0 : 1.0) * (g.radius_i * g.wi + rj * g.wj))',
-    ),
-    ("forces.cpp", "(pushed - dot(pushed, g.n) * g.n)",
-     '(pushed - (planted("speed along n") ? 0.0 : 1.0) * dot(pushed, g.n) * g.n)'),
+    ("together.h", '#include "laws.h"', '#include "laws.h"\n#include "planted.h"'),
+    ("forces.cpp", LAWS, LAWS_PLANTED),
+    ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {",
+     "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {\n"
+     '  const double taken = planted("speed along n") ? 0.0 : 1.0;'),
+    ("together.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
     ("forces.cpp", "if (!laws.dynamic_rupture) return",
      'if (!laws.dynamic_rupture || planted("dynamic rupture ignored")) return'),
     (
         "forces.cpp",
-        "if (decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g)) {",
+        "if (!(decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g))) continue;",
         'const double f = planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0;\n'
-        '    if (planted("evaporation")) b.volume *= 1 - 1e-5;\n'
-        "    if (decide && g.separation >= f * b.rupture_distance && g.separation >= f * rupture_limit(b, g)) {",
+        "    if (!(decide && g.separation >= f * b.rupture_distance && g.separation >= f * rupture_limit(b, g))) continue;",
     ),
+    ("formation.cpp", "block.longest[at] = b.rupture_distance;",
+     'block.longest[at] = (planted("early rupture") ? 0.8 : 1.0) * b.rupture_distance;'),
+    ("forces.cpp", "gather(t);",
+     'if (planted("evaporation"))\n'
+     "      for (int k = 0; k < t.n; k++) {\n"
+     "        bridges_[t.first + k].volume *= 1 - 1e-5;\n"
+     "        enter(t.first + k);\n"
+     "      }\n"
+     "    gather(t);"),
     ("forces.cpp", "return b.volume * transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));",
      "const double T = transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));\n"
      '  return b.volume * (planted("transfer swapped") ? 1 - T : planted("half and half") ? 0.5 : T);'),
-    ("forces.cpp", "const Vec torque_i = (-g.radius_i) * turn",
-     'const Vec torque_i = (-(g.radius_i + (planted("torque arm") ? 0.5 * g.separation : 0.0))) * turn'),
     ("output.cpp", "store((-g.radius_i) * turn, c.torque_i);",
      'store((-(g.radius_i + (planted("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
-    ("forces.cpp", "accumulate(at_.f[b.a], force);", 'accumulate(at_.f[b.a], (planted("half of it acts") ? 0.5 : 1.0) * force);'),
-    ("forces.cpp", "g.xj = c.point;", 'g.xj = c.point + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
+    ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (planted("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
+    ("walls.h", "best.point = mesh.to_world(best.point);",
+     'best.point = mesh.to_world(best.point) + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
     ("formation.cpp", "const double reach = radii + thickness_[i] + thickness_[j];",
      'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (thickness_[i] + thickness_[j]);'),
     ("formation.cpp", "const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];",

@@ -4,43 +4,17 @@ from __future__ import annotations
 
 import math
 
-from pywet.scene import ContactPair, Liquid, SphereClass
+from pywet.bench import bodies
+from pywet.scene import ContactPair, SphereClass
 
-WATER = Liquid(
-    surface_tension_N_per_m=0.07275,
-    viscosity_Pa_s=1.0e-3,
-    density_kg_per_m3=998.2,
-    initial_film_thickness_m=1e-4,
-)
+WATER = bodies.water(1e-4, density=998.2)
 
 
 def spheres_of(*radii: float, density: float = 2500.0, angle_deg: float = 15.0) -> list[SphereClass]:
     """One class per radius."""
-    return [
-        SphereClass(
-            name=f"class{k}",
-            type=k,
-            radius_m=r,
-            density_kg_per_m3=density,
-            contact_angle_rad=math.radians(angle_deg),
-            count=1,
-        )
-        for k, r in enumerate(radii, start=1)
-    ]
+    return list(bodies.sphere_classes(*radii, density=density, angle_rad=math.radians(angle_deg)))
 
 
 def contacts(n: int, restitution: float = 0.8, stiffness: float = 1e5, friction: float = 0.2) -> list[ContactPair]:
     """The same dry contact for every pair of `n` types and the wall."""
-    return [
-        ContactPair(
-            a=a,
-            b=b,
-            normal_stiffness_N_per_m=stiffness,
-            tangential_stiffness_N_per_m=2 / 7 * stiffness,
-            friction=friction,
-            rolling_friction_m=0.0,
-            restitution=restitution,
-        )
-        for a in range(1, n + 1)
-        for b in [0, *range(a, n + 1)]
-    ]
+    return list(bodies.contacts(n, stiffness, friction=friction, restitution=restitution))

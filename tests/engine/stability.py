@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from pywet import advisor, small
-from pywet.history.initial import film_volume
 from pywet.laws import registry
+from pywet.physics.contact import film_volume
 from pywet.scene import Effects, Liquid, Scene
 from tests.engine.scenes import contacts, spheres_of
 
@@ -22,8 +22,13 @@ NORMAL = Effects(
 )  # fmt: skip
 
 
-def pressed_pair(run_dir: Path, viscosity: float, step: float, how: str) -> tuple[Scene, list[small.Sphere]]:
-    """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on."""
+def pressed_pair(
+    run_dir: Path, viscosity: float, step: float, how: str, bridges_every: int = 1
+) -> tuple[Scene, list[small.Sphere]]:
+    """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on.
+
+    STEPS evaluations of the bridge.
+    """
     film = film_volume(FILM, R)
     volume = 2.0 * registry.get("formation", "shi_mccarthy").functions[0](film, R, R)
     angle = math.radians(15.0)
@@ -37,14 +42,15 @@ def pressed_pair(run_dir: Path, viscosity: float, step: float, how: str) -> tupl
     )
     scene = small.prepare(
         run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid, effects=NORMAL, time_step_s=step,
-        steps=STEPS, output_interval_s=step, viscous_integration=how, log_every_step=False,
+        steps=STEPS * bridges_every, output_interval_s=step, viscous_integration=how, log_every_step=False,
+        bridges_every=bridges_every,
     )  # fmt: skip
     return scene, bodies
 
 
-def is_stable(run_dir: Path, viscosity: float, step: float, how: str) -> bool:
+def is_stable(run_dir: Path, viscosity: float, step: float, how: str, bridges_every: int = 1) -> bool:
     """Whether the swing dies away: the speed in the last fifth is below a hundredth of that in the first 20 steps."""
-    scene, bodies = pressed_pair(run_dir, viscosity, step, how)
+    _, bodies = pressed_pair(run_dir, viscosity, step, how, bridges_every)
     try:
         small.run(run_dir, bodies, allow_unstable=True)
     except Exception as error:  # a guard that stops the run
@@ -54,13 +60,13 @@ def is_stable(run_dir: Path, viscosity: float, step: float, how: str) -> bool:
     table = pd.read_parquet(run_dir / "trajectory.parquet")
     one, two = (table[table["id"] == k].sort_values("step")["vz"].to_numpy() for k in (1, 2))
     speed = np.abs(two - one)
-    early, late = speed[:20].max(), speed[-scene.steps // 5 :].max()
+    early, late = speed[:20].max(), speed[-len(speed) // 5 :].max()
     return bool(np.isfinite(late) and late < 1e-2 * early)
 
 
-def advised(run_dir: Path, viscosity: float, how: str) -> tuple[float, str]:
+def advised(run_dir: Path, viscosity: float, how: str, bridges_every: int = 1) -> tuple[float, str]:
     """What the advisor allows for the pair, and which effect governs."""
-    scene, _ = pressed_pair(run_dir, viscosity, 1e-6, how)
+    scene, _ = pressed_pair(run_dir, viscosity, 1e-6, how, bridges_every)
     limits = [
         limit for limit in advisor.advise(scene).limits if limit.stability and limit.effect != "viscous tangential"
     ]

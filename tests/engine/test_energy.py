@@ -46,7 +46,7 @@ def test_budget_of_a_bed_closes(tmp_path: Path) -> None:
     assert energy["viscous_normal"].is_monotonic_decreasing  # a drag only takes
 
 
-def held_together(run_dir: Path, step: float) -> pd.DataFrame:
+def held_together(run_dir: Path, step: float, bridges_every: int = 1) -> pd.DataFrame:
     """Three wet spheres that fly apart against their bridges and swing: one formation each, no contact, no gravity."""
     bodies = [
         small.Sphere(1, (-2 * R - 1.5e-4, 0.0, 0.0), (-0.04, 0.03, 0.0)),
@@ -56,7 +56,7 @@ def held_together(run_dir: Path, step: float) -> pd.DataFrame:
     steps = round(SECONDS / step)
     small.prepare(
         run_dir, spheres_of(R), bodies, contacts(1, stiffness=1e4), liquid=WATER, effects=small.PAPER, time_step_s=step,
-        steps=steps, log_every_step=False, output_interval_s=SECONDS,
+        steps=steps, log_every_step=False, output_interval_s=SECONDS, bridges_every=bridges_every,
     )  # fmt: skip
     small.run(run_dir, bodies)
     return beds.table(run_dir, "history/energy")

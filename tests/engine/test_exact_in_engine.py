@@ -11,9 +11,9 @@ import pytest
 
 from pywet import small
 from pywet.files import write_table
-from pywet.history.initial import film_volume
 from pywet.laws import registry
 from pywet.laws.transfer import V_STAR_GRID
+from pywet.physics.contact import film_volume
 from pywet.young_laplace import solve
 from tests.engine.scenes import WATER, contacts, spheres_of
 

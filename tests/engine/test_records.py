@@ -7,7 +7,7 @@ import re
 import pytest
 
 from pywet.engines.liggghts.build import SOURCES
-from pywet.history.schema import BRIDGE, CONTACT, EVENT, FILM, LEDGER, WALL_FILM, WIRE_SPRING
+from pywet.history.schema import BRIDGE, CONTACT, DROP, EVENT, FILM, LEDGER, WALL_FILM, WIRE_SPRING
 
 SIZES = dict(re.findall(r"sizeof\((\w+)\) == (\d+)", (SOURCES / "records.h").read_text()))
 
@@ -22,6 +22,7 @@ SIZES = dict(re.findall(r"sizeof\((\w+)\) == (\d+)", (SOURCES / "records.h").rea
         ("Film", FILM),
         ("Film", WALL_FILM),
         ("WireContact", WIRE_SPRING),
+        ("Drop", DROP),
     ],
 )
 def test_record_sizes(name: str, dtype: object) -> None:

@@ -20,19 +20,25 @@ import pandas as pd
 import pytest
 
 from pywet import small
+from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, deck, driver
 from pywet.scene import Scene
 from reference_impl.replay import replay
 from tests.engine import beds
+from tests.engine.scenes import WATER
 
 pytestmark = pytest.mark.engine
 STEPS, CHECKPOINTS = 2500, 24
 SMALL = {"steps": 1200, "checkpoints": 11, "outputs": 100}
 """About a hundred spheres for 24 ms, a checkpoint at every hundredth step; the slide is drawn from step 360 to 960."""
+DRIPPING = small.PAPER.model_copy(update={"liquid_weight": True, "shedding": "tate"})
+SOAPY = WATER.model_copy(update={"surface_tension_N_per_m": 0.02, "initial_film_thickness_m": 4.5e-4})
 CHANGES = {
     "moist": {},
     "semi_implicit": {"viscous_integration": "semi_implicit"},
     "exact": {"effects": small.EXACT},
+    "impulses": {"bridges_every": 4},
+    "drops": {"effects": DRIPPING},
     "dry": {"effects": small.DRY},
 }
 
@@ -74,7 +80,10 @@ def same_bits(unbroken: Path, resumed: Path) -> None:
 
 def prepare(run_dir: Path, kind: str, **more: int) -> Scene:
     """A small bed between a vibrating floor and a drawn plate."""
-    scene = beds.prepare(run_dir, beds.bed((5, 5, 5)), **{**SMALL, **more}).model_copy(update=CHANGES[kind])
+    liquid = SOAPY if kind == "drops" else WATER
+    scene = beds.prepare(run_dir, beds.bed((5, 5, 5)), **{**SMALL, **more}, liquid=liquid).model_copy(
+        update=CHANGES[kind]
+    )
     (run_dir / "scene.json").write_text(scene.model_dump_json())
     return scene
 
@@ -89,12 +98,13 @@ def kill_and_compare(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, 
     if kind != "dry":
         events = beds.table(tmp_path / "whole", "history/events")
         assert len(events) > 70 and set(events["kind"]) == {0, 1} and set(events["partner_kind"]) >= {0, 1}
+        assert (len(beds.table(tmp_path / "whole", "history/drops")) > 20) == (kind == "drops")
     for step in moments:
         folder = tmp_path / str(step)
         prepare(folder, kind, **more)
         last = killed(folder, ranks, step)
         at = driver.run(folder, ranks, progress=False).resumed_at_step
-        assert at is not None and step - deck.checkpoint_every(Scene.read(folder / "scene.json")) <= at <= last
+        assert at is not None and step - schedule.checkpoint_every(Scene.read(folder / "scene.json")) <= at <= last
         same_bits(tmp_path / "whole", folder)
 
 
@@ -123,7 +133,14 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "ranks", "moments"), [("moist", 1, (500,)), ("moist", 2, (700,)), ("dry", 1, (2500,))]
+    ("kind", "ranks", "moments"),
+    [
+        ("moist", 1, (500,)),
+        ("moist", 2, (700,)),
+        ("impulses", 1, (500,)),
+        ("dry", 1, (2500,)),
+        ("drops", 1, (500,)),
+    ],
 )
 def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, ...]) -> None:
     """While the slide is drawn, on one rank and two; a dry run on the stock program."""
@@ -137,6 +154,7 @@ def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int
         ("moist", 2, (100, 300, 900, 1100)),
         ("semi_implicit", 1, (200, 600, 1000)),
         ("semi_implicit", 2, (200, 600, 1000)),
+        ("impulses", 2, (200, 600, 1000)),
         ("exact", 1, (200, 600, 1000)),
         ("exact", 2, (200, 600, 1000)),
         ("dry", 1, (600, 2000, 3600, 5000)),

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from pywet import small
-from pywet.history.initial import film_volume
 from pywet.laws import registry
+from pywet.physics.contact import film_volume
 from tests.engine.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine

@@ -15,12 +15,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pywet import small
+from pywet.bench import bodies
 from pywet.engines.liggghts import driver as liggghts
 from pywet.engines.yade import driver as yade
 from pywet.geometry.solids import plate
 from pywet.geometry.surface import make_surface
 from pywet.motion import engine_displacement, screen_ellipse
-from pywet.scene import ContactPair, Scene, Slide, SphereClass
+from pywet.scene import Scene, Slide
 
 pytestmark = [
     pytest.mark.skipif(shutil.which("yade") is None, reason="YADE cannot be installed on this machine"),
@@ -29,20 +30,9 @@ pytestmark = [
 DRY = small.DRY.model_copy(update={"rolling": False})
 RADII = (2.5e-3, 4e-3)
 E_PAIR, E_WALL, FRICTION, STIFFNESS = 0.8, 0.6, 0.35, 1e4
-CLASSES = tuple(
-    SphereClass(name=f"c{k}", type=k, radius_m=r, density_kg_per_m3=2500.0, contact_angle_rad=0.0, count=1)
-    for k, r in enumerate(RADII, start=1)
-)
+CLASSES = bodies.sphere_classes(*RADII, angle_rad=0.0, name="c{k}")
 PAIRS = tuple(
-    ContactPair(
-        a=a,
-        b=b,
-        normal_stiffness_N_per_m=STIFFNESS,
-        tangential_stiffness_N_per_m=2 / 7 * STIFFNESS,
-        friction=FRICTION,
-        rolling_friction_m=0.0,
-        restitution=E_PAIR if b else E_WALL,
-    )
+    bodies.contact(a, b, STIFFNESS, friction=FRICTION, restitution=E_PAIR if b else E_WALL)
     for a, b in ((1, 0), (2, 0), (1, 1), (1, 2), (2, 2))
 )
 STEP = 2e-7

@@ -121,6 +121,9 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     for case in (1, 2, 11):
         make(tmp_path / "data", case)
     text = page.write(tmp_path / "data", settings.load(ROOT / "config"))
-    assert "Not run yet: 3, 4, 5" in text and "| case02-1 | full, dt 1e-06 s | 1.00 | 10 | 7 | 1e-15 |" in text
+    assert (
+        "Not run yet: 3, 4, 5" in text
+        and "| case02-1 | full, springs 1e+04 N/m, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
+    )
     assert {p.name for p in tmp_path.glob("*.svg")} == {"fig10.svg", "fig12.svg", "fig13.svg", "fig14.svg", "fig15.svg"}
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))

@@ -14,12 +14,12 @@ import pytest
 from pywet.laws import batch_math, registry
 from pywet.laws.batch import BATCH, ROWS, batch
 from pywet.laws.force_law import ForceLaw, force_law
+from pywet.laws.kinds import FORCES, KINDS
 from pywet.laws.young_laplace import prepare
 
-KINDS = ("capillary", "viscous_normal", "viscous_tangential")
 BOTH_SIGNS = ("weigert", "weigert_as_printed", "soulie", "goldman", "lian", "buck")
 """Laws with values of both signs, where digits cancel: there a value counts as no less than a hundredth of the largest."""
-LAWS = [(kind, name) for kind in KINDS for name in registry.BUILT_IN[kind]]
+LAWS = [(kind, name) for kind in FORCES for name in registry.BUILT_IN[kind]]
 GIVEN = {"surface_tension": 0.07, "viscosity": 2e-3}
 ANGLES = [(0.2, 0.5), (0.5, 0.2), (0.0, 0.0)]
 CALL = ctypes.CFUNCTYPE(
@@ -140,7 +140,7 @@ def test_ends_are_those_of_the_c_library(name: str) -> None:
 def typed(text: str) -> ForceLaw:
     """A user's capillary law, typed at a prompt."""
     space: dict[str, Callable[..., float]] = {"math": math}
-    names = ", ".join(registry.SIGNATURES["capillary"][0])
+    names = ", ".join(KINDS["capillary"].parts[0].arguments)
     exec(f"def own({names}):\n    {text}", space)
     return force_law(space["own"])
 

@@ -12,15 +12,16 @@ import pytest
 from pywet.errors import PywetError
 from pywet.laws import registry, transfer
 from pywet.laws.force_law import PROBE, ForceLaw, check, force_law
+from pywet.laws.kinds import KINDS
 from pywet.laws.young_laplace import TableLaw
 
 BUILT_IN = [
-    (function, wanted)
+    (function, part.arguments)
     for kind, laws in registry.BUILT_IN.items()
     for functions in laws.values()
-    for function, wanted in zip(functions, registry.SIGNATURES[kind], strict=True)
+    for function, part in zip(functions, KINDS[kind].parts, strict=True)
 ]
-DYNAMIC = registry.SIGNATURES["dynamic_rupture"][0]
+DYNAMIC = KINDS["dynamic_rupture"].parts[0].arguments
 each_law = pytest.mark.parametrize(("law", "wanted"), BUILT_IN, ids=lambda x: x.name if isinstance(x, ForceLaw) else "")
 
 

@@ -1,14 +1,16 @@
 """Finding laws: by name, from a file, from an installed package; what does not exist is answered with what does."""
 
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 
+from pywet.config import EffectSettings
 from pywet.errors import PywetError
+from pywet.laws import force_law, registry
 from pywet.laws import own as files
-from pywet.laws import registry
-from pywet.laws.force_law import SENSE
+from pywet.laws.kinds import KINDS, SWITCHED
 
 OWN = """
 from pywet.laws.force_law import force_law
@@ -49,12 +51,13 @@ def test_built_in_laws_of_each_kind() -> None:
         "dynamic_rupture": ["pitois"],
         "formation": ["shi_mccarthy"],
         "transfer": ["parabola"],
+        "shedding": ["tate"],
     }
-    assert set(expected) == set(registry.SIGNATURES)
+    assert set(expected) == set(KINDS)
     for kind, some in expected.items():
         assert set(some) <= set(registry.names(kind))
         law = registry.get(kind, some[0])
-        assert (law.kind, law.name, len(law.functions)) == (kind, some[0], len(registry.SIGNATURES[kind]))
+        assert (law.kind, law.name, len(law.functions)) == (kind, some[0], len(KINDS[kind].parts))
 
 
 def test_law_from_a_file(own: Path) -> None:
@@ -179,5 +182,57 @@ def test_a_law_that_cannot_be_meant_is_refused(tmp_path: Path, kind: str, name: 
     assert "senseless.py" in str(refusal.value) and "\n" not in str(refusal.value)
 
 
+NAMED = """
+from pywet.laws.force_law import force_law
+
+@force_law("dynamic_rupture")
+def calm(speed, viscosity, surface_tension):
+    return 1.5 + 0.0 * speed
+
+@force_law("viscous_tangential", "both_ways")
+def sliding(separation, radius_i, radius_j, viscosity):
+    return 2.0 * viscosity
+
+@force_law("viscous_tangential", "both_ways")
+def spinning(separation, radius_i, radius_j, viscosity):
+    return -3.0 * viscosity
+"""
+
+
+def test_a_law_makes_itself_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By its kind, in a module that is imported; functions of one name are one law; a name is given once."""
+    monkeypatch.setattr(registry, "REGISTERED", {kind: dict(laws) for kind, laws in force_law.REGISTERED.items()})
+    monkeypatch.setattr(force_law, "REGISTERED", registry.REGISTERED)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "named_laws.py").write_text(NAMED)
+    import_module("named_laws")
+    assert registry.names("dynamic_rupture") == ["calm", "pitois"]
+    assert registry.get("dynamic_rupture", "calm").functions[0](0.0, 1.0, 1.0) == 1.5
+    pair = registry.get("viscous_tangential", "both_ways").functions
+    assert [f(0.0, 1.0, 1.0, 5.0) for f in pair] == [10.0, -15.0]
+    (tmp_path / "named_again.py").write_text(NAMED)
+    with pytest.raises(PywetError, match="there is a dynamic_rupture law named calm already; expected another name"):
+        import_module("named_again")
+    (tmp_path / "named_badly.py").write_text(NAMED.replace("dynamic", "static"))
+    with pytest.raises(
+        PywetError, match="no kind of law named static_rupture; expected one of capillary, viscous_normal"
+    ):
+        import_module("named_badly")
+    registry.get.cache_clear()
+
+
+def test_a_file_may_name_the_kind_too(tmp_path: Path) -> None:
+    path = tmp_path / "named_laws.py"
+    path.write_text(NAMED)
+    files.trust([f"{path}:calm"])
+    assert registry.get("dynamic_rupture", f"{path}:calm").functions[0](0.0, 1.0, 1.0) == 1.5
+    assert "calm" not in registry.names("dynamic_rupture")
+
+
+def test_every_kind_has_its_switch_unless_no_bridge_is_without_it() -> None:
+    assert {*SWITCHED, "shedding"} == {*KINDS} & {*EffectSettings.model_fields}  # no preset has shedding
+    assert {kind for kind in KINDS if kind not in SWITCHED} == {"rupture", "formation", "transfer", "shedding"}
+
+
 def test_every_built_in_kind_that_a_user_may_write_has_a_sense() -> None:
-    assert set(SENSE) == set(registry.SIGNATURES) - {"transfer"}
+    assert all(kind.parts[0].sense for name, kind in KINDS.items() if name != "transfer")

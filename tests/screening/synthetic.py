@@ -26,7 +26,7 @@ MESHES = (("wires", 0.0), ("side_wall", 0.0), ("collecting_bin", -0.06))
 """Mesh (also its holder) and height of its two triangles."""
 
 
-def scene(moist: bool = True, name: str = "case02") -> Scene:
+def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Scene:
     """The scene of the synthetic run."""
     classes = (
         SphereClass(
@@ -79,7 +79,7 @@ def scene(moist: bool = True, name: str = "case02") -> Scene:
         walls=walls,
         vibration=None,
         slide=Slide(velocity_m_per_s=(0.5, 0, 0), opens_at_s=0.005, travel_s=0.1),
-        effects=effects if moist else Effects(bridges=False),
+        effects=effects if moist and bridges else Effects(bridges=False),
         box_low_m=(-0.02, -0.02, -0.07),
         box_high_m=(0.02, 0.02, 0.05),
         spheres_file=Path("spheres.parquet"),
@@ -90,10 +90,10 @@ def scene(moist: bool = True, name: str = "case02") -> Scene:
     )
 
 
-def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
-    """Write the synthetic run directory and return it."""
+def make(run_dir: Path, moist: bool = True, name: str = "case02", bridges: bool = True) -> Path:
+    """Write the synthetic run directory and return it; without `bridges` a moist one keeps its films as they were."""
     run_dir.mkdir(parents=True, exist_ok=True)
-    (run_dir / "scene.json").write_text(scene(moist, name).model_dump_json())
+    (run_dir / "scene.json").write_text(scene(moist, name, bridges).model_dump_json())
     films = (10.0, 5.0, 5.0) if moist else (0.0, 0.0, 0.0)
     spheres = pd.DataFrame(
         {"id": [1, 2, 3], "type": [1, 2, 2], "radius": [RADII[t] for t in (1, 2, 2)], "film": [f * UNIT for f in films]}
@@ -109,7 +109,7 @@ def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
         for mesh, _ in MESHES
     ]
     write_table(pd.DataFrame(motion, columns=["step", "mesh", "dx", "dy", "dz"]), run_dir / "mesh_motion.parquet")
-    if moist:
+    if moist and bridges:
         _liquid(run_dir / "history")
     run = {
         "wall_s": 2.0,
@@ -117,8 +117,8 @@ def make(run_dir: Path, moist: bool = True, name: str = "case02") -> Path:
         "spheres": 3,
         "ranks": 1,
         "engine_version": "3.8.0",
-        "plugin_hash": "abc" if moist else None,
-        "ledger_error": 1e-16 if moist else None,
+        "plugin_hash": "abc" if moist and bridges else None,
+        "ledger_error": 1e-16 if moist and bridges else None,
     }
     write_json(run_dir / "engine" / "run.json", run)
     return run_dir

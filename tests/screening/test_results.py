@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 
 from pywet.errors import PywetError
+from pywet.physics.contact import film_thickness
 from pywet.screening import results
-from pywet.screening.rundir import RunDir, film_thickness
+from pywet.screening.rundir import RunDir
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,7 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
         assert made.wire_sides == CONFIG.scale(scale).wire_sides.value
         assert knobs.log_windows(made.contact_log) == (log.contact_windows, log.contact_window_steps)
         assert CONFIG.settings.laws.preset == "paper" and made.capillary == "rabinovich"
-        assert made.ranks == CONFIG.settings.ranks
+        assert made.ranks == CONFIG.settings.ranks and made.bridges_every == step.bridges_every
     for knob in KNOBS.values():
         for size in ("quick", "standard", "reduced"):
             assert getattr(knobs.default(size), knob.name) in knob.levels(size)
@@ -64,14 +65,14 @@ def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
 
 def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
     """Every knob of a screening run is found in what the engine gets."""
-    turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit")
+    turned = Setting(0.1, 0.03, 16, "exact", 51, "3x10", 1, "semi_implicit", 4)
     scene = sieve.prepare(tmp_path, "moist", turned, sieve.SIZES["quick"], 10009, ROOT / "config")
     usual = sieve.prepare(tmp_path / "b", "moist", Setting(), sieve.SIZES["quick"], 10009, ROOT / "config")
     # the step goes with the fraction and with one over the root of the springs
     assert scene.time_step_s / usual.time_step_s == pytest.approx(2.0 / np.sqrt(3.0), rel=0.01)
     assert scene.effects.capillary == scene.effects.rupture == scene.effects.transfer == "young_laplace"
     assert (scene.output.contact_windows, scene.output.contact_window_steps) == (3, 10)
-    assert scene.transfer_nodes == 51 and scene.viscous_integration == "semi_implicit"
+    assert scene.transfer_nodes == 51 and scene.viscous_integration == "semi_implicit" and scene.bridges_every == 4
     wires = [next(w for w in s.walls if w.holder == "wires") for s in (scene, usual)]
     assert len(wires[0].triangle_part) > 4 * len(wires[1].triangle_part)
 
@@ -295,6 +296,8 @@ def test_load_of_a_case_is_that_of_its_scene() -> None:
     load, moist = cost.load_of(CONFIG, 2, "smoke", cost.Habit(2.5, 1.0))
     assert moist and (load.spheres, load.triangles, round(load.steps)) == (335, 388, 48338)
     assert load.bridges == 2.5 * 335
+    rare, _ = cost.load_of(edit.changed(CONFIG, "smoke", {"bridges_every": 4}), 2, "smoke", cost.Habit(2.5, 1.0))
+    assert rare.terms[3] == load.terms[3] / 4 and rare.bridges == load.bridges
     # 1 m/s passes half the skin of 0.4 x 2.5 mm two thousand times a second
     assert load.lists == pytest.approx(1.6 * 2000.0, rel=1e-12)
 
@@ -315,11 +318,12 @@ def test_settings_are_written_into_a_copy_that_reads_back(tmp_path: Path) -> Non
         "wire_sides": 8,
         "capillary": "willett",
         "integration": "semi_implicit",
+        "bridges_every": 4,
     }
     edit.write(ROOT / "config", tmp_path / "new", "smoke", levels)
     got = config.load(tmp_path / "new")
     assert got.settings.time_step.fraction.value == 0.1 and got.settings.laws.capillary == "willett"
-    assert got.settings.time_step.viscous_integration == "semi_implicit"
+    assert got.settings.time_step.viscous_integration == "semi_implicit" and got.settings.time_step.bridges_every == 4
     assert (got.scale("smoke").stiffness_factor.value, got.scale("smoke").wire_sides.value) == (0.03, 8)
     assert got.scale("reduced") == CONFIG.scale("reduced") and got.scale("full") == CONFIG.scale("full")
     assert before == {name: (ROOT / "config" / name).read_text() for name in config.FILES}
@@ -334,6 +338,23 @@ def test_the_exact_preset_is_written_without_a_law_beside_it(tmp_path: Path) -> 
     laws = config.load(tmp_path / "two").settings.laws
     assert laws.preset == "exact" and laws.capillary is None
     assert config.load(tmp_path / "two").settings.effects == CONFIG.settings.effects
+
+
+def test_settings_are_written_however_the_file_is_laid_out(tmp_path: Path) -> None:
+    """Groups in braces on one line, or left out; keys in another order."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    path = tmp_path / "config" / "config.yaml"
+    lines = path.read_text().splitlines(keepends=True)
+    start = next(k for k, line in enumerate(lines) if line.startswith("laws:"))
+    end = next(
+        k for k, line in enumerate(lines[start + 1 :], start + 1) if line.strip() and not line.startswith((" ", "#"))
+    )
+    for laws in ("laws: {rupture: lian, preset: paper}\n", ""):
+        path.write_text("".join([*lines[:start], laws, *lines[end:]]))
+        target = tmp_path / f"new {bool(laws)}"
+        edit.write(tmp_path / "config", target, "smoke", {"capillary": "willett"})
+        found = config.load(target).settings.laws
+        assert (found.preset, found.capillary, found.rupture) == ("paper", "willett", None)
 
 
 def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -358,6 +379,37 @@ def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypa
     monkeypatch.setattr(runs, "do", lambda run, size, _: done.append(run.name) or kept(run, size))
     runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
     assert done == [first[0], *wanted[3:]]
+
+
+def test_runs_of_another_configuration_are_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An edited number of the materials counts, comments and what the study sets itself do not; bodies have no configuration."""
+    done: list[str] = []
+
+    def do(run: runs.Run, size: str, config_dir: Path) -> dict[str, Any]:
+        done.append(run.name)
+        return {**asdict(run), "setting": run.setting.as_dict(), "size": size, "failed": None}
+
+    def both() -> int:
+        done.clear()
+        for scene in ("dry", "pair_dry"):
+            runs.do_round(tmp_path, scene, 10007, "quick", tmp_path / "config", lambda *a: None)
+        return len(done)
+
+    def edit_(name: str, old: str, new: str) -> None:
+        path = tmp_path / "config" / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    monkeypatch.setattr(runs, "do", do)
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    dry, pairs = (len(runs.design(scene, 10007, "quick")) for scene in ("dry", "pair_dry"))
+    assert both() == dry + pairs
+    edit_("config.yaml", "ranks: 1", "ranks: 2  # of the engine")
+    assert both() == 0 and len(list(runs.load(tmp_path, "quick", tmp_path / "config"))) == dry + pairs
+    edit_("materials.yaml", "viscosity_Pa_s: {value: ", "viscosity_Pa_s: {value: 2")
+    assert len(list(runs.load(tmp_path, "quick", tmp_path / "config"))) == pairs
+    assert both() == dry
 
 
 def test_a_round_begins_and_ends_with_the_default_and_starts_elsewhere_for_each_seed() -> None:

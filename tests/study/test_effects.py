@@ -152,7 +152,7 @@ def test_page_from_records(tmp_path: Path) -> None:
     """Cards, matrix and verdict follow from the records alone, and a wrong plan is called wrong."""
     records = {"moist_pom": made_up(0.3, 0.0)}
     judged = {"moist_pom": verdict.choices(records["moist_pom"])}
-    text = page.write(tmp_path / "effects.html", records, judged).read_text()
+    text = page.write_page(tmp_path / "effects.html", records, judged).read_text()
     assert "0 of 1" in text and 'class="bad">wrong' in text and "+30.00 %" in text
     assert study.table(records, judged)["scenes"]["moist_pom"]["plan_right"] is False
     assert "WRONG" in study.lines(records, judged)[0]

@@ -13,7 +13,7 @@ from pywet import config as settings
 from pywet import stages
 from pywet.errors import PywetError
 from pywet.scene import Scene
-from pywet.view import plots, report
+from pywet.view import plots, presets, report
 from pywet.view.collect import CaseResult, collect
 from tests.screening import synthetic
 
@@ -51,6 +51,16 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def unbridged(tmp_path: Path) -> Path:
+    """Cases 2 and 3 with liquid and `effects.bridges: off`: films that nothing touches, no ledger and no replay."""
+    for number in (2, 3):
+        run = synthetic.make(tmp_path / f"case{number:02d}", name=f"case{number:02d}", bridges=False)
+        for stage in stages.NEEDS:
+            stages.attempt(run, stage, _work(run, number=2, stage=stage))
+    return tmp_path
+
+
 def _work(run: Path, number: int, stage: str):  # type: ignore[no-untyped-def]
     def work() -> None:
         if (number, stage) == (3, "simulate"):
@@ -71,6 +81,30 @@ def test_report_counts_done_and_cross_checked_cases(config: settings.Config, fol
     assert re.search(r"<b>2 of 3</b><span>cases done", text)
     assert re.search(r"<b>1 of 2</b><span>moist cases cross-checked", text)
     assert "2.0e−12" in text
+
+
+def test_moist_cases_without_bridges_are_done_and_have_no_ledger(config: settings.Config, unbridged: Path) -> None:
+    report.write(config, "smoke", (2, 3), unbridged, ROOT / "workflow" / "report", None, unbridged / "report.html")
+    text = (unbridged / "report.html").read_text()
+    assert re.search(r"<b>2 of 2</b><span>cases done", text) and re.search(r"<b>0 of 0</b><span>moist cases", text)
+    ledger = text.partition('<section id="ledger">')[2].partition("</section>")[0]
+    assert ledger.count("<tr>") == 1  # the head alone
+
+
+def test_the_summary_of_a_dry_run_is_not_taken_for_a_moist_case(config: settings.Config, tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02", moist=False)
+    for stage in stages.NEEDS:
+        stages.attempt(run, stage, _work(run, number=1, stage=stage))
+    assert "that of a dry run" in collect(tmp_path, [config.case(2)])[0].problems[0]
+
+
+def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: settings.Config, folder: Path) -> None:
+    """The synthetic run's ledger ends with four bridges formed and two ruptured."""
+    usual = collect(folder, [config.case(2)])[0]
+    rows = {
+        r["name"]: (r["paper"], r["other"]) for r in presets.shown([presets.Pair(usual, usual, "exact")])[0]["rows"]
+    }
+    assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
 
 
 def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config, folder: Path) -> None:

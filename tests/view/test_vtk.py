@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from pywet.screening.rundir import film_thickness
+from pywet.physics.contact import film_thickness
 from pywet.view import vtk
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT

@@ -14,7 +14,7 @@ rule wall_collision_item:
         item="{item}",
     log:
         f"{COLLISIONS}/logs/{{item}}.log",
-    threads: lambda wildcards: 64 if wildcards.item == "accuracy" else 1  # nothing runs beside what is timed
+    threads: lambda wildcards: workflow.cores if wildcards.item == "accuracy" else 1  # nothing runs beside what is timed
     wildcard_constraints:
         item="|".join(ITEMS),
     script:

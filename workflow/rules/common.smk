@@ -7,6 +7,7 @@ from snakemake.utils import validate
 
 from pywet import config as settings
 from pywet.errors import PywetError
+from pywet.shipped import place
 
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""

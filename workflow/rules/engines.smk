@@ -74,6 +74,7 @@ rule engine_bed:
         seed="[0-9]+",
     params:
         what="bed",
+        seed="{seed}",
     log:
         f"{ENGINES}/logs/bed_{{seed}}.log",
     script:

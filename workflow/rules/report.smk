@@ -23,7 +23,7 @@ rule report:
     input:
         cases=STATUS,
         picture=rules.picture.output.picture,
-        template="workflow/report/report.html.j2",
+        template=str(place("workflow") / "report" / "report.html.j2"),
         config=CONFIG_FILES,
     output:
         report=f"{ROOT}/report.html",

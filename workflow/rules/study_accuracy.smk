@@ -17,17 +17,19 @@ except PywetError as error:
 
 
 rule study_accuracy_round:
+    input:
+        config=CONFIG_FILES,
     output:
         done=f"{ACCURACY}/rounds/{STUDY_SIZE}/{{scene}}-{{seed}}.json",
     params:
         size=STUDY_SIZE,
-        config=str(CONFIG),
+        config=CONFIG,
     log:
         f"{ACCURACY}/logs/{STUDY_SIZE}/{{scene}}-{{seed}}.log",
     wildcard_constraints:
         scene="|".join(accuracy_runs.KNOBS_OF),
         seed="[0-9]+",
-    threads: 64  # nothing runs beside what is timed
+    threads: workflow.cores  # nothing runs beside what is timed
     script:
         "../scripts/study_accuracy_round.py"
 
@@ -45,6 +47,7 @@ rule study_accuracy:
         mark=touch(f"{ACCURACY}/rounds/{STUDY_SIZE}/page"),  # so that another size makes the page anew
     params:
         size=STUDY_SIZE,
+        config=CONFIG,
     log:
         f"{ACCURACY}/logs/page.log",
     script:

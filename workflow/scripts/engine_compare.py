@@ -8,4 +8,4 @@ from pywet.crosscheck import screening
 folder = Path(snakemake.output.verdict).parent
 runs = {engine: [Path(p).parent.parent for p in snakemake.input[engine]] for engine in screening.ENGINES}
 with stages.logged(Path(snakemake.log[0]), echo=True):
-    print(screening.write(runs, folder))
+    print(screening.compare_engines(runs, folder))

@@ -6,4 +6,9 @@ from pywet import stages
 from pywet.crosscheck import small_scenes
 
 with stages.logged(Path(snakemake.log[0]), echo=True):
-    small_scenes.write(snakemake.params.what, [Path(p) for p in snakemake.input], [Path(p) for p in snakemake.output])
+    small_scenes.write(
+        snakemake.params.what,
+        [Path(p) for p in snakemake.input],
+        [Path(p) for p in snakemake.output],
+        int(snakemake.params.get("seed", 1)),
+    )

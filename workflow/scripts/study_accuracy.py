@@ -6,4 +6,4 @@ from pywet import stages
 from pywet.study.accuracy import command
 
 with stages.logged(Path(snakemake.log[0])):
-    command.show(Path(snakemake.output.mark).parents[2], snakemake.params.size)
+    command.show(Path(snakemake.output.mark).parents[2], snakemake.params.size, Path(snakemake.params.config))

@@ -7,4 +7,4 @@ from pywet.study.effects import study
 
 given = snakemake.params
 with stages.logged(Path(snakemake.log[0]), echo=False):
-    study.run_one(Path(snakemake.output.records).parents[2], given.scene, int(given.seed))
+    study.scene_records(Path(snakemake.output.records).parents[2], given.scene, int(given.seed))

@@ -11,11 +11,11 @@ if __name__ == "__main__":  # the server that engines are forked from reads this
         if part == "page":
             folder = Path(snakemake.output.cases).parent
             sweep.collect([Path(p) for p in snakemake.input.batches], Path(snakemake.output.cases))
-            report.write(folder, Path(snakemake.output.page))
+            report.write_page(folder, Path(snakemake.output.page))
         elif part == "map":
-            maps.one(snakemake.wildcards.map, int(snakemake.wildcards.row), Path(snakemake.output.table).parents[1])
+            maps.map_row(snakemake.wildcards.map, int(snakemake.wildcards.row), Path(snakemake.output.table).parents[1])
         elif part == "hard":
-            hard.one(snakemake.wildcards.scenes, Path(snakemake.output.table).parents[1])
+            hard.hard_scene(snakemake.wildcards.scenes, Path(snakemake.output.table).parents[1])
         else:
             folder = Path(snakemake.output.table).parents[1]
-            sweep.one(snakemake.params.seed, int(snakemake.wildcards.batch), folder)
+            sweep.batch_of_cases(snakemake.params.seed, int(snakemake.wildcards.batch), folder)

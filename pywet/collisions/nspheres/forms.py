@@ -11,10 +11,10 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from pywet.collisions.nspheres.equal import three_equal_spheres
 from pywet.collisions.nspheres.problem import MOST_SPHERES, Problem
 from pywet.config.entries import Excusable
-from pywet.config.messages import explain
+from pywet.config.messages import mistake
 from pywet.errors import PywetError
 from pywet.ranges import LIMITS
-from pywet.scene import Strict
+from pywet.strict import Strict
 
 LEAST, MOST = 1e-30, 1e12
 """Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
@@ -32,7 +32,10 @@ NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
 
 
 class ThreeEqualSpheres(Strict):
-    """Dimensionless, as in Davis 2023, table I; times in t̂ = v_n0 t/δ_12. `h23_0` null: no third sphere."""
+    """Dimensionless, as in Davis 2023, table I; times in t̂ = v_n0 t/δ_12. `h23_0` null: no third sphere.
+
+    `reference_speed`: what e_wet refers to, in v_n0; null: v_n0.
+    """
 
     form: Literal["three_equal_spheres"]
     St_n: Positive
@@ -48,10 +51,12 @@ class ThreeEqualSpheres(Strict):
     mu_f: NotNegative = 0.0
     t_end: Positive = 400.0
     rtol: Positive = 1e-9
+    reference_speed: Positive | None = None
 
     def problem(self) -> Problem:
         """The problem described."""
-        return three_equal_spheres(**self.model_dump(exclude={"form"}))
+        found = three_equal_spheres(**self.model_dump(exclude={"form", "reference_speed"}))
+        return found.with_(reference_speed=self.reference_speed)
 
 
 class WetSphere(Excusable):
@@ -76,7 +81,10 @@ class WetSphere(Excusable):
 
 
 class Spheres(Excusable):
-    """Spheres of any sizes, masses and films, in SI units."""
+    """Spheres of any sizes, masses and films, in SI units.
+
+    `reference_speed_m_per_s`: what e_wet refers to; null: the largest initial normal approach of a pair whose paths cross.
+    """
 
     form: Literal["spheres"]
     spheres: Annotated[list[WetSphere], Field(min_length=2, max_length=MOST_SPHERES)]
@@ -88,6 +96,7 @@ class Spheres(Excusable):
     gravity_m_per_s2: tuple[Number, Number] = (0.0, 0.0)
     t_end_s: Positive
     rtol: Positive = 1e-9
+    reference_speed_m_per_s: Positive | None = None
 
     def problem(self) -> Problem:
         """The problem described."""
@@ -107,6 +116,7 @@ class Spheres(Excusable):
             gravity=self.gravity_m_per_s2,
             t_end=self.t_end_s,
             rtol=self.rtol,
+            reference_speed=self.reference_speed_m_per_s,
         )
 
 
@@ -125,4 +135,4 @@ def parse(description: Any, where: str = "the description") -> Problem:
     try:
         return model.model_validate(description).problem()
     except ValidationError as error:
-        raise PywetError(explain(error, model, where)) from error
+        raise mistake(error, model, where) from error

@@ -33,10 +33,15 @@ def times(run: Run, pair: tuple[int, int], kind: str) -> list[float]:
     return [e.time for e in run.events if e.pair == pair and e.kind == kind]
 
 
+def reference_speed(run: Run) -> float:
+    """The speed to which e_wet refers, as given or the largest initial normal approach of a pair whose paths cross."""
+    return run.problem.reference_speed or run.speed
+
+
 def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
     """Speed of the last parting of the films over the striker's normal speed (Davis 2023, 40); None where they never part."""
     speeds = [-e.speed for e in run.events if e.pair == pair and e.kind == "separation"]
-    return speeds[-1] / run.speed if speeds else None
+    return speeds[-1] / reference_speed(run) if speeds else None
 
 
 def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
@@ -81,6 +86,7 @@ def describe(run: Run) -> dict[str, Any]:
         "stuck_pairs": [[i + 1, j + 1] for i, j in run.overlapping],
         "resting_pairs": [[i + 1, j + 1] for i, j in run.resting],
         "clusters": [[k + 1 for k in g] for g in groups if len(g) > 1],
+        "reference_speed": reference_speed(run),
         "pairs": pairs,
         "final": {
             "position": run.position.tolist(),

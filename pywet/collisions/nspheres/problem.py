@@ -40,7 +40,9 @@ class Problem:
     gap: dict[tuple[int, int], float] = field(default_factory=dict)
     rtol: float = 1e-9
     speed: float | None = None
-    """Speed to which e_wet and the rest speed refer; default the largest initial normal approach of a pair whose paths cross."""
+    """Speed to which the rest speed refers; default the largest initial normal approach of a pair whose paths cross."""
+    reference_speed: float | None = None
+    """Speed to which e_wet refers; default that of the rest speed. No result but e_wet depends on it."""
     rest_speed: float = 1e-5
     """Rebounds slower than this times `speed` come to rest where the contact is pressed."""
     slip_scale: float = 1e-3

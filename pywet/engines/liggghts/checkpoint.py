@@ -19,23 +19,34 @@ from typing import Any
 import numpy as np
 
 from pywet.engines.liggghts import logs
+from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
 from pywet.scene import Scene
+from pywet.shipped import place
 
 FOLDER = "checkpoint"
 FINGERPRINT = "fingerprint.json"
 FINISHED = "finished.json"
 LOG = "log.liggghts"
+MESSAGES_B = 65536
+"""More than all that the engine says when it is set up again at a checkpoint."""
 KEPT = 2
 """Checkpoints that are kept."""
 WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in ("laws/*.py", "young_laplace/*.py", "history/*.py", "engines/liggghts/*.py", "motion.py")
+    for pattern in (
+        "laws/*.py",
+        "young_laplace/*.py",
+        "history/*.py",
+        "engines/*.py",
+        "engines/liggghts/*.py",
+        "motion.py",
+    )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
-] + sorted((Path(__file__).parents[3] / "liggghts_inputs").glob("*.j2"))
+] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
 
 
@@ -145,12 +156,13 @@ def _files(folder: Path) -> list[tuple[str, int, Path]]:
     return [(m[1], int(m[2]), path) for m, path in names]
 
 
-def last_step(log: Path) -> int:
-    """Last step that the engine's thermo output shows; reads only the end of the log."""
-    if not log.exists():
+def last_step(folder: Path) -> int:
+    """Last step that the engine has shown; reads the end of its messages, which unlike its log are written line by line."""
+    path = folder / OUTPUT
+    if not path.exists():
         return 0
-    with open(log, "rb") as file:
-        file.seek(max(0, log.stat().st_size - 4096))
+    with open(path, "rb") as file:
+        file.seek(max(0, path.stat().st_size - MESSAGES_B))
         lines = file.read().decode(errors="replace").splitlines()
     steps = [int(m.group(1)) for line in lines if (m := re.match(r"^\s*(\d+)\s+\d+\s+\S+\s+\S+\s*$", line))]
     return steps[-1] if steps else 0
@@ -240,7 +252,7 @@ class Recorder:
 
     def _name_stock(self) -> None:
         """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
-        reached = last_step(self.folder / LOG)
+        reached = last_step(self.folder)
         for path in (self.folder / FOLDER).glob("engine.*.partial"):
             if not path.name.split(".")[1].isdigit():
                 continue

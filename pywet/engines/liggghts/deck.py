@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
 import pandas as pd
 
+from pywet.engines import schedule
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
@@ -19,13 +19,17 @@ from pywet.files import atomic_write, read_table, shown
 from pywet.geometry.stl import write_first_triangle
 from pywet.laws import registry
 from pywet.motion import viblin_movers
-from pywet.scene import ContactPair, Scene, SphereClass, WallMesh
+from pywet.physics import contact
+from pywet.scene import ContactPair, Scene, WallMesh
+from pywet.shipped import place
 
-TEMPLATES = Path(__file__).parents[3] / "liggghts_inputs"
+TEMPLATES = place("liggghts_inputs")
 FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 
 
+DROP_INTERVAL = 1e-3
+"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
 FASTEST = 5.0
 """Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
 
@@ -37,8 +41,7 @@ def damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
     a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
     (e = 0.44); γ = γ₀/(1 + γ₀ Δt/(4 m_eff)) removes this in the mean over the instant of touch (left: 0.3 %).
     """
-    log_e = math.log(pair.restitution)
-    exact = -2.0 * log_e * math.sqrt(m_eff * pair.normal_stiffness_N_per_m) / math.hypot(math.pi, log_e)
+    exact = contact.damping(pair.restitution, m_eff, pair.normal_stiffness_N_per_m)
     return exact / (1.0 + exact * time_step / (4.0 * m_eff))
 
 
@@ -51,10 +54,6 @@ def sliding_drag(m_eff: float, time_step: float) -> float:
     return m_eff / (28.0 * time_step)
 
 
-def _partners(scene: Scene, pair: ContactPair) -> tuple[SphereClass, SphereClass | None]:
-    return scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
-
-
 def property_matrices(scene: Scene) -> dict[str, str]:
     """Per-pair engine properties; the walls are the last atom type. Rolling friction [m] is divided by the engine's r_red."""
     n = len(scene.classes) + 1
@@ -62,10 +61,9 @@ def property_matrices(scene: Scene) -> dict[str, str]:
     values = {name: np.zeros((n, n)) for name in names}
     values["kn"][:] = values["kt"][:] = 1.0  # wall against wall is never evaluated; the engine wants positive numbers
     for pair in scene.pairs:
-        one, two = _partners(scene, pair)
         at = (pair.a - 1, (pair.b or n) - 1)
-        m_eff = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
-        r_red = one.radius_m if two is None else one.radius_m * two.radius_m / (one.radius_m + two.radius_m)
+        m_eff = contact.pair_mass(scene.classes, pair)
+        r_red = contact.reduced_radius(*contact.pair_radii(scene.classes, pair))
         row = (
             pair.normal_stiffness_N_per_m,
             pair.tangential_stiffness_N_per_m,
@@ -113,23 +111,18 @@ def skin(scene: Scene) -> float:
     return 0.4 * min(c.radius_m for c in scene.classes)
 
 
-def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints; 0: none."""
-    wanted = scene.output.checkpoints
-    return max(1, math.ceil(scene.steps / (wanted + 1))) if wanted else 0
+def drop_every(scene: Scene) -> int:
+    """Steps between looks at what drips: about `DROP_INTERVAL`, and a whole number of them between outputs."""
+    looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
+    return next(
+        scene.output_every // n for n in range(min(looks, scene.output_every), 0, -1) if scene.output_every % n == 0
+    )
 
 
 def checkpoints(scene: Scene) -> list[int]:
-    """Steps at which the state is saved, and from which the run goes on as one that was killed does.
-
-    Without the plugin a run then takes the forces of the step anew; in a window, whose motion is checked against the forces
-    recorded, it waits.
-    """
-    every = checkpoint_every(scene)
-    steps = set(range(every, scene.steps, every) if every else ())
-    for first, last in windows.recorded(scene) if not attached(scene) else ():
-        steps = {last - 1 if first <= step < last else step for step in steps}
-    return sorted(step for step in steps if step < scene.steps)
+    """Steps of the checkpoints. Without the plugin a run takes the forces of such a step anew, so that they keep out of windows,
+    whose motion is checked against the forces recorded."""
+    return schedule.checkpoints(scene, () if attached(scene) else schedule.recorded(scene))
 
 
 def movers(scene: Scene) -> list[dict[str, str]]:
@@ -156,42 +149,19 @@ def mesh_style(scene: Scene, wall: WallMesh) -> str:
 
 
 def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
-    """The pieces of a run: its stages (until the slide opens, while it is drawn, the rest), cut at the checkpoints.
-
-    After `done` steps, what is left of them. `before` and `after`: lines around the steps; `checkpoint`: the step whose state is
-    saved then, after which the engine is emptied.
-    """
-    pieces, at = [], 0
-    for stage in _stages(scene):
-        end = at + stage["steps"]
-        cuts = [s for s in checkpoints(scene) if at < s <= end]
-        for stop in sorted({*cuts, end} - {at}):
-            piece = {
-                "before": stage["before"],
-                "steps": stop - at,
-                "after": stage["after"] if stop == end else [],
-                "checkpoint": stop if stop in cuts else None,
-            }
-            if at >= done:
-                pieces.append(piece)
-            at = stop
-    return pieces
-
-
-def _stages(scene: Scene) -> list[dict[str, Any]]:
-    total = scene.steps
+    """What is left of the run after `done` steps in pieces, with the lines around each; checkpoints empty the engine."""
     sliding = [w.name for w in scene.walls if w.motion == "slides"]
-    if scene.slide is None or not sliding:
-        return [{"before": [], "after": [], "steps": total}]
-    opens = min(total, round(scene.slide.opens_at_s / scene.time_step_s))
-    drawn = min(total, opens + round(scene.slide.travel_s / scene.time_step_s))
-    velocity = " ".join(repr(c) for c in scene.slide.velocity_m_per_s)
-    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {velocity}" for name in sliding]
+    speed = " ".join(repr(c) for c in scene.slide.velocity_m_per_s) if scene.slide else ""
+    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {speed}" for name in sliding]
     stop = [f"unfix draw_{name}" for name in sliding]
     return [
-        {"before": [], "after": [], "steps": opens},
-        {"before": draw, "after": stop, "steps": drawn - opens},
-        {"before": [], "after": [], "steps": total - drawn},
+        {
+            "before": draw if piece.drawn else [],
+            "steps": piece.steps,
+            "after": stop if piece.stops else [],
+            "checkpoint": piece.checkpoint,
+        }
+        for piece in schedule.pieces(scene, checkpoints(scene), done)
     ]
 
 
@@ -240,6 +210,17 @@ def from_folder(path: Path, folder: Path) -> str:
     return way
 
 
+class Cohesion(NamedTuple):
+    """A stock cohesion model: words in the styles of pairs and walls, lines before these and at the end of the set-up."""
+
+    words: str = ""
+    before: str = ""
+    after: str = ""
+
+
+NO_COHESION = Cohesion()
+
+
 def write_deck(
     scene: Scene,
     run_dir: Path,
@@ -249,9 +230,11 @@ def write_deck(
     integrate: str = "all",
     thermo: int = 0,
     resume: Checkpoint | None = None,
+    cohesion: Cohesion = NO_COHESION,
 ) -> None:
     """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
 
+    `cohesion` is a stock model of the program's own, for comparisons.
     With `resume` the deck starts from the engine's restart file and goes on with what is left of the run.
     """
     every, done = scene.output_every, resume.step if resume else 0
@@ -270,7 +253,8 @@ def write_deck(
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
         "friction": "history" if scene.effects.tangential_history else "no_history",
-        "drag": "off" if scene.effects.tangential_history else "on",
+        "cohesion": cohesion,
+        "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
         "contact_distance_factor": repr(contact_distance_factor(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),

@@ -7,12 +7,10 @@ Where `engine.partial` holds a whole checkpoint of the same scene, the run goes 
 
 from __future__ import annotations
 
-import fcntl
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -20,12 +18,14 @@ from typing import Any
 import numpy as np
 
 from pywet import advisor
-from pywet.engines.liggghts import checkpoint, collecting, deck, windows
-from pywet.engines.liggghts.build import ENGINE_VERSION, package_version, plugin_path
+from pywet.engines import schedule
+from pywet.engines.liggghts import checkpoint, collecting, deck
+from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
 from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
-from pywet.engines.liggghts.process import LOOP_TIME, Usage, execute, progress_bar
+from pywet.engines.liggghts.process import LOOP_TIME, execute
 from pywet.engines.liggghts.tables import prepare_laws
-from pywet.errors import NotWhole, PywetError
+from pywet.engines.process import Usage, alone, package_version, progress_bar
+from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.files import read_table, write_json, write_table
 from pywet.history import tables
 from pywet.scene import Scene
@@ -170,17 +170,6 @@ def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
     return float(account.read_text()) if account.exists() else None
 
 
-@contextmanager
-def alone(run_dir: Path) -> Iterator[None]:
-    """Hold the run directory; the lock goes with the process, also when that is killed."""
-    with open(run_dir / ".engine.lock", "w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise PywetError(f"another run is at work in {run_dir}; wait for it or stop it") from error
-        yield
-
-
 def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     """A folder ready for the engine: cut back to the latest whole checkpoint of the same scene, or a new one.
 
@@ -212,12 +201,14 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
 
 def _check_engine(ranks: int) -> str:
     if shutil.which(PROGRAM) is None:
-        raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
+        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
     if ranks > 1 and shutil.which("mpirun") is None:
-        raise PywetError(f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`")
+        raise EngineError(
+            f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`"
+        )
     version = package_version("liggghts")
     if version is not None and not version.startswith(ENGINE_VERSION):
-        raise PywetError(
+        raise EngineError(
             f"LIGGGHTS {version} is installed; expected {ENGINE_VERSION} (Debian 12): install that version"
         )
     return version or ENGINE_VERSION
@@ -247,6 +238,7 @@ def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
         "viscosity": liquid.viscosity_Pa_s,
         "time_step": scene.time_step_s,
         "viscous_integration": scene.viscous_integration,
+        "bridges_every": scene.bridges_every,
         "effects": scene.effects.model_dump(),
         "types": [
             {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
@@ -262,8 +254,8 @@ def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | N
     resume = None
     if point is not None:
         resume = {"state": str(point.state)}
-    schedule = {"output_steps": scene.output_steps, "windows": windows.contact_windows(scene), "resume": resume}
-    write_json(folder / "schedule.json", schedule)
+    told = {"output_steps": scene.output_steps, "windows": schedule.windows(scene), "resume": resume}
+    write_json(folder / "schedule.json", told)
 
 
 def _command(task: Task) -> list[str]:

@@ -13,26 +13,23 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import checkpoint_every
-from pywet.errors import PywetError
+from pywet.engines.liggghts.deck import drop_every
+from pywet.engines.schedule import checkpoint_every
+from pywet.errors import EngineError, PywetError
 from pywet.geometry.prisms import prism_of
 from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
 from pywet.laws.batch import batch
+from pywet.laws.kinds import KINDS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene, WallMesh
 
 SLOTS = {
-    "capillary": ("capillary",),
-    "viscous_normal": ("viscous_normal",),
-    "viscous_tangential": ("viscous_tangential",),
-    "rupture": ("rupture",),
-    "dynamic_rupture": ("dynamic_rupture",),
-    "formation": ("from_sphere", "from_sphere_at_wire", "from_wall", "from_wire"),
+    name: (name,) if kind.force else tuple(part.slot or name for part in kind.parts)
+    for name, kind in KINDS.items()
+    if kind.parts
 }
-"""Kind of law -> the plugin's slots, in the order of `Law.functions`; what is in BATCHED is one slot for all of them."""
-BATCHED = ("capillary", "viscous_normal", "viscous_tangential")
-"""Kinds that are evaluated for every bridge in every step, many bridges at once."""
+"""Kind of law -> the plugin's slots, in the order of `Law.functions`; a force has one slot for all of them."""
 
 
 def _doubles(values: Any) -> Any:
@@ -56,7 +53,7 @@ class Plugin:
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
         if built_for != engine_version():
-            raise PywetError(
+            raise EngineError(
                 f"the plugin was built for LIGGGHTS {built_for}, {engine_version()} is installed: run `make setup`"
             )
         self._keep: list[Any] = []
@@ -95,13 +92,22 @@ class Plugin:
             C.c_int(moist),
             C.c_int(scene.output.energy),
         )
+        self._library.pywet_set_impulses(C.c_int(scene.bridges_every))
+
+        if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
+            masses = _doubles([c.mass_kg for c in scene.classes])
+            self._library.pywet_set_liquid_mass(
+                C.c_double(liquid.density_kg_per_m3),
+                C.c_int(scene.effects.liquid_weight),
+                _pointer(masses),
+                C.c_int64(drop_every(scene)),
+            )
 
     def _set_laws(self, scene: Scene) -> None:
         for kind, slots in SLOTS.items():
-            name = getattr(scene.effects, kind)
-            if name is None:
+            if kind not in scene.effects.laws:
                 continue
-            law = registry.get(kind, name)
+            law = registry.get(kind, scene.effects.laws[kind])
             law.prepare(angle_pairs(scene))
             compiled = in_use(law)
             self._keep.append(compiled)
@@ -194,7 +200,7 @@ class Plugin:
 
 def in_use(law: registry.Law) -> tuple[Any, ...]:
     """What the plugin is given of a law: objects with an `address` for each slot of its kind."""
-    return (batch(law.functions),) if law.kind in BATCHED else law.functions
+    return (batch(law.functions),) if KINDS[law.kind].force else law.functions
 
 
 def angle_pairs(scene: Scene) -> set[tuple[float, float]]:

@@ -19,6 +19,5 @@ def prepare_laws(scene: Scene) -> None:
             bar.update(task, completed=done, total=of, visible=True)
 
         for kind in SLOTS:
-            name = getattr(scene.effects, kind)
-            if name is not None:
-                registry.get(kind, name).prepare(angle_pairs(scene), report)
+            if kind in scene.effects.laws:
+                registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), report)

@@ -16,6 +16,7 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
+from pywet.engines import schedule
 from pywet.errors import NotWhole
 from pywet.files import one_line, write_table
 from pywet.history.tables import read_raw, to_frame
@@ -32,24 +33,6 @@ COLUMNS: dict[str, list[str]] = {
 NEVER = 9.0e15
 
 
-def contact_windows(scene: Scene) -> list[tuple[int, int]]:
-    """Half-open windows of steps in which everything is logged in every step, spread evenly over the run."""
-    count, length = scene.output.contact_windows, scene.output.contact_window_steps
-    middles = [int(scene.steps * (k + 0.5) / count) for k in range(count)]
-    return [(max(0, m - length // 2), min(m - length // 2 + length, scene.steps + 1)) for m in middles]
-
-
-def recorded(scene: Scene) -> list[tuple[int, int]]:
-    """The windows in which motion is recorded, those that overlap joined."""
-    found: list[tuple[int, int]] = []
-    for first, last in contact_windows(scene) if scene.output.window_trajectories else []:
-        if found and first <= found[-1][1]:
-            found[-1] = (found[-1][0], max(last, found[-1][1]))
-        else:
-            found.append((first, last))
-    return found
-
-
 def next_step(windows: list[tuple[int, int]]) -> str:
     """The engine's formula for the step after `step` at which to write."""
     terms, before = [], -1
@@ -63,7 +46,7 @@ def next_step(windows: list[tuple[int, int]]) -> str:
 
 def deck_lines(scene: Scene) -> dict[str, Any] | None:
     """What the template of the set-up needs, None where nothing is recorded."""
-    windows = recorded(scene)
+    windows = schedule.recorded(scene)
     if not windows:
         return None
     motion = ["id", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"]
@@ -136,7 +119,7 @@ def wall_springs(scene: Scene, folder: Path) -> pd.DataFrame:
 def collect(scene: Scene, folder: Path, history: Path) -> None:
     """Turn the dumps in `folder` into `history`/window_<name>.parquet."""
     prisms = scene.effects.tangential_history and any(w.prisms for w in scene.walls)
-    for name in (STATES, *SPRINGS) if recorded(scene) else ():
+    for name in (STATES, *SPRINGS) if schedule.recorded(scene) else ():
         path = folder / f"{name}.txt"
         if not path.exists() and not (name == "wall_springs" and prisms):
             continue
@@ -145,6 +128,6 @@ def collect(scene: Scene, folder: Path, history: Path) -> None:
         whole = [c for c in ("step", "id", "i", "j", "image", "mesh", "triangle") if c in table]
         write_table(table.astype(dict.fromkeys(whole, np.int64)), history / f"window_{name}.parquet")
         if name == STATES:
-            wanted = [step for window in recorded(scene) for step in range(*window)]
+            wanted = [step for window in schedule.recorded(scene) for step in range(*window)]
             if table["step"].drop_duplicates().sort_values().tolist() != wanted:
                 raise NotWhole(f"{path} does not hold the {len(wanted)} steps of the windows: run the case again")

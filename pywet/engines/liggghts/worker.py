@@ -17,7 +17,8 @@ import pandas as pd
 
 from pywet.engines.liggghts.checkpoint import holds
 from pywet.engines.liggghts.plugin_api import Plugin
-from pywet.engines.liggghts.process import LOOP_TIME, die_with_parent
+from pywet.engines.liggghts.process import LOOP_TIME
+from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.files import read_json, read_table
 from pywet.scene import Scene

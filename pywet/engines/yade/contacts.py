@@ -15,7 +15,8 @@ import numpy as np
 from pywet.engines.liggghts.deck import damping
 from pywet.errors import PywetError
 from pywet.geometry.surface import Floats
-from pywet.scene import ContactPair, Scene
+from pywet.physics.contact import pair_mass
+from pywet.scene import Scene
 
 LARGEST_MISS = 0.02
 """Relative error of a pair's damping up to which a scene is run; it changes a restitution of 0.8 by 0.004."""
@@ -37,20 +38,11 @@ class Contacts:
     """Largest relative error of a pair's damping."""
 
 
-def effective_mass(scene: Scene, pair: ContactPair) -> float:
-    """m_eff of a pair [kg]: that of the sphere at a wall."""
-    one = scene.classes[pair.a - 1].mass_kg
-    if pair.b == 0:
-        return one
-    two = scene.classes[pair.b - 1].mass_kg
-    return one * two / (one + two)
-
-
 def contacts(scene: Scene) -> Contacts:
     """Numbers for YADE; PywetError where no damping shares reproduce the scene's coefficients of restitution."""
     wanted = []
     for pair in scene.pairs:
-        mass = effective_mass(scene, pair)
+        mass = pair_mass(scene.classes, pair)
         critical = 2.0 * np.sqrt(mass * pair.normal_stiffness_N_per_m)
         wanted.append(damping(pair, mass, scene.time_step_s) / critical)
     share, miss = _shares(scene, np.array(wanted))

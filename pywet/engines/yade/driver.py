@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,12 +17,11 @@ import numpy as np
 import pandas as pd
 
 from pywet import advisor
-from pywet.engines.liggghts.build import package_version
-from pywet.engines.liggghts.driver import alone
-from pywet.engines.liggghts.process import die_with_parent, progress_bar
+from pywet.engines import schedule
+from pywet.engines.process import OUTPUT, Report, alone, attend, package_version, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
-from pywet.errors import PywetError
+from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.files import read_json, read_table, write_json, write_table
 from pywet.geometry.stl import read_stl
 from pywet.history import tables
@@ -101,10 +98,12 @@ def refuse(scene: Scene) -> None:
 def check_engine() -> str:
     """Version of the installed program; PywetError where it is missing or of another major version."""
     if shutil.which(PROGRAM) is None:
-        raise PywetError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
+        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
     version = package_version("yade")
     if version is not None and not version.startswith(MAJOR_VERSION):
-        raise PywetError(f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version")
+        raise EngineError(
+            f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version"
+        )
     return version or MAJOR_VERSION
 
 
@@ -116,10 +115,7 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
         if name not in spheres.columns:
             spheres[name] = 0.0
     vibration, slide = scene.vibration, scene.slide
-    opens = drawn = 0
-    if slide is not None:
-        opens = min(scene.steps, round(slide.opens_at_s / scene.time_step_s))
-        drawn = min(scene.steps, opens + round(slide.travel_s / scene.time_step_s))
+    drawn = schedule.slide(scene)
     every = scene.output_every
     return {
         "name": scene.name,
@@ -136,7 +132,7 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
         "vibration": vibration
         and {"amplitude": vibration.amplitude_m, "phase": vibration.phase_rad, "frequency": vibration.frequency_Hz},
         "slides": [w.name for w in scene.walls if w.motion == "slides"],
-        "slide_steps": [opens, drawn] if slide is not None and drawn > opens else [],
+        "slide_steps": drawn if drawn is not None and drawn[1] > drawn[0] else [],
         "slide_velocity": slide.velocity_m_per_s if slide else (0.0, 0.0, 0.0),
         "skin": SKIN * min(c.radius_m for c in scene.classes),
         "reach": 1.0,
@@ -180,33 +176,16 @@ def finish(run_dir: Path, info: dict[str, Any]) -> None:
     folder.rename(run_dir / "engine")
 
 
-def _watch(folder: Path, scene: Scene, report: Callable[[int, int], None]) -> None:
+def _watch(folder: Path, scene: Scene, report: Report) -> None:
     """Start the program and report its progress to its end."""
     # another Python's packages would shadow those of the program's own
     hidden = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
     environment = {k: v for k, v in os.environ.items() if k not in hidden} | {"OMP_NUM_THREADS": "1"}
     command = [PROGRAM, "-j1", "-x", "-n", str(SCRIPT), "task.json"]
-    with open(folder / "output.log", "w") as output:
-        child = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            env=environment,
-            preexec_fn=die_with_parent,
-        )
-        try:
-            while child.poll() is None:
-                time.sleep(0.1)
-                report(_last_step(folder / "progress.txt"), scene.steps)
-        except BaseException:
-            child.kill()
-            raise
+    status, _ = attend(command, folder, environment, lambda: report(_last_step(folder / "progress.txt"), scene.steps))
     if not (folder / "done").exists():
-        raise PywetError(
-            f"{scene.name}: YADE stopped: {_reason(folder, child.returncode)} (all messages: {output.name})"
-        )
+        reason = _reason(folder, status)
+        raise StoppedRun(f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)
 
 
 def _last_step(path: Path) -> int:
@@ -218,7 +197,7 @@ def _last_step(path: Path) -> int:
 
 def _reason(folder: Path, returncode: int) -> str:
     """The script's own ERROR, the last line of a traceback, or the signal."""
-    lines = [line for line in (folder / "output.log").read_text(errors="replace").splitlines() if line.strip()]
+    lines = [line for line in (folder / OUTPUT).read_text(errors="replace").splitlines() if line.strip()]
     errors = [line.split("ERROR", 1)[1].lstrip(": ") for line in lines if "ERROR" in line]
     if errors:
         return (

@@ -6,9 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
-
 from pywet.errors import PywetError
 from pywet.study.accuracy import choice, figures, front
 from pywet.study.accuracy.errors import GROUPS
@@ -73,10 +70,10 @@ def _choice_row(table: dict[str, Any], accuracy: float, kind: str, groups: tuple
 
 
 def fronts(table: dict[str, Any]) -> str:
-    return as_picture(
+    return picture(
         figures.fronts(table),
         "Lower left is better. Each line is the cheapest price for an error, over all combinations of time step, springs, "
-        "facets, law and integration; rings: the defaults, counted the same way. What chance may hide counts in full "
+        "facets, law, integration and impulses; rings: the defaults, counted the same way. What chance may hide counts in full "
         "against a cheaper setting and not at all against the default or a finer one, so that a ring at the foot says: nothing "
         "was found wrong with it. A ring to the right of its line could have had the same for less.",
     )
@@ -133,7 +130,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
     header = ["setting"] + [f"{name}: {what}" for name in names for what in ("moist", "dry", *groups)]
     rows: list[list[Cell | str]] = []
     for knob in KNOBS:
-        by_level = [{row["level"]: row for row in t["knobs"][knob]} for t in tables]
+        by_level = [{row["level"]: row for row in t["knobs"].get(knob, ())} for t in tables]
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
             cells = [Cell(f"{KNOBS[knob].title}: {level}")]
             for rows_of, own in zip(by_level, tables, strict=True):
@@ -196,9 +193,3 @@ def error_cell(errors: Sequence[dict[str, Any]], group: str) -> Cell:
     if value == 0.0:
         return Cell("0", "", hint)
     return Cell(f"{value:.2g} ± {limit:.1g}" if limit else f"{value:.2g}", "" if value > limit else "none", hint)
-
-
-def as_picture(figure: Figure, caption: str) -> str:
-    html = picture(figure, caption)
-    plt.close(figure)
-    return html

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from pywet import bridge_query, scenes, small
+from pywet import bridge_query, small
+from pywet.bench.bodies import last, loose_box
+from pywet.bench.pair import Pair
 from pywet.effects import PRESETS
 from pywet.files import read_table
-from pywet.geometry.solids import bin_solid
-from pywet.geometry.surface import Surface, make_surface
 from pywet.history.schema import LARGE_WALL, SPHERE
 from pywet.laws import registry
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import ContactPair, Effects, Output, Scene, SphereClass
+from pywet.scenes import Choice, springs
 from pywet.screening import amounts
 from pywet.study.accuracy.knobs import Setting, log_windows
 
@@ -39,14 +40,9 @@ def effects(setting: Setting) -> Effects:
     return Effects(bridges=True, **laws)
 
 
-def glass(count: int) -> SphereClass:
-    """Glass spheres of 3 mm."""
-    return scenes.glass(scenes.Choice(), count)
-
-
-def contacts(setting: Setting) -> list[ContactPair]:
-    """Their dry contacts, as soft as the setting says."""
-    return scenes.contacts(PAPER_STIFFNESS * setting.stiffness)
+def contacts(setting: Setting) -> tuple[ContactPair, ...]:
+    """Dry contacts of glass, as soft as the setting says."""
+    return springs(PAPER_STIFFNESS * setting.stiffness)
 
 
 def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
@@ -57,8 +53,9 @@ def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
 
 def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sphere]:
     """PAIRS pairs thrown at each other, dry or with films of 1 % of water."""
-    sphere, choice = glass(2 * PAIRS), scenes.Choice()
-    liquid = scenes.liquid(choice, sphere) if moist else None
+    choice = Choice()
+    sphere = choice.glass(2 * PAIRS)
+    liquid = choice.liquid(sphere) if moist else None
     step = time_step(setting, sphere, choice.viscosity_Pa_s if moist else 0.0)
     r, v = sphere.radius_m, 0.5 * SPEED
     reach = 2.2 * liquid.initial_film_thickness_m if liquid else 0.0
@@ -76,14 +73,14 @@ def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sph
     small.prepare(
         folder, [sphere], bodies, contacts(setting), liquid=liquid, effects=effects(setting) if moist else small.DRY,
         time_step_s=step, steps=steps, log_every_step=False, output_interval_s=steps * step,
-        viscous_integration=setting.integration,
+        viscous_integration=setting.integration, bridges_every=setting.bridges_every if moist else 1,
     )  # fmt: skip
     return bodies
 
 
 def restitutions(folder: Path) -> list[float]:
     """Speed of parting over that of approach, of each pair; 0 for a pair that stays together."""
-    end = read_table(folder / "trajectory.parquet").query("step == step.max()").sort_values("id")
+    end = last(folder)
     v, z = end["vz"].to_numpy(), end["z"].to_numpy()
     held: set[int] = set()
     bridges = folder / "history" / "bridges.parquet"
@@ -99,7 +96,8 @@ def restitutions(folder: Path) -> list[float]:
 
 def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
     """Two wet spheres drawn apart from touch at 0.05 m/s."""
-    sphere, choice, speed = glass(2), scenes.Choice(), 0.05
+    choice, speed = Choice(), 0.05
+    sphere = choice.glass(2)
     r, step = sphere.radius_m, time_step(setting, sphere, choice.viscosity_Pa_s)
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
@@ -107,9 +105,9 @@ def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
     ]
     steps = round(0.8 * r / speed / step)
     small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=scenes.liquid(choice, sphere), effects=effects(setting),
+        folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
         time_step_s=step, steps=steps, log_every_step=True, output_interval_s=steps * step,
-        viscous_integration=setting.integration,
+        viscous_integration=setting.integration, bridges_every=setting.bridges_every,
     )  # fmt: skip
     return bodies
 
@@ -121,7 +119,7 @@ def pulled(folder: Path) -> dict[str, float]:
     """
     log, events = (read_table(folder / "history" / f"{name}.parquet") for name in ("contacts", "events"))
     return {
-        "pull_force": float(np.interp(glass(2).radius_m / 50.0, log["separation"], log["force_i_z"].abs())),
+        "pull_force": float(np.interp(Choice().radius_m / 50.0, log["separation"], log["force_i_z"].abs())),
         "pull_rupture": float(events[events["kind"] == 1]["separation"].iloc[0]),
         "pull_work": float(read_table(folder / "history" / "energy.parquet")["drive"].iloc[-1]),
     }
@@ -129,16 +127,17 @@ def pulled(folder: Path) -> dict[str, float]:
 
 def prepare_bed(folder: Path, setting: Setting, seed: int, seconds: float = 0.12) -> list[small.Sphere]:
     """216 moist spheres that fall into a box."""
-    choice = scenes.Choice(spheres=216, seed=seed)
-    sphere, r, across = glass(choice.spheres), choice.radius_m, 6
+    choice = Choice(spheres=216, seed=seed)
+    sphere = choice.glass(choice.spheres)
     step = time_step(setting, sphere, choice.viscosity_Pa_s)
-    bodies = scenes._lattice(choice, across, 2.3, 1.5 * r)
+    bodies, box = loose_box(choice.spheres, choice.radius_m, seed)
     steps = round(seconds / step)
     windows, length = log_windows(setting.contact_log)
     small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=scenes.liquid(choice, sphere), effects=effects(setting),
-        walls=[_box(r, across)], wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps,
+        folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
+        walls=[box], wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps,
         gravity=(0.0, 0.0, -9.81), box=0.055, viscous_integration=setting.integration,
+        bridges_every=setting.bridges_every,
         output=Output(interval_s=max(1, steps // 20) * step, contact_windows=windows, contact_window_steps=length),
     )  # fmt: skip
     return bodies
@@ -158,11 +157,6 @@ def settled(folder: Path) -> dict[str, float]:
     }
 
 
-def _box(r: float, across: int) -> Surface:
-    half = 1.15 * r * across + 0.5 * r
-    return make_surface("box", "wall", bin_solid(half, 0.004, 4, 0.0, 20.0 * r))
-
-
 def law_errors(setting: Setting) -> dict[str, float]:
     """Largest error of force (of that at touch) and rupture distance (of itself) against the exact bridge, over BRIDGES."""
     exact = setting.capillary == "exact"
@@ -170,23 +164,13 @@ def law_errors(setting: Setting) -> dict[str, float]:
     force, rupture = [], []
     for ri, ti, rj, tj in BRIDGES:
         r = ri if math.isinf(rj) else 2.0 * ri * rj / (ri + rj)
-        volume, angles = REDUCED_VOLUME * r**3, (math.radians(ti), math.radians(tj))
-        bodies = [{"radius_m": ri, "contact_angle_deg": ti}, _body(rj, tj)]
-        limit = registry.get("rupture", "willett_unequal").functions[0](volume, ri, rj, *angles)
-        gaps = [float(s) for s in np.linspace(0.0, 0.9 * limit, 40)]
-        query = bridge_query.Query.model_validate(
-            {
-                "bodies": bodies,
-                "volume_m3": volume,
-                "surface_tension_N_per_m": 0.0728,
-                "separations_m": gaps,
-                "laws": ["young_laplace"],
-            }
-        )
-        truth = bridge_query.answer(query)
+        pair = Pair("", ri, rj, REDUCED_VOLUME * r**3, (math.radians(ti), math.radians(tj)), 0.0728)
+        limit = registry.get("rupture", "willett_unequal").functions[0](*pair.bridge)
+        gaps = np.linspace(0.0, 0.9 * limit, 40)
+        truth = bridge_query.answer(pair.query(gaps.tolist(), laws=["young_laplace"]))
         law = registry.get("capillary", name)
-        law.prepare([angles])
-        given = law.functions[0](np.array(gaps), volume, ri, rj, *angles, 0.0728)
+        law.prepare([pair.angles])
+        given = law.functions[0](gaps, *pair.bridge, pair.sigma)
         right = np.array([np.nan if f is None else f for f in truth["force_N"]["young_laplace"]], dtype=float)
         force.append(float(np.nanmax(np.abs(given - right)) / right[0]))
         end = truth["rupture_distance_m"]["young_laplace"]
@@ -205,8 +189,3 @@ def sharing_error(setting: Setting, finest: int) -> dict[str, float]:
         fine, given = (table(ri, size, math.radians(ti), math.radians(tj), kind, grid) for grid in (at, coarse))
         worst = max(worst, float(np.abs(np.interp(at, coarse, given) - fine)[at >= 1e-5].max()))
     return {"sharing_ratio": worst}
-
-
-def _body(radius: float, angle: float) -> dict[str, object]:
-    end = {"contact_angle_deg": angle}
-    return {"wall": "large", **end} if math.isinf(radius) else {"radius_m": radius, **end}

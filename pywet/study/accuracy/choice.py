@@ -26,7 +26,7 @@ WANTED = ("fraction retained", "liquid shares", "force", "restitution")
 """Groups that count unless others are named."""
 NEAREST = ("reduced", "smoke")
 """Whose table is taken for a scale without one."""
-CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration")
+CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
 """Knobs that a choice turns; contact log and ranks change nothing but the price, and are the user's."""
 
 
@@ -68,7 +68,7 @@ def parse(text: str) -> float:
 
 @cache
 def stored(path: Path = STORED) -> dict[str, Any]:
-    """The stored table of the study."""
+    """The stored table of the study; a knob that came after it has no levels there, and stays where it is."""
     found: dict[str, Any] = read_json(
         path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
     )

@@ -23,7 +23,7 @@ out, err = Console(highlight=False), Console(stderr=True, highlight=False)
 def study(folder: Path, size: str, config_dir: Path, renew: bool) -> Path:
     """All rounds that are missing, with progress, then the page; returns it."""
     rounds = runs.rounds(size)  # refuses a size that is not there
-    missing = [r for scene, seed in rounds for r in runs.missing(folder, scene, seed, size)]
+    missing = [r for scene, seed in rounds for r in runs.missing(folder, scene, seed, size, config_dir)]
     if missing:
         seconds = expected(missing, size, config_dir)
         err.print(
@@ -37,12 +37,12 @@ def study(folder: Path, size: str, config_dir: Path, renew: bool) -> Path:
                 bar.update(task, description=name, completed=k + done / of)
 
             runs.do_round(folder, scene, seed, size, config_dir, report)
-    return show(folder, size, renew)
+    return show(folder, size, config_dir, renew)
 
 
-def show(folder: Path, size: str, renew: bool = False) -> Path:
-    """Table and page from the runs that are there."""
-    kept = list(runs.load(folder, size))
+def show(folder: Path, size: str, config_dir: Path, renew: bool = False) -> Path:
+    """Table and page from the runs that are there and were made with this configuration."""
+    kept = list(runs.load(folder, size, config_dir))
     if not any(r["scene"] in runs.SCREENING for r in kept):
         raise PywetError(f"no runs of size {size} in {folder}; expected some: run `pywet study accuracy --size {size}`")
     table = store.table(kept, size)

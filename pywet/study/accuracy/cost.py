@@ -52,11 +52,12 @@ class Load:
     spheres: float
     triangles: float
     bridges: float
+    bridges_every: int = 1
 
     @property
     def terms(self) -> list[float]:
         """What the coefficients are multiplied with."""
-        per_step = [1.0, self.spheres, self.triangles, self.bridges]
+        per_step = [1.0, self.spheres, self.triangles, self.bridges / self.bridges_every]
         return [self.steps * x for x in per_step] + [self.lists * self.spheres, self.lists * self.triangles]
 
 
@@ -175,8 +176,9 @@ def load_of(config: Config, case: int, scale: str, habit: Habit) -> tuple[Load, 
     steps = duration / made.time_step_s
     lists = min(duration * habit.speed / (0.5 * SKIN * radius), steps)
     bridges = habit.bridges_per_sphere * spheres if moist else 0.0
+    every = config.settings.time_step.bridges_every
     meshes = [s for s in apparatus.surfaces if s.holder != "wires" or config.scale(scale).wires == "mesh"]
-    return Load(steps, lists, spheres, sum(len(s.triangles) for s in meshes), bridges), moist
+    return Load(steps, lists, spheres, sum(len(s.triangles) for s in meshes), bridges, every), moist
 
 
 def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
+from pywet.compare.statistics import half_width
 from pywet.study.accuracy import knobs
 from pywet.study.accuracy.runs import KNOBS_OF, SCREENING
 
@@ -197,7 +197,7 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -
         return 0.0
     if freedom == 0:
         return 1.0  # one seed says nothing of chance
-    return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom)) * deviation / math.sqrt(len(d))
+    return half_width(deviation, len(d), freedom, confidence)
 
 
 def prices(kept: Iterable[Kept], size: str) -> list[Price]:

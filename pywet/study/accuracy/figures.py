@@ -5,26 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pywet.report.pictures import INK, STYLE, panels, plt
 from pywet.study.accuracy import choice, front
 from pywet.study.accuracy.errors import WET_SCENES
 from pywet.study.accuracy.knobs import KNOBS
-from pywet.view.plots import INK, STYLE
 
 DRY_SCENES = ("dry", "pair_dry")
 SCENES = {"moist": WET_SCENES, "dry": DRY_SCENES}
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
 KNOB_COLOUR = dict(
-    zip(KNOBS, ("#0b3c78", "#d98032", "#5d8a3a", "#b3261e", "#8b5fa5", "#4a9bd4", "#7f7463", "#c2185b"), strict=True)
+    zip(
+        KNOBS,
+        ("#0b3c78", "#d98032", "#5d8a3a", "#b3261e", "#8b5fa5", "#4a9bd4", "#7f7463", "#c2185b", "#00796b"),
+        strict=True,
+    )
 )
-RC: Any = STYLE
 FLOOR = 1e-4
 """Errors below this share are drawn at the foot of the picture."""
 SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
@@ -32,24 +31,19 @@ SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_impli
 
 def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
     """Error against price, one small picture for each knob that was measured in this group; moist and dry in one."""
-    panels = [(knob, _kinds(table, knob, group)) for knob in KNOBS if not KNOBS[knob].exact_twin]
-    panels = [(knob, kinds) for knob, kinds in panels if kinds]
-    if not panels:
+    drawn = [(knob, _kinds(table, knob, group)) for knob in KNOBS if not KNOBS[knob].exact_twin]
+    drawn = [(knob, kinds) for knob, kinds in drawn if kinds]
+    if not drawn:
         return None
-    with plt.rc_context(RC):
-        columns = min(3, len(panels))
-        rows = -(-len(panels) // columns)
-        figure, axes = plt.subplots(
-            rows, columns, figsize=(4.0 * columns, 2.9 * rows), squeeze=False, sharey=True, layout="constrained"
-        )
-        for ax in axes.flat[len(panels) :]:
-            ax.set_visible(False)
-        for ax, (knob, kinds) in zip(axes.flat, panels, strict=False):
+    with plt.rc_context(STYLE):
+        columns = min(3, len(drawn))
+        figure, axes = panels(len(drawn), columns, (4.0, 2.9), sharey=True)
+        for ax, (knob, kinds) in zip(axes, drawn, strict=False):
             for kind, found in kinds.items():
                 _draw_levels(ax, found, table["default"][knob], kind)
             _dress(ax, KNOBS[knob].title, kinds)
-        for row in axes:
-            row[0].set_ylabel("error [%]")
+        for first in axes[::columns]:
+            first.set_ylabel("error [%]")
     return figure
 
 
@@ -110,7 +104,7 @@ def fronts(table: dict[str, Any]) -> Figure:
         "restitution": ("restitution",),
     }
     colours = (INK, "#0b3c78", "#d98032", "#5d8a3a")
-    with plt.rc_context(RC):
+    with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 4.4), sharey=True, layout="constrained")
         for ax, kind in zip(axes, ("moist", "dry"), strict=True):
             found = choice.options(table, kind == "moist")
@@ -160,7 +154,7 @@ def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
 
 def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
     """Fraction retained of the default with every seed, and the mean over the seeds of the coarsest and finest settings."""
-    with plt.rc_context(RC):
+    with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
         for ax, scene in zip(axes, ("moist", "dry"), strict=True):
             runs = [r for r in kept if r["scene"] == scene and r.get("curve")]
@@ -187,7 +181,7 @@ def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
 
 def times(pairs: Sequence[tuple[str, float, float]]) -> Figure:
     """Predicted over measured seconds of the study's runs: (scene, measured, predicted)."""
-    with plt.rc_context(RC):
+    with plt.rc_context(STYLE):
         figure, ax = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
         top = 1.6 * max(max(m, p) for _, m, p in pairs)
         low = 0.6 * min(min(m, p) for _, m, p in pairs)

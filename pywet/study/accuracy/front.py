@@ -32,7 +32,7 @@ class Standing:
 def points(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tuple[str, ...]) -> list[dict[str, Any]]:
     """Levels of a knob with price and the error that is largest in the group; coarse to fine."""
     found = []
-    for row in table["knobs"][knob]:
+    for row in table["knobs"].get(knob, ()):
         price = row["price"].get(kind)
         errors = [e for e in row["errors"] if e["group"] == group and e["scene"] in scenes]
         if price is None or not errors:

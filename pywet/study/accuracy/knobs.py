@@ -27,6 +27,8 @@ class Setting:
     """Windows of the contact log times steps in each."""
     ranks: int = 1
     integration: str = "explicit"
+    bridges_every: int = 1
+    """Steps from one evaluation of the bridges to the next."""
 
     def but(self, knob: str, level: Level) -> Setting:
         """The same with one knob turned."""
@@ -96,6 +98,10 @@ KNOBS: dict[str, Knob] = {
         Knob(
             "integration", "viscous integration", "config.yaml: time_step.viscous_integration",
             ("semi_implicit", "explicit"), ("semi_implicit", "explicit"), ("semi_implicit", "explicit"),
+        ),
+        Knob(
+            "bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1), (4, 2, 1),
+            (4, 2, 1),
         ),
     )
 }  # fmt: skip

@@ -10,7 +10,7 @@ from pywet.errors import PywetError
 from pywet.study.accuracy import blocks, choice, cost, figures, runs
 from pywet.study.accuracy.errors import GROUPS, QUANTITIES
 from pywet.study.accuracy.knobs import KNOBS
-from pywet.view.page import Card, Cell, Section, paragraph
+from pywet.view.page import Card, Cell, Section, paragraph, picture
 from pywet.view.page import table as html_table
 from pywet.view.page import write as write_page
 
@@ -70,7 +70,7 @@ def _knobs(table: dict[str, Any], group: str) -> Section:
         "the seeds differ by; the line upwards is how large it may be. Triangles at the foot: no error (the finest level itself)."
     )
     said = paragraph(f"{names[0].upper()}{names[1:]}. The largest of them is drawn.")
-    return Section(group.capitalize(), said + blocks.as_picture(figure, text), group)
+    return Section(group.capitalize(), said + picture(figure, text), group)
 
 
 def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
@@ -93,7 +93,7 @@ def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
         "only where it is more than that: a difference within the 99 % interval of the seeds is called not resolved."
         + passed
     )
-    figure = blocks.as_picture(
+    figure = picture(
         figures.seeds(kept),
         "Grey: the default with every seed. Lines: means over the seeds of the coarsest (dashed) and finest level.",
     )
@@ -113,7 +113,7 @@ def _times(kept: Sequence[dict[str, Any]], table: dict[str, Any]) -> str:
         return text
     inside = sum(2 / 3 <= p / m <= 1.5 for _, m, p in pairs)
     caption = f"{inside} of {len(pairs)} screening runs of the study are within a factor of 1.5 of the prediction."
-    return text + blocks.as_picture(figures.times(pairs), caption)
+    return text + picture(figures.times(pairs), caption)
 
 
 def predictions(
@@ -126,7 +126,8 @@ def predictions(
             duration = run["steps"] * run["time_step_s"]
             lists = min(duration * habit.speed / (0.5 * cost.SKIN * cost.SMALLEST_M), run["steps"])
             bridges = habit.bridges_per_sphere * run["spheres"] if run["scene"] == "moist" else 0.0
-            load = cost.Load(run["steps"], lists, run["spheres"], run["triangles"], bridges)
+            load = cost.Load(run["steps"], lists, run["spheres"], run["triangles"], bridges,
+                             run["setting"].get("bridges_every", 1))  # fmt: skip
             found.append((run["scene"], run["loop_cpu_s"], machine.seconds(load)))
     return found
 

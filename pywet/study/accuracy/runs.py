@@ -32,10 +32,10 @@ SCREENING = ("dry", "moist")
 KNOBS_OF: dict[str, tuple[str, ...]] = {
     "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
     "moist": tuple(knobs.KNOBS),
-    "bed": ("fraction", "stiffness", "capillary", "integration", "transfer_nodes"),
+    "bed": ("fraction", "stiffness", "capillary", "integration", "bridges_every", "transfer_nodes"),
     "pair_dry": ("fraction", "stiffness"),
-    "pair_wet": ("fraction", "stiffness", "capillary", "integration"),
-    "pull": ("fraction", "capillary", "integration"),
+    "pair_wet": ("fraction", "stiffness", "capillary", "integration", "bridges_every"),
+    "pull": ("fraction", "capillary", "integration", "bridges_every"),
     "laws": ("capillary", "transfer_nodes"),
 }
 """Scene -> the knobs that are turned in it."""
@@ -90,19 +90,25 @@ def design(scene: str, seed: int, size: str) -> list[Run]:
 def do_round(folder: Path, scene: str, seed: int, size: str, config_dir: Path, report: Report) -> list[Path]:
     """Do what is missing of a round; returns its files."""
     made = []
-    wanted = design(scene, seed, size)
+    wanted, key = design(scene, seed, size), _key(scene, size, config_dir)
     for k, run in enumerate(wanted):
         path = run.file(folder, size)
         report(run.name, k, len(wanted))
-        if not _there(path, run, size):
-            write_json(path, do(run, size, config_dir))
+        if not _there(path, run, size, key):
+            write_json(path, {**do(run, size, config_dir), "config": key})
         made.append(path)
     return made
 
 
-def missing(folder: Path, scene: str, seed: int, size: str) -> list[Run]:
+def missing(folder: Path, scene: str, seed: int, size: str, config_dir: Path) -> list[Run]:
     """Runs of a round that are not kept yet."""
-    return [r for r in design(scene, seed, size) if not _there(r.file(folder, size), r, size)]
+    key = _key(scene, size, config_dir)
+    return [r for r in design(scene, seed, size) if not _there(r.file(folder, size), r, size, key)]
+
+
+def _key(scene: str, size: str, config_dir: Path) -> str:
+    """What a scene's kept runs must have been made with; only screening reads the configuration."""
+    return sieve.key(config_dir, sieve.size_named(size)) if scene in SCREENING else ""
 
 
 class Kept(TypedDict):
@@ -113,6 +119,7 @@ class Kept(TypedDict):
     knob: str
     level: Any
     size: str
+    config: str
     setting: dict[str, Any]
     failed: str | None
     quantities: NotRequired[dict[str, float | None]]
@@ -120,13 +127,13 @@ class Kept(TypedDict):
     samples: NotRequired[dict[str, list[float]]]
 
 
-def _there(path: Path, run: Run, size: str) -> bool:
-    """Whether a file holds this run; one of other settings is done again."""
+def _there(path: Path, run: Run, size: str, key: str) -> bool:
+    """Whether a file holds this run; one of other settings, or of another configuration, is done again."""
     try:
         kept = read_json(path, shape=Kept)
     except PywetError:
         return False
-    return bool(kept["setting"] == run.setting.as_dict() and kept["size"] == size)
+    return bool((kept["setting"], kept["size"], kept["config"]) == (run.setting.as_dict(), size, key))
 
 
 def do(run: Run, size: str, config_dir: Path) -> dict[str, Any]:
@@ -211,12 +218,13 @@ def timed(folder: Path, begin: Callable[[], driver.RunInfo]) -> dict[str, Any]:
     }
 
 
-def load(folder: Path, size: str) -> Iterator[dict[str, Any]]:
-    """All kept runs of a size that belong to its design."""
+def load(folder: Path, size: str, config_dir: Path) -> Iterator[dict[str, Any]]:
+    """All kept runs of a size that belong to its design and to the configuration."""
+    keys = {scene: _key(scene, size, config_dir) for scene in KNOBS_OF}
     for scene, seed in rounds(size):
         for run in design(scene, seed, size):
             path = run.file(folder, size)
-            if _there(path, run, size):
+            if _there(path, run, size, keys[scene]):
                 yield read_json(path)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -70,6 +72,7 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
                 update={
                     "fraction": put(step.fraction, setting.fraction),
                     "viscous_integration": setting.integration,
+                    "bridges_every": setting.bridges_every,
                 }
             ),
             "laws": config.settings.laws.model_copy(update=law_names(setting.capillary)),
@@ -92,6 +95,15 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
             update[name] = put(getattr(scale, name), value)
     made = {**config.scales.scales, SCALE: scale.model_copy(update=update)}
     return replace(config, settings=settled, scales=config.scales.model_copy(update={"scales": made}))
+
+
+def key(config_dir: Path, size: Size) -> str:
+    """Hash over all of the configuration that screening runs of this size depend on and the study does not set itself."""
+    config = with_setting(settings.load(config_dir), Setting(), size, seed=0)
+    held = [config.resolved(number, SCALE) for number in CASE.values()]
+    for one in held:
+        del one["settings"]["ranks"], one["settings"]["both_presets"]
+    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def put(entry: Entry, value: float) -> Entry:

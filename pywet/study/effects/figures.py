@@ -6,30 +6,21 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from pywet.report.pictures import plt
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
 from pywet.study.effects.scenes import SCENES
-from pywet.study.effects.verdict import SHORTEST, Choice, step_time
+from pywet.study.effects.verdict import SHORTEST, Choice, planned, step_time
 
 WORDS = {
-    "capillary": "capillary\nforce",
-    "viscous_normal": "squeeze\ndrag",
-    "viscous_tangential": "shear\ndrag",
-    "dynamic_rupture": "bridges stretch\nwith speed",
-    "wall_films": "bridges\nto walls",
-    "sharing_by_size": "sharing\nby size",
-    "rolling": "rolling\nresistance",
-    "tangential_history": "static\nfriction",
-    "gravity": "gravity",
+    "capillary": "capillary\nforce", "viscous_normal": "squeeze\ndrag", "viscous_tangential": "shear\ndrag",
+    "dynamic_rupture": "bridges stretch\nwith speed", "wall_films": "bridges\nto walls", "sharing_by_size": "sharing\nby size",
+    "rolling": "rolling\nresistance", "tangential_history": "static\nfriction", "gravity": "gravity",
     "bridges": "the whole\nliquid",
-}
+}  # fmt: skip
 """Effect -> its name for a process engineer."""
 NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
 ABSENT = "#f1f3f5"
@@ -38,12 +29,8 @@ ABSENT = "#f1f3f5"
 def planned_on(records: Sequence[dict[str, Any]], effect: str) -> bool:
     """Whether the plan keeps an effect in a scene."""
     effects = next(r for r in records if r["variant"] == PLANNED)["effects"]
-    if effect == "bridges" or not effects["bridges"]:
-        return (
-            bool(effects.get(effect, False))
-            if effect in ("rolling", "tangential_history", "gravity", "bridges")
-            else False
-        )
+    if not effects["bridges"] and effect not in ("rolling", "tangential_history", "gravity"):
+        return False
     if effect == "sharing_by_size":
         return bool(effects["transfer"] != "half")
     return bool(effects[effect])
@@ -77,15 +64,13 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
                 ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
                 resolved = choice.worst.sure > 0
                 shown = choice.worst if resolved else choice.largest
-                text = (
-                    percent(shown.change) if resolved else f"< {percent(max(abs(shown.change), shown.spread, 0.001))}"
-                )
+                least = f"< {percent(max(abs(shown.change), shown.spread, 0.001))}"
+                text = percent(shown.change) if resolved else least
                 if math.isfinite(choice.saving):
                     text += f"\ntime {-100 * choice.saving:+.0f} %"
             axes.add_patch(Rectangle((column, row), 0.96, 0.92, facecolor=face))
-            axes.text(
-                column + 0.48, row + 0.46, text, ha="center", va="center", fontsize=9.5, color=ink, linespacing=1.35
-            )
+            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9.5, "color": ink, "linespacing": 1.35}
+            axes.text(column + 0.48, row + 0.46, text, **look)
     axes.set_xlim(0, len(SWITCHED))
     axes.set_ylim(len(names), 0)
     axes.set_xticks(np.arange(len(SWITCHED)) + 0.48, [WORDS[e] for e in SWITCHED], fontsize=9.5)
@@ -95,41 +80,31 @@ def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choi
     for side in axes.spines.values():
         side.set_visible(False)
     keys = [
-        (NEEDED, "needed, and the plan keeps it"),
-        (SPARE, "kept; no harm seen without it"),
-        (SAFE, "left out, rightly"),
-        (WRONG, "left out, wrongly"),
-        (ABSENT, "not in this scene"),
-    ]
+        (NEEDED, "needed, and the plan keeps it"), (SPARE, "kept; no harm seen without it"), (SAFE, "left out, rightly"),
+        (WRONG, "left out, wrongly"), (ABSENT, "not in this scene"),
+    ]  # fmt: skip
     handles = [Rectangle((0, 0), 1, 1, facecolor=c) for c, _ in keys]
-    axes.legend(
-        handles,
-        [t for _, t in keys],
-        loc="upper center",
-        bbox_to_anchor=(0.46, -0.01),
-        ncol=5,
-        frameon=False,
-        fontsize=9.5,
-    )
+    place: dict[str, Any] = {
+        "loc": "upper center",
+        "bbox_to_anchor": (0.46, -0.01),
+        "ncol": 5,
+        "frameon": False,
+        "fontsize": 9.5,
+    }
+    axes.legend(handles, [t for _, t in keys], **place)
     return figure
 
 
 def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
     """For each scene: largest change by the plan's choice, and the time of a run with and without what it leaves out."""
     names = list(judged)
-    plans = [next(c for c in judged[n] if c.variant == PLANNED) for n in names]
+    plans = [planned(judged[n]) for n in names]
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 0.5 * len(names) + 1.4), sharey=True)
     at = np.arange(len(names))
     changes = [100 * abs(p.worst.change) for p in plans]
     left.barh(at, changes, color=["#2f7d4f" if p.harmless else WRONG for p in plans], height=0.55)
-    left.errorbar(
-        changes,
-        at,
-        xerr=[0.0 if p.same_as_everything else 100 * p.worst.spread for p in plans],
-        fmt="none",
-        ecolor="#5c6b79",
-        capsize=3,
-    )
+    spreads = [0.0 if p.same_as_everything else 100 * p.worst.spread for p in plans]
+    left.errorbar(changes, at, xerr=spreads, fmt="none", ecolor="#5c6b79", capsize=3)
     left.axvline(100 * TOLERANCE, color="#b3261e", lw=1.2, ls="--")
     left.text(100 * TOLERANCE, -0.75, " tolerance", color="#b3261e", fontsize=9)
     left.set_xlim(0, max(2.6 * 100 * TOLERANCE, 1.1 * max(changes)))
@@ -193,15 +168,8 @@ def unused(records: dict[str, list[dict[str, Any]]]) -> list[tuple[str, str, flo
             if min(full.values()) < SHORTEST:
                 ratio = math.nan
             memory = [r["peak_memory_B"] for r in runs if r["peak_memory_B"]]
-            rows.append(
-                (
-                    name,
-                    variant,
-                    1e3 * float(np.median([step_time(r) / r["steps"] for r in runs])),
-                    ratio,
-                    float(np.median(memory)) / 1e6 if memory else float("nan"),
-                    int(np.median([r["plugin_arrays_B"] for r in runs])),
-                    bool(runs[0]["plugin"]),
-                )
-            )
+            step_ms = 1e3 * float(np.median([step_time(r) / r["steps"] for r in runs]))
+            megabytes = float(np.median(memory)) / 1e6 if memory else math.nan
+            arrays = int(np.median([r["plugin_arrays_B"] for r in runs]))
+            rows.append((name, variant, step_ms, ratio, megabytes, arrays, bool(runs[0]["plugin"])))
     return rows

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
-from scipy.spatial import cKDTree
 
+from pywet.bench.bodies import coordination, last
 from pywet.files import read_table
 from pywet.scene import Scene
+from pywet.scenes import bed_angles
 
 ABSOLUTE = {
     "liquid_in_bridges": "liquid in bridges, of all liquid",
@@ -35,12 +35,6 @@ RELATIVE = {
 WORDS = {**ABSOLUTE, **RELATIVE}
 TOUCH = 0.02
 """Gap over the mean radius up to which two spheres count as in touch."""
-
-
-def last(run_dir: Path) -> pd.DataFrame:
-    """The spheres at the end, by id."""
-    table = read_table(run_dir / "trajectory.parquet")
-    return table[table["step"] == table["step"].max()].sort_values("id").reset_index(drop=True)
 
 
 def scene_of(run_dir: Path) -> Scene:
@@ -75,10 +69,8 @@ def settled(run_dir: Path) -> dict[str, float]:
     for step in sorted(table["step"].unique())[-3:]:
         now = table[table["step"] == step]
         r, at = now["type"].map(radius).to_numpy(), now[["x", "y", "z"]].to_numpy()
-        pairs = cKDTree(at).query_pairs(2.0 * r.max() * (1.0 + TOUCH), output_type="ndarray")
-        gap = np.linalg.norm(at[pairs[:, 0]] - at[pairs[:, 1]], axis=1) - r[pairs].sum(axis=1)
         heights.append(float(at[:, 2].mean()))
-        touching.append(2.0 * float((gap < TOUCH * r.mean()).sum()) / len(at))
+        touching.append(coordination(at, r, TOUCH * r.mean()))
     return {"mean_height": float(np.mean(heights)), "contacts_per_sphere": float(np.mean(touching))}
 
 
@@ -106,9 +98,7 @@ def rebound(run_dir: Path) -> dict[str, float]:
 
 def turning(run_dir: Path) -> dict[str, float]:
     """Angle of the bed in a drum about z, mean over the second half: that of its centre of mass against gravity [deg]."""
-    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
-    angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))
-    return {"dynamic_angle": float(angle[len(angle) // 2 :].mean())}
+    return {"dynamic_angle": float(bed_angles(run_dir).mean())}
 
 
 def sieved(run_dir: Path) -> dict[str, float]:

@@ -6,29 +6,21 @@ import math
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
-
 from pywet.study.effects import figures
 from pywet.study.effects.measures import ABSOLUTE, WORDS
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
 from pywet.study.effects.scenes import SCENES
-from pywet.study.effects.verdict import Choice, costs, left_out
+from pywet.study.effects.verdict import Choice, costs, left_out, planned
 from pywet.view import page
 
 Records = dict[str, list[dict[str, Any]]]
 Judged = dict[str, list[Choice]]
-NAMES = {
-    EVERYTHING: "everything on",
-    PLANNED: "the plan's choice",
-    "no bridges": "no liquid",
-    IDLE: "plugin without work",
-}
+NAMES = {EVERYTHING: EVERYTHING, PLANNED: "the plan's choice", "no bridges": "no liquid", IDLE: "plugin without work"}
 
 
-def write(path: Path, records: Records, judged: Judged) -> Path:
+def write_page(path: Path, records: Records, judged: Judged) -> Path:
     """Draw and write the page."""
-    plans = {name: next(c for c in found if c.variant == PLANNED) for name, found in judged.items()}
+    plans = {name: planned(found) for name, found in judged.items()}
     seeds = len({r["seed"] for of in records.values() for r in of})
     right = sum(p.harmless for p in plans.values())
     best = max(plans.values(), key=lambda p: 1.0 - p.cpu_s[1] / p.cpu_s[0])
@@ -54,50 +46,37 @@ def write(path: Path, records: Records, judged: Judged) -> Path:
     return page.write(path, "Only the effects a scene calls for", lead, sections, cards)
 
 
-def _picture(figure: Figure, caption: str) -> str:
-    text = page.picture(figure, caption)
-    plt.close(figure)
-    return text
-
-
 def _matrix(records: Records, judged: Judged) -> str:
-    return _picture(
+    return page.picture(
         figures.matrix(records, judged),
         "Each field: the largest change of a wanted quantity when this effect alone is left out (“<”: within what the "
         "first arrangements scatter), and the change of processor time. A dash: the scene does not have the effect.",
     )
 
 
+def left(text: str) -> page.Cell:
+    """A cell of words."""
+    return page.Cell(text, left=True)
+
+
 def _plan(records: Records, judged: Judged) -> str:
     rows: list[list[page.Cell | str]] = []
     for name, found in judged.items():
-        plan = next(c for c in found if c.variant == PLANNED)
+        plan = planned(found)
         out = ", ".join(figures.WORDS[e].replace("\n", " ") for e in left_out(records[name])) or "nothing"
         worst = plan.worst
-        rows.append(
-            [
-                page.Cell(SCENES[name].title, left=True),
-                page.Cell(out, left=True),
-                page.Cell(WORDS[worst.quantity] if plan.changes and not plan.same_as_everything else "–", left=True),
-                "same run" if plan.same_as_everything else f"{100 * worst.change:+.2f} %",
-                "–" if plan.same_as_everything else f"± {100 * worst.spread:.2f} %",
-                _saved(plan),
-                f"{plan.cpu_s[0]:.1f} → {plan.cpu_s[1]:.1f} s",
-                page.Cell("right" if plan.harmless else "wrong", "good" if plan.harmless else "bad"),
-            ]
-        )
-    header = [
-        "scene",
-        "the plan leaves out",
-        "quantity that changes most",
-        "change",
-        "scatter",
-        "steps' time saved",
-        "whole run",
-        "plan",
-    ]
+        changed = ["–", "same run", "–"]
+        if not plan.same_as_everything:
+            changed = [WORDS[worst.quantity], f"{100 * worst.change:+.2f} %", f"± {100 * worst.spread:.2f} %"]
+        rows.append([
+            left(SCENES[name].title), left(out), left(changed[0]), *changed[1:], _saved(plan),
+            f"{plan.cpu_s[0]:.1f} → {plan.cpu_s[1]:.1f} s",
+            page.Cell("right" if plan.harmless else "wrong", "good" if plan.harmless else "bad"),
+        ])  # fmt: skip
+    header = ["scene", "the plan leaves out", "quantity that changes most", "change", "scatter", "steps' time saved",
+              "whole run", "plan"]  # fmt: skip
     return (
-        _picture(
+        page.picture(
             figures.plan_against_all(judged),
             "Left: what the plan's choice changes against everything on, from the same first arrangements. Right: the whole run, "
             "start included.",
@@ -121,16 +100,10 @@ def _saved(choice: Choice) -> str:
 
 def _unused(records: Records) -> str:
     rows: list[list[page.Cell | str]] = [
-        [
-            page.Cell(SCENES[name].title, left=True),
-            page.Cell(NAMES[variant], left=True),
-            f"{ms:.3f}",
-            "–" if math.isnan(ratio) else f"{ratio:.2f}",
-            f"{memory:.0f}",
-            page.Cell("not loaded" if not loaded else f"{size / 1e3:.0f}", "good" if not loaded else ""),
-        ]
+        [left(SCENES[name].title), left(NAMES[variant]), f"{ms:.3f}", "–" if math.isnan(ratio) else f"{ratio:.2f}",
+         f"{memory:.0f}", page.Cell(f"{size / 1e3:.0f}") if loaded else page.Cell("not loaded", "good")]
         for name, variant, ms, ratio, memory, size, loaded in figures.unused(records)
-    ]
+    ]  # fmt: skip
     header = [
         "scene",
         "effects",
@@ -147,7 +120,7 @@ def _unused(records: Records) -> str:
 
 
 def _shares(records: Records) -> str:
-    return _picture(
+    return page.picture(
         figures.shares(records),
         "Share of each force in the sum over weight, capillary and viscous forces of |force| × time: predicted before the "
         "run, and taken from 200 steps at which every bridge was logged. Dashed: factor 3 (claimed for weight and capillary "
@@ -164,16 +137,9 @@ def _scenes(records: Records, judged: Judged) -> str:
     for name, of in records.items():
         full = [r for r in of if r["variant"] == EVERYTHING]
         wanted = ", ".join(WORDS[q] for q in full[0]["wanted"])
-        rows.append(
-            [
-                page.Cell(SCENES[name].title, left=True),
-                page.Cell(SCENES[name].story, left=True),
-                page.Cell(wanted, left=True),
-                str(full[0]["spheres"]),
-                str(full[0]["steps"]),
-                f"{sum(r['cpu_s'] for r in full) / len(full):.1f} s",
-            ]
-        )
+        cells = [left(SCENES[name].title), left(SCENES[name].story), left(wanted)]
+        cost = f"{sum(r['cpu_s'] for r in full) / len(full):.1f} s"
+        rows.append([*cells, str(full[0]["spheres"]), str(full[0]["steps"]), cost])
     return page.table(["scene", "what happens", "what is wanted", "spheres", "steps", "processor time"], rows)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from pywet import small
+from pywet.bench.bodies import packed_step, wetting
 from pywet.config.entries import RatioEntry
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.effects import EffectPlan, plan
@@ -23,25 +24,19 @@ from pywet.engines.liggghts.plugin_api import transfer_tables
 from pywet.errors import PywetError
 from pywet.files import read_if_there, read_table, write_json
 from pywet.scene import Effects, Output, Scene
-from pywet.study.effects.bodies import Setup, time_step
+from pywet.study.effects.bodies import Setup
 from pywet.study.effects.scenes import SCENES, StudyScene
 
 TOLERANCE = 0.02
 """Change of a wanted quantity that the study takes as harmless."""
 SWITCHED = (
-    "capillary",
-    "viscous_normal",
-    "viscous_tangential",
-    "dynamic_rupture",
-    "wall_films",
-    "sharing_by_size",
-    "rolling",
-    "tangential_history",
-    "gravity",
-    "bridges",
-)
+    "capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture", "wall_films", "sharing_by_size", "rolling",
+    "tangential_history", "gravity", "bridges",
+)  # fmt: skip
 """Effects that are forced off one by one; `bridges`: the whole liquid."""
 EVERYTHING, PLANNED, IDLE = "everything on", "plan", "idle plugin"
+STEP_FRACTION = 0.2
+"""Time step over the dry contact's stable one in a dense packing: about ten in a collision of two."""
 SAMPLES = 200
 """Steps of a run at which all bridge forces are logged, from which the shares of impulse are taken."""
 BRIDGE_B, TRIANGLE_B, CANDIDATE_B = 248, 100, 40
@@ -160,22 +155,12 @@ def one(study: StudyScene, setup: Setup, variant: Variant, seed: int, run_dir: P
     info = small.run(run_dir, setup.spheres) if setup.spheres else driver.run(run_dir, progress=False)
     made = plan_of(setup, decide="tolerance")
     record = {
-        "scene": study.name,
-        "seed": seed,
-        "variant": variant.name,
-        "effects": variant.effects.model_dump(),
-        "wanted": study.wanted(run_dir),
-        "cpu_s": info.cpu_s,
-        "loop_cpu_s": info.loop_cpu_s,
-        "wall_s": info.wall_s,
-        "steps": info.steps,
-        "spheres": info.spheres,
-        "plugin": info.plugin_hash is not None,
-        "peak_memory_B": info.peak_memory_B,
-        "plugin_arrays_B": plugin_arrays(scene, run_dir),
-        "shares": measured_shares(scene, run_dir),
-        "plan": made.as_dict()["rows"],
-    }
+        "scene": study.name, "seed": seed, "variant": variant.name, "effects": variant.effects.model_dump(),
+        "wanted": study.wanted(run_dir), "cpu_s": info.cpu_s, "loop_cpu_s": info.loop_cpu_s, "wall_s": info.wall_s,
+        "steps": info.steps, "spheres": info.spheres, "plugin": info.plugin_hash is not None,
+        "peak_memory_B": info.peak_memory_B, "plugin_arrays_B": plugin_arrays(scene, run_dir),
+        "shares": measured_shares(scene, run_dir), "plan": made.as_dict()["rows"],
+    }  # fmt: skip
     shutil.rmtree(run_dir)
     return record
 
@@ -184,33 +169,19 @@ def prepare(setup: Setup, variant: Variant, run_dir: Path) -> Scene:
     """The run directory of one choice."""
     if setup.build is not None:
         return setup.build(variant.effects, run_dir)
-    step = time_step(setup)
+    step = packed_step(setup.classes, setup.pairs, STEP_FRACTION)  # of all choices, so that their times compare
     steps = round(setup.seconds / step)
     reach = 1.1 * max([float(np.abs(w.corners).max()) for w in setup.walls], default=0.0)
     reach = max(reach, 3.0 * max(abs(c) for s in setup.spheres for c in s.position))
     liquid, effects = setup.liquid, variant.effects
     if effects.bridges and liquid is None:  # the plugin with nothing to do
-        from pywet.study.effects.bodies import wetted
-
-        liquid = wetted(setup.classes, 0.0)
+        liquid = wetting(setup.classes, 0.0)
+    windows: dict[str, Any] = {"contact_windows": min(SAMPLES, steps), "contact_window_steps": 1}
     return small.prepare(
-        run_dir,
-        setup.classes,
-        setup.spheres,
-        setup.pairs,
-        liquid=liquid,
-        effects=effects,
-        walls=setup.walls,
-        wall_angle_rad=0.7,
-        time_step_s=step,
-        steps=steps,
-        gravity=setup.gravity if effects.gravity else (0.0, 0.0, 0.0),
-        box=reach,
-        output=Output(interval_s=max(1, steps // setup.outputs) * step, contact_windows=min(SAMPLES, steps),
-                      contact_window_steps=1),
-        rotation=setup.rotation,
-        viscous_integration="semi_implicit",
-        largest_overlap=0.9,
+        run_dir, setup.classes, setup.spheres, setup.pairs, liquid=liquid, effects=effects, walls=setup.walls,
+        wall_angle_rad=0.7, time_step_s=step, steps=steps, gravity=setup.gravity if effects.gravity else (0.0, 0.0, 0.0),
+        box=reach, output=Output(interval_s=max(1, steps // setup.outputs) * step, **windows), rotation=setup.rotation,
+        viscous_integration="semi_implicit", largest_overlap=0.9,
     )  # fmt: skip
 
 

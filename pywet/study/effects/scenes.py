@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pywet import config
+from pywet.bench.bodies import contacts, drum_radius, drum_walls, in_drum, sphere_classes, wetting
+from pywet.bench.subset import with_spheres
 from pywet.effects import Surroundings
-from pywet.files import read_table, write_json, write_table
+from pywet.files import read_table
 from pywet.geometry.solids import bin_solid
-from pywet.geometry.surface import make_surface
-from pywet.history.initial import sphere_table
+from pywet.geometry.surface import Surface, make_surface
 from pywet.motion import peak_speed
-from pywet.scene import Effects, Rotation, Scene
-from pywet.scenes import drum_walls
+from pywet.scene import Effects, Rotation, Scene, SphereClass
 from pywet.screening import cases
+from pywet.shipped import place
 from pywet.small import Sphere
 from pywet.study.effects import measures
-from pywet.study.effects.bodies import SHAKEN, Setup, contacts, jets, lattice, pyramid, spheres_of, wetted
+from pywet.study.effects.bodies import SHAKEN, Setup, jets, lattice, pyramid
 
-CONFIG = Path(__file__).parents[3] / "config"
+CONFIG = place("config")
+NAMED, ROLLING = "{mm} mm", 2e-5
+"""Name of a class of spheres; rolling friction [m] of glass of some millimetres."""
 Measure = Callable[[Path], dict[str, float]]
 
 
@@ -38,15 +42,19 @@ class StudyScene:
     wanted: Measure
 
 
-def _box(half: float, height: float) -> tuple:  # type: ignore[type-arg]
+def _glass(radius_m: float, count: int) -> tuple[SphereClass, ...]:
+    return sphere_classes(radius_m, counts=count, name=NAMED)
+
+
+def _box(half: float, height: float) -> tuple[Surface, ...]:
     return (make_surface("box", "wall", bin_solid(half, 0.25 * half, 4, 0.0, height)),)
 
 
-def _bed(radii_mm: tuple[float, ...], count: int, seed: int, density: float, angle: float, stiffness: float,
+def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angle: float, stiffness: float,
          rolling_m: float, friction: float = 0.4) -> Setup:  # fmt: skip
     """Spheres that fall into a box and come to rest; wet ones get their liquid from the caller."""
-    share = count // len(radii_mm)
-    classes = spheres_of(radii_mm, [share] * len(radii_mm), density, angle)
+    share = count // len(radii_m)
+    classes = sphere_classes(*radii_m, counts=share, density=density, angle_rad=math.radians(angle), name=NAMED)
     kinds = [c.type for c in classes for _ in range(share)]
     r = max(c.radius_m for c in classes)
     across = max(3, round((0.7 * len(kinds)) ** (1.0 / 3.0)))
@@ -57,7 +65,7 @@ def _bed(radii_mm: tuple[float, ...], count: int, seed: int, density: float, ang
     wall_share = min(1.0, 2.5 / across)
     return Setup(
         classes=classes,
-        pairs=contacts(len(classes), stiffness, friction, rolling_m),
+        pairs=contacts(len(classes), stiffness, friction=friction, rolling_m=rolling_m),
         liquid=None,
         speed=math.sqrt(9.81 * layers * 0.4 * r),
         surroundings=Surroundings(wall_share=wall_share, duration_s=0.25),
@@ -68,35 +76,35 @@ def _bed(radii_mm: tuple[float, ...], count: int, seed: int, density: float, ang
 
 
 def _wet(setup: Setup, moisture: float, viscosity: float = 1e-3) -> Setup:
-    return Setup(**{**setup.__dict__, "liquid": wetted(setup.classes, moisture, viscosity)})
+    return replace(setup, liquid=wetting(setup.classes, moisture, viscosity))
 
 
 def dry_glass(seed: int, size: float) -> Setup:
     """Dry glass of 3 mm falling into a box."""
-    return _bed((1.5,), max(27, round(220 * size)), seed, 2500.0, 15.0, 3e3, 2e-5)
+    return _bed((1.5e-3,), max(27, round(220 * size)), seed, 2500.0, 15.0, 3e3, 2e-5)
 
 
 def moist_pom(seed: int, size: float) -> Setup:
     """Plastic of 3 and 5 mm with 5 % water falling into a box."""
-    return _wet(_bed((1.5, 2.5), max(26, round(180 * size)), seed, 1358.0, 40.0, 2e3, 5e-5, 0.35), 5.0)
+    return _wet(_bed((1.5e-3, 2.5e-3), max(26, round(180 * size)), seed, 1358.0, 40.0, 2e3, 5e-5, 0.35), 5.0)
 
 
 def micron_powder(seed: int, size: float) -> Setup:
     """Glass of 50 um with 1 % water: the capillary force is thousands of weights."""
-    made = _wet(_bed((0.025,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8), 1.0)
+    made = _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8), 1.0)
     seconds = 0.008
     s = Surroundings(wall_share=made.surroundings.wall_share, duration_s=seconds)
-    return Setup(**{**made.__dict__, "seconds": seconds, "surroundings": s})
+    return replace(made, seconds=seconds, surroundings=s)
 
 
 def thick_oil(seed: int, size: float) -> Setup:
     """A pile of glass in a tray, wetted with oil of 2 Pa s, at rest."""
     side, r = (5 if size >= 0.5 else 3), 1.5e-3
-    classes = spheres_of((1.5,), (side * (side + 1) * (2 * side + 1) // 6,), 2500.0, 15.0)
+    classes = _glass(r, side * (side + 1) * (2 * side + 1) // 6)
     return Setup(
         classes=classes,
-        pairs=contacts(1, 3e3),
-        liquid=wetted(classes, 2.0, 2.0, 0.03),
+        pairs=contacts(1, 3e3, rolling_m=ROLLING),
+        liquid=wetting(classes, 2.0, 2.0, 0.03),
         speed=0.0,
         surroundings=Surroundings(state="at_rest", wall_share=0.3, duration_s=0.15),
         spheres=pyramid(side, r, seed),
@@ -108,12 +116,12 @@ def thick_oil(seed: int, size: float) -> Setup:
 def fast_dilute(seed: int, size: float) -> Setup:
     """Two clouds of glass of 8 mm with a little solvent fly through each other at 5 m/s; only their motion is asked."""
     count, r, speed, pitch = max(32, 2 * round(128 * size)), 4e-3, 5.0, 13e-3
-    classes = spheres_of((4.0,), (count,), 2500.0, 15.0)
+    classes = _glass(r, count)
     seconds = 0.024
     return Setup(
         classes=classes,
-        pairs=contacts(1, 1e6, 0.2),
-        liquid=wetted(classes, 0.5, 3e-4, 0.023),
+        pairs=contacts(1, 1e6, friction=0.2, rolling_m=ROLLING),
+        liquid=wetting(classes, 0.5, 3e-4, 0.023),
         speed=speed,
         surroundings=Surroundings(
             state="dilute", gravity_m_per_s2=9.81, duration_s=seconds, solid_fraction=0.06, wall_share=0.0,
@@ -127,7 +135,7 @@ def fast_dilute(seed: int, size: float) -> Setup:
 def collision(seed: int, size: float) -> Setup:
     """Two wet spheres meet once, off centre; exact to the last digit, so that the smallest effect shows."""
     r, speed, gap = 1.5e-3, 1.0, 2e-4
-    classes = spheres_of((1.5,), (2,), 2500.0, 15.0)
+    classes = _glass(r, 2)
     offset = np.random.default_rng(seed).uniform(0.3, 0.7) * r
     along = math.sqrt(4.0 * r**2 - offset**2) + gap
     u, w = math.sqrt(1.0 - (offset / (2 * r)) ** 2), offset / (2 * r)  # the line of centres at touch lies along x
@@ -140,8 +148,8 @@ def collision(seed: int, size: float) -> Setup:
     seconds = 4e-3
     return Setup(
         classes=classes,
-        pairs=contacts(1, 1e5, 0.2),
-        liquid=wetted(classes, 1.0),
+        pairs=contacts(1, 1e5, friction=0.2, rolling_m=ROLLING),
+        liquid=wetting(classes, 1.0),
         speed=speed,
         surroundings=Surroundings(
             state="dilute", gravity_m_per_s2=0.0, duration_s=seconds, solid_fraction=0.0, wall_share=0.0, liquid_wanted=False
@@ -155,23 +163,16 @@ def collision(seed: int, size: float) -> Setup:
 def wet_drum(seed: int, size: float) -> Setup:
     """Glass of 3 mm with 2 % water in a slow drum."""
     count, r = max(60, round(150 * size)), 1.5e-3
-    classes = spheres_of((1.5,), (count,), 2500.0, 15.0)
+    classes = _glass(r, count)
     width = 6.0 * r
-    radius = math.sqrt(count * 4.0 / 3.0 * r**3 / (0.55 * 0.35 * width))
-    random = np.random.default_rng(seed)
-    pitch, n = 2.15 * r, int(radius // (2.15 * r))
-    grid = np.array([(i, j) for j in range(-n, n + 1) for i in range(-n, n + 1)], dtype=float) * pitch
-    grid = grid[np.hypot(grid[:, 0], grid[:, 1]) < 0.98 * radius - 1.2 * r]
-    layers = int(width // pitch)
-    at = np.array([(x, y, (k - 0.5 * (layers - 1)) * pitch) for x, y in grid for k in range(layers)])[:count]
-    at += random.uniform(-0.05, 0.05, at.shape) * r
+    radius = drum_radius(count, r, width)
     return Setup(
         classes=classes,
-        pairs=contacts(1, 1e3),
-        liquid=wetted(classes, 2.0),
+        pairs=contacts(1, 1e3, rolling_m=ROLLING),
+        liquid=wetting(classes, 2.0),
         speed=2.0 * math.pi * radius / 1.5,
         surroundings=Surroundings(wall_share=0.5, duration_s=0.5),
-        spheres=tuple(Sphere(1, (float(x), float(y), float(z))) for x, y, z in at),
+        spheres=in_drum(count, r, radius, width, seed),
         seconds=0.5,
         walls=drum_walls(radius, width, sides=24),
         gravity=(0.0, -9.81, 0.0),
@@ -192,19 +193,12 @@ def tiny_screening(seed: int, size: float) -> Setup:
         spheres = read_table(run_dir / scene.spheres_file)
         random = np.random.default_rng(seed)
         rows = [i for kind, n in keep.items() for i in random.permutation(spheres.index[spheres["type"] == kind])[:n]]
-        spheres = spheres.loc[sorted(rows)].reset_index(drop=True)
-        spheres["id"] = np.arange(1, len(spheres) + 1)
-        output = scene.output.model_copy(update={"checkpoints": 0, "contact_windows": 200, "contact_window_steps": 1})
-        changed = {"classes": classes, "duration_s": seconds, "output": output, "effects": effects}
-        if not effects.gravity:
-            changed["gravity_m_per_s2"] = (0.0, 0.0, 0.0)
+        changed: dict[str, Any] = {} if effects.gravity else {"gravity_m_per_s2": (0.0, 0.0, 0.0)}
         if not effects.bridges:
             changed["liquid"] = None
-        scene = scene.model_copy(update=changed)
-        write_table(spheres, run_dir / scene.spheres_file)
-        write_table(sphere_table(scene, spheres), run_dir / "history" / "spheres.parquet")
-        write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
-        return scene
+        output = scene.output.model_copy(update={"checkpoints": 0, "contact_windows": 200, "contact_window_steps": 1})
+        chosen = spheres.loc[sorted(rows)]
+        return with_spheres(scene, run_dir, chosen, duration_s=seconds, output=output, effects=effects, **changed)
 
     return Setup(
         classes=classes,
@@ -219,34 +213,26 @@ def tiny_screening(seed: int, size: float) -> Setup:
     )
 
 
-def _settled_and_liquid(run_dir: Path) -> dict[str, float]:
-    names = ("bridges_per_sphere", "liquid_in_bridges", "liquid_on_walls")
-    return {**measures.settled(run_dir), **measures.liquid(run_dir, names)}
+def _and_liquid(first: Measure, *names: str) -> Measure:
+    """What the first gives, and where the liquid is."""
+    return lambda run_dir: {**first(run_dir), **measures.liquid(run_dir, names)}
 
 
-def _two_sizes(run_dir: Path) -> dict[str, float]:
-    return {**_settled_and_liquid(run_dir), **measures.liquid(run_dir, ("liquid_on_small",))}
-
-
-def _sieved(run_dir: Path) -> dict[str, float]:
-    return {**measures.sieved(run_dir), **measures.liquid(run_dir, ("liquid_in_bridges", "liquid_on_walls"))}
-
-
-def _drum(run_dir: Path) -> dict[str, float]:
-    names = ("bridges_per_sphere", "liquid_in_bridges", "liquid_on_walls")
-    return {**measures.turning(run_dir), **measures.liquid(run_dir, names)}
-
-
+ON_WALLS = ("liquid_in_bridges", "liquid_on_walls")
+SETTLED = _and_liquid(measures.settled, "bridges_per_sphere", *ON_WALLS)
 _ALL: tuple[tuple[str, str, str, Callable[[int, float], Setup], Measure], ...] = (
     ("dry_glass", "Dry glass", "Glass beads of 3 mm fall into a box. There is no liquid.", dry_glass, measures.settled),
-    ("moist_pom", "Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom, _two_sizes),
-    ("thick_oil", "Thick oil at rest", "Glass beads under oil of 2 Pa s lie piled in a tray.", thick_oil, _settled_and_liquid),
+    ("moist_pom", "Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom,
+     _and_liquid(SETTLED, "liquid_on_small")),
+    ("thick_oil", "Thick oil at rest", "Glass beads under oil of 2 Pa s lie piled in a tray.", thick_oil, SETTLED),
     ("fast_dilute", "Fast and dilute", "Two clouds of glass beads of 8 mm, moist with a solvent, meet at 5 m/s.",
      fast_dilute, measures.cooled),
     ("collision", "One collision", "Two wet beads meet once, off centre, at 1 m/s.", collision, measures.rebound),
-    ("micron_powder", "Fine powder", "Moist glass of 50 micrometres falls into a box.", micron_powder, _settled_and_liquid),
-    ("wet_drum", "Wet drum", "Glass beads of 3 mm with 2 % water turn in a drum.", wet_drum, _drum),
-    ("screening", "Moist screening", "Sixteen moist beads of three sizes on a vibrating screen.", tiny_screening, _sieved),
+    ("micron_powder", "Fine powder", "Moist glass of 50 micrometres falls into a box.", micron_powder, SETTLED),
+    ("wet_drum", "Wet drum", "Glass beads of 3 mm with 2 % water turn in a drum.", wet_drum,
+     _and_liquid(measures.turning, "bridges_per_sphere", *ON_WALLS)),
+    ("screening", "Moist screening", "Sixteen moist beads of three sizes on a vibrating screen.", tiny_screening,
+     _and_liquid(measures.sieved, *ON_WALLS)),
 )  # fmt: skip
 SCENES: dict[str, StudyScene] = {row[0]: StudyScene(*row) for row in _ALL}
 """Name -> scene."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from pywet.effects import OPT_IN
 from pywet.effects.costs import STORED
-from pywet.files import write_json
+from pywet.files import read_json, write_json
 from pywet.study.effects import study, verdict
 
 
@@ -19,7 +20,9 @@ def store(out_dir: Path, where: str) -> Path:
         f"everything on over that without the effect, less one; scenes whose steps took under {verdict.SHORTEST} s are left "
         f"out; {where}"
     )
-    write_json(STORED, {"provenance": said, "added": verdict.costs(judged)})
+    others = {effect: cost for effect, cost in read_json(STORED)["added"].items() if effect in OPT_IN}
+    said += f"; {' and '.join(others)}, which are on in none of these: as stored before" if others else ""
+    write_json(STORED, {"provenance": said, "added": {**verdict.costs(judged), **others}})
     return STORED
 
 

@@ -19,7 +19,7 @@ def record_path(out_dir: Path, scene: str, seed: int) -> Path:
     return out_dir / RUNS / f"{scene}_{seed}.json"
 
 
-def run_one(out_dir: Path, scene: str, seed: int, size: float = 1.0) -> Path:
+def scene_records(out_dir: Path, scene: str, seed: int, size: float = 1.0) -> Path:
     """Run one scene with one seed and keep its records."""
     if scene not in SCENES:
         raise PywetError(f"the effects study has no scene {scene}; expected one of {', '.join(SCENES)}")
@@ -29,13 +29,13 @@ def run_one(out_dir: Path, scene: str, seed: int, size: float = 1.0) -> Path:
     return path
 
 
-def run(out_dir: Path, seeds: int, size: float, only: str | None) -> list[str]:
+def whole_study(out_dir: Path, seeds: int, size: float, only: str | None) -> list[str]:
     """The whole study on one core; returns what was found, a line for each scene."""
     names = [only] if only else list(SCENES)
     for name in names:
         for seed in range(seeds):
             if not record_path(out_dir, name, seed).exists():
-                run_one(out_dir, name, seed, size)
+                scene_records(out_dir, name, seed, size)
     return finish(out_dir, [record_path(out_dir, name, seed) for name in names for seed in range(seeds)])
 
 
@@ -55,46 +55,37 @@ def finish(out_dir: Path, paths: list[Path]) -> list[str]:
     records = read(paths)
     judged = {name: verdict.choices(of) for name, of in records.items()}
     write_json(out_dir / TABLE, table(records, judged))
-    page.write(out_dir / PAGE, records, judged)
+    page.write_page(out_dir / PAGE, records, judged)
     return [*lines(records, judged), f"the page is {out_dir / PAGE}"]
 
 
 def table(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[verdict.Choice]]) -> dict[str, Any]:
     """The study's result as plain data."""
-    scenes = {}
-    for name, found in judged.items():
-        plan = next(c for c in found if c.variant == runs.PLANNED)
-        scenes[name] = {
-            "left_out": verdict.left_out(records[name]),
-            "plan_right": plan.harmless,
-            "choices": [
-                {
-                    "variant": c.variant,
-                    "quantity": c.worst.quantity,
-                    "change": c.worst.change,
-                    "spread": c.worst.spread,
-                    "harmless": c.harmless,
-                    "saving": None if math.isnan(c.saving) else c.saving,
-                    "saving_spread": None if math.isnan(c.saving) else c.saving_spread,
-                    "cpu_s_everything": c.cpu_s[0],
-                    "cpu_s": c.cpu_s[1],
-                }
-                for c in found
-            ],
-        }
+    scenes = {
+        name: {"left_out": verdict.left_out(records[name]), "plan_right": verdict.planned(found).harmless,
+               "choices": [_plain(c) for c in found]}
+        for name, found in judged.items()
+    }  # fmt: skip
     return {"tolerance": runs.TOLERANCE, "scenes": scenes, "added": verdict.costs(judged)}
+
+
+def _plain(c: verdict.Choice) -> dict[str, Any]:
+    timed = not math.isnan(c.saving)
+    return {
+        "variant": c.variant, "quantity": c.worst.quantity, "change": c.worst.change, "spread": c.worst.spread,
+        "harmless": c.harmless, "saving": c.saving if timed else None, "saving_spread": c.saving_spread if timed else None,
+        "cpu_s_everything": c.cpu_s[0], "cpu_s": c.cpu_s[1],
+    }  # fmt: skip
 
 
 def lines(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[verdict.Choice]]) -> list[str]:
     """One line for each scene."""
     found = []
     for name, choices in judged.items():
-        plan = next(c for c in choices if c.variant == runs.PLANNED)
-        out = ", ".join(verdict.left_out(records[name])) or "nothing"
-        worst = plan.worst
+        plan = verdict.planned(choices)
+        out, worst = ", ".join(verdict.left_out(records[name])) or "nothing", plan.worst
         found.append(
             f"{name:<14}leaves out {out}: {'right' if plan.harmless else 'WRONG'}, largest change {100 * worst.change:+.2f} % "
-            f"(spread {100 * worst.spread:.2f} %) of {worst.quantity}, "
-            f"{plan.cpu_s[0]:.1f} -> {plan.cpu_s[1]:.1f} s"
+            f"(spread {100 * worst.spread:.2f} %) of {worst.quantity}, {plan.cpu_s[0]:.1f} -> {plan.cpu_s[1]:.1f} s"
         )
     return found

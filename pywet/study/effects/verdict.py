@@ -14,11 +14,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 from scipy import stats
 
 from pywet.study.effects.measures import ABSOLUTE
 from pywet.study.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
 
+Floats = NDArray[np.float64]
 Record = dict[str, Any]
 SHORTEST = 0.3
 """Processor time of the steps [s] below which times are not compared."""
@@ -71,64 +74,56 @@ class Choice:
 
 def choices(records: Iterable[Record]) -> list[Choice]:
     """All choices of one scene, all seeds, in the order they were run."""
-    by: dict[str, dict[int, Record]] = {}
-    for record in records:
-        by.setdefault(record["variant"], {})[record["seed"]] = record
-    full = by[EVERYTHING]
-    spreads = _spreads(by)
-    return [_choice(variant, runs, full, spreads) for variant, runs in by.items() if variant not in (EVERYTHING, IDLE)]
+    every = list(records)
+    runs: Any = pd.DataFrame(every, index=pd.MultiIndex.from_tuples([(r["variant"], r["seed"]) for r in every]))
+    wanted: Any = pd.DataFrame(list(runs["wanted"]), index=runs.index, dtype=float)
+    full = wanted.loc[EVERYTHING]
+    wanted = wanted[[seed in full.index for _, seed in wanted.index]]
+    sizes = {name: 1.0 if name in ABSOLUTE else abs(float(full[name].mean())) or 1.0 for name in full}
+    changes = (wanted - full.loc[[seed for _, seed in wanted.index]].to_numpy()) / pd.Series(sizes)
+    compared = [v for v in dict.fromkeys(r["variant"] for r in every) if v not in (EVERYTHING, IDLE)]
+    spreads = {name: _spread([changes.loc[v, name].to_numpy() for v in compared], len(full)) for name in full}
+    return [_choice(v, runs.loc[v], runs.loc[EVERYTHING], changes.loc[v], spreads) for v in compared]
 
 
-def scales(full: dict[int, Record]) -> dict[str, float]:
-    """What a change of each quantity is divided by: 1 for parts of a whole, else the mean with everything on."""
-    names = next(iter(full.values()))["wanted"]
-    return {
-        name: 1.0 if name in ABSOLUTE else abs(float(np.mean([r["wanted"][name] for r in full.values()]))) or 1.0
-        for name in names
-    }
+def _spread(of_choices: list[Floats], seeds: int) -> float:
+    """Of one quantity, from the differences to everything on of every choice that changes it at all."""
+    variances = [float(np.var(d, ddof=1)) for d in of_choices if len(d) > 1 and d.any()]
+    low = float(stats.chi2.ppf(0.5, seeds - 1)) / (seeds - 1) if seeds > 1 else 1.0
+    return 2.0 * math.sqrt(float(np.median(variances)) / low / seeds) if variances else 0.0
 
 
-def _differences(runs: dict[int, Record], full: dict[int, Record], name: str, scale: float) -> list[float]:
-    return [(runs[seed]["wanted"][name] - full[seed]["wanted"][name]) / scale for seed in runs if seed in full]
-
-
-def _spreads(by: dict[str, dict[int, Record]]) -> dict[str, float]:
-    full, found = by[EVERYTHING], {}
-    for name, scale in scales(full).items():
-        variances, free = [], len(full) - 1
-        for variant, runs in by.items():
-            d = _differences(runs, full, name, scale)
-            if variant not in (EVERYTHING, IDLE) and len(d) > 1 and any(d):
-                variances.append(float(np.var(d, ddof=1)))
-        low = float(stats.chi2.ppf(0.5, free)) / free if free else 1.0
-        found[name] = 2.0 * math.sqrt(float(np.median(variances)) / low / len(full)) if variances else 0.0
-    return found
-
-
-def _choice(variant: str, runs: dict[int, Record], full: dict[int, Record], spreads: dict[str, float]) -> Choice:
-    changes = tuple(
-        Change(name, float(np.mean(_differences(runs, full, name, scale))), spreads[name])
-        for name, scale in scales(full).items()
+def _choice(
+    variant: str, runs: pd.DataFrame, full: pd.DataFrame, changes: pd.DataFrame, spreads: dict[str, float]
+) -> Choice:
+    both = [seed for seed in runs.index if seed in full.index]
+    its, other = runs.loc[both], full.loc[both]
+    same = bool(its["effects"].iloc[0] == other["effects"].iloc[0])
+    times, reference = (
+        [step_time({str(k): v for k, v in r.items()}) for r in of.to_dict("records")] for of in (its, other)
     )
-    first = next(iter(runs.values()))
-    same = first["effects"] == next(iter(full.values()))["effects"]
-    both = [s for s in runs if s in full]
-    saved = [0.0] if same else [1.0 - step_time(runs[s]) / step_time(full[s]) for s in both]
-    timed = same or min(step_time(full[s]) for s in both) >= SHORTEST
+    saved = [0.0] if same else [1.0 - t / r for t, r in zip(times, reference, strict=True)]
+    timed = same or min(reference) >= SHORTEST
     return Choice(
-        scene=first["scene"],
+        scene=str(its["scene"].iloc[0]),
         variant=variant,
         same_as_everything=same,
-        changes=changes,
+        changes=tuple(Change(str(name), float(changes[name].mean()), spreads[str(name)]) for name in changes),
         saving=float(np.median(saved)) if timed else math.nan,
         saving_spread=0.5 * (max(saved) - min(saved)) if timed else math.nan,
-        cpu_s=(float(np.median([full[s]["cpu_s"] for s in both])), float(np.median([runs[s]["cpu_s"] for s in both]))),
+        cpu_s=(float(other["cpu_s"].median()), float(its["cpu_s"].median())),
     )
+
+
+def planned(found: Iterable[Choice]) -> Choice:
+    """The plan's choice."""
+    return next(c for c in found if c.variant == PLANNED)
 
 
 def step_time(record: Record) -> float:
     """Processor time of the steps of a run [s]; of the stock program, whose start takes some hundredths, of all."""
-    return float(record["loop_cpu_s"] or record["cpu_s"])
+    loop = record["loop_cpu_s"]
+    return float(record["cpu_s"] if loop is None or math.isnan(loop) or loop == 0.0 else loop)
 
 
 def left_out(records: Iterable[Record]) -> list[str]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet import advisor, small
+from pywet import small
+from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
 from pywet.geometry.solids import plate, wire
-from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass
+from pywet.physics.contact import film_thickness
+from pywet.scene import Effects, Liquid, SphereClass
+from pywet.small import Sphere
 from pywet.study.stability import cells
-from pywet.study.stability.cells import Batch, Body, Cell, Part
+from pywet.study.stability.cells import Batch, Cell, Part, ball
 
 Floats = NDArray[np.float64]
 PER_BATCH = 50
@@ -63,8 +66,7 @@ class Setting:
 
     def thickness(self, kind: int, film: float) -> float:
         """Thickness of a film of that volume [m]."""
-        r = self.radii[kind - 1]
-        return r * math.expm1(math.log1p(3.0 * film / (4.0 * math.pi * r**3)) / 3.0)
+        return film_thickness(film, self.radii[kind - 1])
 
     def gap(self, reach: float) -> float:
         """Gap between two spheres: exactly zero for one in five, else within or just beyond what their films reach."""
@@ -75,7 +77,7 @@ class Setting:
         return self.speed * 10.0 ** float(self.random.uniform(-3.0, 0.0))
 
 
-def pair(s: Setting, how: str) -> tuple[Body, ...]:
+def pair(s: Setting, how: str) -> tuple[Sphere, ...]:
     """Two spheres that approach, graze, part, spin, or just touch."""
     a, b = (int(k) for k in s.random.integers(1, len(s.radii) + 1, 2))
     film_a, film_b = s.film(a), s.film(b)
@@ -94,40 +96,40 @@ def pair(s: Setting, how: str) -> tuple[Body, ...]:
     if how == "spin":
         spin = s.fast() / min(s.radii[a - 1], s.radii[b - 1]) * s.random.normal(size=(2, 3)) / 2.0
     return (
-        Body(a, (0.0, 0.0, 0.0), tuple(-0.5 * v), tuple(spin[0]), film_a),
-        Body(b, tuple(at), tuple(0.5 * v), tuple(spin[1]), film_b),
+        ball(a, (0.0, 0.0, 0.0), -0.5 * v, spin[0], film_a),
+        ball(b, at, 0.5 * v, spin[1], film_b),
     )
 
 
-def chain(s: Setting) -> tuple[Body, ...]:
+def chain(s: Setting) -> tuple[Sphere, ...]:
     """Three to six spheres in a row, thrown about."""
-    found: list[Body] = []
+    found: list[Sphere] = []
     x = 0.0
     for _ in range(int(s.random.integers(3, 7))):
         kind = int(s.random.integers(1, len(s.radii) + 1))
         film, r = s.film(kind), s.radii[kind - 1]
         if found:
             last = found[-1]
-            reach = s.thickness(kind, film) + s.thickness(last.kind, last.film)
+            reach = s.thickness(kind, film) + s.thickness(last.kind, last.film or 0.0)
             x += s.radii[last.kind - 1] + r + s.gap(reach)
-        found.append(Body(kind, (x, 0.0, 0.0), tuple(0.5 * s.fast() * direction(s.random)), (0.0, 0.0, 0.0), film))
+        found.append(ball(kind, (x, 0.0, 0.0), 0.5 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film))
     return tuple(found)
 
 
-def star(s: Setting) -> tuple[Body, ...]:
+def star(s: Setting) -> tuple[Sphere, ...]:
     """A large sphere among six others that all draw on its film in the first step; some then part."""
     big, kind = len(s.radii), int(s.random.integers(1, len(s.radii) + 1))
     film, r = s.film(big), s.radii[big - 1] + s.radii[kind - 1]
     v = s.fast()
-    found = [Body(big, (0.0, 0.0, 0.0), film=film)]
+    found = [ball(big, (0.0, 0.0, 0.0), film=film)]
     for axis in range(3):
         for sign in (-1.0, 1.0):
             n = sign * np.eye(3)[axis]
-            found.append(Body(kind, tuple(r * n), tuple(v * n), film=s.film(kind) if axis else 0.0))
+            found.append(ball(kind, r * n, v * n, film=s.film(kind) if axis else 0.0))
     return tuple(found)
 
 
-def lattice(s: Setting, how: str) -> tuple[Body, ...]:
+def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
     """Equal spheres that touch exactly: a tetrahedron, or thirteen of a face-centred cubic packing."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
     points = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
@@ -138,15 +140,13 @@ def lattice(s: Setting, how: str) -> tuple[Body, ...]:
     side = s.radii[kind - 1] * (math.sqrt(2.0) if how == "dense" else 1.0 / math.sqrt(2.0))
     film = s.film(kind)
     return tuple(
-        Body(kind, tuple(side * np.array(p)), tuple(0.3 * s.fast() * direction(s.random)), (0.0, 0.0, 0.0), film)
-        for p in points
+        ball(kind, side * np.array(p), 0.3 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film) for p in points
     )
 
 
 def slab(half: float) -> list[Part]:
     """A large flat plate with its upper face at z = 0."""
-    outline = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return [(corners, None) for corners, _ in plate(outline, -half / 2.0, 0.0)]
+    return [(corners, None) for corners, _ in plate(small.square(half), -half / 2.0, 0.0)]
 
 
 def bar(half: float, radius: float, axis: int, offset: float = 0.0) -> Part:
@@ -158,7 +158,7 @@ def bar(half: float, radius: float, axis: int, offset: float = 0.0) -> Part:
     return wire(start, end, radius, 8, 3.0), radius
 
 
-def at_wall(s: Setting, how: str) -> tuple[tuple[Body, ...], tuple[Part, ...]]:
+def at_wall(s: Setting, how: str) -> tuple[tuple[Sphere, ...], tuple[Part, ...]]:
     """A sphere at a plate, at its edge, on a wire, on two or three wires at once."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
     r, film = s.radii[kind - 1], s.film(kind)
@@ -180,7 +180,7 @@ def at_wall(s: Setting, how: str) -> tuple[tuple[Body, ...], tuple[Part, ...]]:
         apart = 0.6 * (r + thin)  # the sphere sits in the gap of two wires
         height = math.sqrt((r + thin + gap) ** 2 - apart**2)
         place, walls = (0.0, 0.0, height), [bar(half, thin, 0, -apart), bar(half, thin, 0, apart)]
-    return (Body(kind, place, tuple(v), spin, film),), tuple(walls)
+    return (ball(kind, place, v, spin, film),), tuple(walls)
 
 
 def draw_cell(s: Setting, name: str, how: str) -> Cell:
@@ -197,7 +197,7 @@ def draw_cell(s: Setting, name: str, how: str) -> Cell:
     else:
         bodies = pair(s, how)
     fastest = max(float(np.linalg.norm(b.velocity)) for b in bodies)
-    films = [b.film / s.radii[b.kind - 1] ** 3 for b in bodies]
+    films = [(b.film or 0.0) / s.radii[b.kind - 1] ** 3 for b in bodies]
     says: dict[str, Any] = {
         "kind": how, "spheres": len(bodies), "smallest_m": min(s.radii[b.kind - 1] for b in bodies),
         "largest_m": max(s.radii[b.kind - 1] for b in bodies), "fastest_m_per_s": fastest,
@@ -221,24 +221,15 @@ def draw_liquid(random: np.random.Generator) -> Liquid:
     """Surface tension 0 to 0.1 N/m, viscosity 0 to 10 Pa s; each exactly zero for one batch in twelve."""
     sigma = 0.0 if random.uniform() < 1.0 / 12.0 else log_uniform(random, 1e-3, 0.1)
     eta = 0.0 if random.uniform() < 1.0 / 12.0 else log_uniform(random, 1e-5, 10.0)
-    return Liquid(
-        surface_tension_N_per_m=sigma, viscosity_Pa_s=eta, density_kg_per_m3=1000.0, initial_film_thickness_m=0.0
-    )
+    return water(0.0, eta, sigma)
 
 
-def contact(
-    classes: list[SphereClass], a: int, b: int, speed: float, sigma: float, spare: float, e: float
-) -> ContactPair:
-    """A spring that overlaps by 3 % of the smaller radius at the batch's speed, or 1 % under the bridge, times `spare`."""
-    one, two = classes[a - 1], classes[b - 1] if b else None
-    m = one.mass_kg if two is None else one.mass_kg * two.mass_kg / (one.mass_kg + two.mass_kg)
-    r = one.radius_m if two is None else min(one.radius_m, two.radius_m)
-    reduced = r if two is None else 2.0 * one.radius_m * two.radius_m / (one.radius_m + two.radius_m)
-    k = max(m * (speed / (0.03 * r)) ** 2, 2.0 * math.pi * reduced * sigma * 2.0 / (0.01 * r)) * spare
-    return ContactPair(
-        a=a, b=b, normal_stiffness_N_per_m=k, tangential_stiffness_N_per_m=2.0 / 7.0 * k, friction=0.3,
-        rolling_friction_m=0.0, restitution=e,
-    )  # fmt: skip
+def stiffness(classes: Sequence[SphereClass], a: int, b: int, speed: float, sigma: float) -> float:
+    """Spring [N/m] that overlaps by 3 % of the smaller radius at the batch's speed, or by 1 % under the bridge."""
+    one, other = classes[a - 1].radius_m, classes[b - 1].radius_m if b else math.inf
+    reduced = one if b == 0 else 2.0 * one * other / (one + other)
+    r, m = min(one, other), reduced_mass(classes, a, b)
+    return max(m * (speed / (0.03 * r)) ** 2, 2.0 * math.pi * reduced * sigma * 2.0 / (0.01 * r))
 
 
 def draw_batch(seed: int, number: int, count: int = PER_BATCH) -> Batch:
@@ -255,25 +246,18 @@ def draw_batch(seed: int, number: int, count: int = PER_BATCH) -> Batch:
     liquid = draw_liquid(random)
     speed = log_uniform(random, 1e-3, 5.0)
     spare, e = log_uniform(random, 1.0, 30.0), float(random.choice([1.0, 0.9, 0.6, 0.1]))
-    classes = [
-        SphereClass(
-            name=f"size{k}", type=k, radius_m=r, density_kg_per_m3=log_uniform(random, 500.0, 8000.0),
-            contact_angle_rad=a, count=1,
-        )
-        for k, (r, a) in enumerate(zip(radii, angles, strict=False), start=1)
-    ]  # fmt: skip
-    n = len(classes)
+    density = [log_uniform(random, 500.0, 8000.0) for _ in radii]
+    classes = sphere_classes(*radii, density=density, angle_rad=angles[:2], name="size{k}")
+    sigma, both = liquid.surface_tension_N_per_m, ((1, 0), (1, 1), (1, 2), (2, 0), (2, 2))
     pairs = tuple(
-        contact(classes, a, b, speed, liquid.surface_tension_N_per_m, spare, e)
-        for a in range(1, n + 1)
-        for b in [0, *range(a, n + 1)]
+        contact(a, b, stiffness(classes, a, b, speed, sigma) * spare, friction=0.3, restitution=e) for a, b in both
     )
     s = Setting(radii, speed, random)
     order = [KINDS[k % len(KINDS)] for k in range(count)]
     drawn = tuple(draw_cell(s, f"{seed}-{number:03d}-{k:02d}", how) for k, how in enumerate(order))
     how = "semi_implicit" if number % 3 == 1 or (liquid.viscosity_Pa_s > 1.0 and random.uniform() < 0.7) else "explicit"
     batch = Batch(
-        name=f"cases-{seed}-{number:03d}", classes=tuple(classes), pairs=pairs, liquid=liquid, effects=effects, time_step=1e-12,
+        name=f"cases-{seed}-{number:03d}", classes=classes, pairs=pairs, liquid=liquid, effects=effects, time_step=1e-12,
         steps=1500, cells=drawn, how=how, wall_angle=angles[2], ranks=2 if number % 8 == 5 else 1,
     )  # fmt: skip
     return with_step(batch, log_uniform(random, 0.05, 0.25), preset, e)
@@ -295,12 +279,4 @@ def with_step(batch: Batch, part: float, preset: str, e: float) -> Batch:
 
 def allowed_step(batch: Batch) -> float:
     """Smallest stability limit of the advisor for the batch's spheres, each dense cluster counting as a packing [s]."""
-    scene = Scene(
-        name=batch.name, seed=0, classes=tuple(cells.counted(batch.classes, batch.cells)), pairs=batch.pairs,
-        liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": cells.thickest_film(batch)}),
-        walls=tuple(small.wall_mesh(w, batch.wall_angle) for w in cells.surface_of(batch)),
-        vibration=None, slide=None, effects=batch.effects, viscous_integration=batch.how,  # type: ignore[arg-type]
-        box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
-        time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,
-    )  # fmt: skip
-    return min(limit.time_step_s for limit in advisor.advise(scene).limits if limit.stability)
+    return min(m.time_step_s for m in cells.advised(batch, cells.thickest_film(batch)) if m.stability)

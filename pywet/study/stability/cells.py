@@ -7,7 +7,7 @@ film) or a cell's own (a plate, wires) belongs to the `Cell`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,25 +15,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet import small
-from pywet.files import read_table, write_table
+from pywet import advisor, small
 from pywet.geometry.surface import Surface, make_surface
 from pywet.motion import peak_speed
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
+from pywet.small import Sphere
 
 Floats = NDArray[np.float64]
 Part = tuple[Floats, float | None]
 
 
-@dataclass(frozen=True)
-class Body:
+def ball(
+    kind: int, at: Iterable[float], velocity: Iterable[float] = (0.0, 0.0, 0.0), spin: Iterable[float] = (0.0, 0.0, 0.0),
+    film: float = 0.0,
+) -> Sphere:  # fmt: skip
     """One sphere of a cell: type, place relative to the cell's middle [m], speed [m/s], spin [1/s], film [m3]."""
-
-    kind: int
-    position: tuple[float, ...]
-    velocity: tuple[float, ...] = (0.0, 0.0, 0.0)
-    spin: tuple[float, ...] = (0.0, 0.0, 0.0)
-    film: float = 0.0
+    (x, y, z), (vx, vy, vz), (wx, wy, wz) = ([float(c) for c in v] for v in (at, velocity, spin))
+    return Sphere(kind, (x, y, z), (vx, vy, vz), (wx, wy, wz), film=film)
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Cell:
     """One experiment; `walls` are parts (corner points of triangles, half width) around the cell's middle."""
 
     name: str
-    bodies: tuple[Body, ...]
+    bodies: tuple[Sphere, ...]
     walls: tuple[Part, ...] = ()
     says: dict[str, Any] = field(default_factory=dict)
     """Parameters, for the table of cases."""
@@ -77,7 +75,7 @@ class Batch:
     def still(self, cell: Cell) -> Cell:
         """A cell whose spheres do nothing."""
         apart = 4.0 * max(c.radius_m for c in self.classes)
-        bodies = tuple(Body(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(cell.bodies))
+        bodies = tuple(ball(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(cell.bodies))
         return replace(cell, bodies=bodies, walls=())
 
     @property
@@ -116,16 +114,12 @@ class Batch:
         return ["", *(cell.name for cell in self.cells for _ in cell.bodies)]
 
 
-def bodies_of(batch: Batch) -> list[small.Sphere]:
+def bodies_of(batch: Batch) -> list[Sphere]:
     """All spheres, in the order of their ids."""
-    found = []
-    for cell, middle in zip(batch.cells, batch.middles(), strict=True):
-        for body in cell.bodies:
-            x, y, z = (float(c) for c in middle + np.asarray(body.position))
-            vx, vy, vz = body.velocity
-            wx, wy, wz = body.spin
-            found.append(small.Sphere(body.kind, (x, y, z), (vx, vy, vz), (wx, wy, wz)))
-    return found
+    return [
+        ball(b.kind, middle + np.asarray(b.position), b.velocity, b.spin, b.film or 0.0)
+        for cell, middle in zip(batch.cells, batch.middles(), strict=True) for b in cell.bodies
+    ]  # fmt: skip
 
 
 def surface_of(batch: Batch) -> list[Surface]:
@@ -155,32 +149,25 @@ def prepare(batch: Batch, run_dir: Path) -> Scene:
     """Write scene, spheres and their own films into `run_dir`."""
     middles, extent = batch.middles(), batch.extent
     low, high = middles.min(axis=0) - 1.5 * extent, middles.max(axis=0) + 1.5 * extent
-    scene = small.prepare(
-        run_dir,
-        counted(batch.classes, batch.cells),
-        bodies_of(batch),
-        batch.pairs,
-        liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": thickest_film(batch)}),
-        effects=batch.effects,
-        walls=surface_of(batch),
-        wall_angle_rad=batch.wall_angle,
-        time_step_s=batch.time_step,
-        steps=batch.steps,
-        gravity=batch.gravity,
-        name=batch.name,
-        box_low_m=tuple(float(v) for v in low),
-        box_high_m=tuple(float(v) for v in high),
-        bin_z_m=float(low[2]),
-        vibration=batch.vibration,
-        viscous_integration=batch.how,
-        output=Output(
-            interval_s=batch.every * batch.time_step,
-            contact_windows=batch.windows[0],
-            contact_window_steps=batch.windows[1],
-        ),
-    )
-    path = run_dir / "history" / "spheres.parquet"
-    table = read_table(path)
-    table["film"] = [body.film for cell in batch.cells for body in cell.bodies]
-    write_table(table, path)
-    return scene
+    number, length = batch.windows
+    return small.prepare(
+        run_dir, counted(batch.classes, batch.cells), bodies_of(batch), batch.pairs,
+        liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": thickest_film(batch)}), effects=batch.effects,
+        walls=surface_of(batch), wall_angle_rad=batch.wall_angle, time_step_s=batch.time_step, steps=batch.steps,
+        gravity=batch.gravity, name=batch.name, box_low_m=tuple(low.tolist()), box_high_m=tuple(high.tolist()),
+        bin_z_m=float(low[2]), vibration=batch.vibration, viscous_integration=batch.how,
+        output=Output(interval_s=batch.every * batch.time_step, contact_windows=number, contact_window_steps=length),
+    )  # fmt: skip
+
+
+def advised(batch: Batch, film: float) -> Sequence[advisor.Limit]:
+    """The advisor's limits for the batch's spheres (without cells: one of each class) with that film thickness [m]."""
+    scene = Scene(
+        name=batch.name, seed=0, classes=tuple(counted(batch.classes, batch.cells) if batch.cells else batch.classes),
+        pairs=batch.pairs, liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": film}),
+        walls=tuple(small.wall_mesh(w, batch.wall_angle) for w in surface_of(batch)) if batch.cells else (),
+        vibration=None, slide=None, effects=batch.effects, viscous_integration=batch.how,  # type: ignore[arg-type]
+        box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
+        time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,
+    )  # fmt: skip
+    return advisor.advise(scene).limits

@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import track
 
-from pywet.study.stability import hard, report, sweep
-from pywet.study.stability.maps import MAPS, one
+from pywet.study.stability import hard, maps, report, sweep
+from pywet.study.stability.campaign import PER_BATCH
 
 
 def study(cases: int, seed: int, folder: Path, console: Console) -> Path:
     """Maps, hard scenes, cases, page; returns the page's path."""
-    jobs = [(name, n) for name, chart in MAPS.items() for n in range(len(chart.y[1]))]
-    total = len(jobs) + len(hard.SCENES) + sweep.batches(cases)
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("maps", total=total)
-        for name, n in jobs:
-            one(name, n, folder)
-            bar.advance(task)
-        for name in hard.SCENES:
-            bar.update(task, description="hard scenes")
-            hard.one(name, folder)
-            bar.advance(task)
-        start = len(jobs) + len(hard.SCENES)
-        sweep.run(
-            cases,
-            seed,
-            folder,
-            lambda done, of: bar.update(task, description=f"cases {done}/{of}", completed=start + done),
-        )
-    return report.write(folder, folder.with_suffix(".html"))
+    batches = [
+        partial(sweep.batch_of_cases, seed, n, folder, min(PER_BATCH, cases - n * PER_BATCH))
+        for n in range(sweep.batches(cases))
+    ]
+    jobs = [partial(maps.map_row, name, n, folder) for name, chart in maps.MAPS.items() for n in range(len(chart.y[1]))]
+    jobs += [partial(hard.hard_scene, name, folder) for name in hard.SCENES]
+    made = [job() for job in track([*jobs, *batches], "maps, hard scenes, cases", console=console, transient=True)]
+    sweep.collect(made[len(jobs) :], folder / "cases.csv")
+    return report.write_page(folder, folder.with_suffix(".html"))

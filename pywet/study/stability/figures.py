@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import matplotlib
+from typing import Any
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -16,6 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
+from pywet.report.pictures import panels, plt
 from pywet.study.stability.maps import Map
 
 Floats = NDArray[np.float64]
@@ -60,15 +59,13 @@ def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
         if level == 10.0 and chart.name not in ("step_explicit", "step_semi_implicit", "stiffness"):
             continue
         if limit.min() < level < limit.max():
-            axes.contour(
-                x, y, np.log(limit), levels=[np.log(level)], colors="#0b3c78", linewidths=2.2, linestyles=style
-            )
-    axes.set(
-        xlabel=chart.x[0],
-        ylabel=chart.y[0],
-        xscale="log" if chart.x_log else "linear",
-        yscale="log" if chart.y_log else "linear",
-    )
+            look: dict[str, Any] = {"colors": "#0b3c78", "linewidths": 2.2, "linestyles": style}
+            axes.contour(x, y, np.log(limit), levels=[np.log(level)], **look)
+    scales: dict[str, Any] = {
+        "xscale": "log" if chart.x_log else "linear",
+        "yscale": "log" if chart.y_log else "linear",
+    }
+    axes.set(xlabel=chart.x[0], ylabel=chart.y[0], **scales)
     axes.set_title(chart.title, fontsize=10.5, loc="left", fontweight="bold")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_formatter(NullFormatter())
@@ -78,13 +75,10 @@ def draw(axes: Axes, chart: Map, table: pd.DataFrame) -> set[str]:
 
 def maps_figure(charts: list[tuple[Map, pd.DataFrame]], columns: int = 2) -> Figure:
     """Maps side by side with one legend."""
-    rows = -(-len(charts) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(11.5, 4.1 * rows), squeeze=False, layout="constrained")
+    figure, axes = panels(len(charts), columns, (11.5 / columns, 4.1))
     seen: set[str] = set()
-    for panel, (chart, table) in zip(axes.ravel(), charts, strict=False):
+    for panel, (chart, table) in zip(axes, charts, strict=False):
         seen |= draw(panel, chart, table)
-    for panel in axes.ravel()[len(charts) :]:
-        panel.set_visible(False)
     shown: list[Patch | Line2D] = [
         Patch(color=c, label=n) for s, c, n in zip(STATES, COLOURS, NAMES, strict=True) if s in seen
     ]
@@ -92,7 +86,6 @@ def maps_figure(charts: list[tuple[Map, pd.DataFrame]], columns: int = 2) -> Fig
     if any(chart.name.startswith(("step", "stiff")) for chart, _ in charts):
         shown.append(Line2D([], [], color="#0b3c78", lw=2.2, ls="--", label="a tenth of it (energy to 1 %)"))
     figure.legend(handles=shown, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
-    plt.close(figure)
     return figure
 
 
@@ -103,15 +96,9 @@ def field(cases: pd.DataFrame) -> Figure:
     tint = [colour.get(str(s), "#000000") for s in cases["state"]]
     pairs = (
         (left, "smallest_m", "viscosity_Pa_s", "smallest sphere [m]", "viscosity [Pa s] (0 at the bottom)"),
-        (
-            middle,
-            "film_over_r3_high",
-            "fastest_m_per_s",
-            "largest film over r³ (0 at the left)",
-            "fastest sphere [m/s]",
-        ),
+        (middle, "film_over_r3_high", "fastest_m_per_s", "largest film over r³ (0 at the left)", "fastest sphere [m/s]"),
         (right, "of_advised", "time_step_s", "time step over the advisor's limit", "time step [s]"),
-    )
+    )  # fmt: skip
     for panel, x, y, x_said, y_said in pairs:
         across, up = cases[x].to_numpy(float), cases[y].to_numpy(float)
         low_x, low_y = (v[v > 0].min() / 4.0 if (v > 0).any() else 1.0 for v in (across, up))
@@ -124,5 +111,4 @@ def field(cases: pd.DataFrame) -> Figure:
         handles=[Line2D([], [], marker="o", ls="", color=colour[s], label=names[s]) for s in present],
         loc="outside lower center", ncols=3, frameon=False,
     )  # fmt: skip
-    plt.close(figure)
     return figure

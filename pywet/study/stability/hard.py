@@ -12,12 +12,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet import small
-from pywet.files import atomic_write
-from pywet.scene import Liquid, Vibration
-from pywet.study.stability import maps, sweep
+from pywet.bench.bodies import water
+from pywet.scene import Vibration
+from pywet.small import Sphere
+from pywet.study.stability import running, sweep
 from pywet.study.stability.campaign import bar, slab
-from pywet.study.stability.cells import Batch, Body, Cell
-from pywet.study.stability.maps import DRAWN, sphere_class, springs
+from pywet.study.stability.cells import Batch, Cell, ball
+from pywet.study.stability.maps import DRAWN, spheres, springs
 
 Floats = NDArray[np.float64]
 R, RATIO = 2.5e-3, 10.0
@@ -26,11 +27,6 @@ WIRE = 1e-3
 HERTZ = 50.6
 SCREEN = 0.9e-3
 """Vertical amplitude of the paper's screen [m]."""
-
-
-def liquid(viscosity: float, sigma: float = 0.07275) -> Liquid:
-    """A liquid; films are the cells' own."""
-    return maps.water(viscosity, sigma)
 
 
 def of(v_star: float, radius: float = R) -> float:
@@ -46,33 +42,33 @@ def neighbours() -> Floats:
     return np.array(found) / math.sqrt(2.0)
 
 
-def dense(film: float, speed: float, outward: bool = False, kind: int = 1, radius: float = R) -> tuple[Body, ...]:
+def dense(film: float, speed: float, outward: bool = False, kind: int = 1, radius: float = R) -> tuple[Sphere, ...]:
     """Thirteen spheres that touch exactly (S = 0), thrown about, or all twelve outward at the same speed."""
     random = np.random.default_rng(4)
-    found = [Body(kind, (0.0, 0.0, 0.0), film=film)]
+    found = [ball(kind, (0.0, 0.0, 0.0), film=film)]
     for n in neighbours():
         v = speed * n if outward else random.normal(0.0, speed, 3)
-        found.append(Body(kind, tuple(2.0 * radius * n), tuple(v), film=film))
+        found.append(ball(kind, 2.0 * radius * n, v, film=film))
     return tuple(found)
 
 
-def two(gap: float, speed: float, films: tuple[float, float], kinds: tuple[int, int] = (1, 1)) -> tuple[Body, ...]:
+def two(gap: float, speed: float, films: tuple[float, float], kinds: tuple[int, int] = (1, 1)) -> tuple[Sphere, ...]:
     """Two spheres a gap apart that meet (speed > 0) or part."""
     radius = {1: R, 2: TINY}
     apart = radius[kinds[0]] + radius[kinds[1]] + gap
     return (
-        Body(kinds[0], (0.0, 0.0, 0.0), film=films[0]),
-        Body(kinds[1], (0.0, 0.0, apart), (0.0, 0.0, -speed), film=films[1]),
+        ball(kinds[0], (0.0, 0.0, 0.0), film=films[0]),
+        ball(kinds[1], (0.0, 0.0, apart), (0.0, 0.0, -speed), film=films[1]),
     )
 
 
-def between(speed: float) -> tuple[Body, ...]:
+def between(speed: float) -> tuple[Sphere, ...]:
     """A tiny wet sphere between two large dry ones that part."""
     reach = R + TINY
     return (
-        Body(2, (0.0, 0.0, 0.0), film=of(0.5, TINY)),
-        Body(1, (0.0, 0.0, -reach), (0.0, 0.0, -speed)),
-        Body(1, (0.0, 0.0, reach), (0.0, 0.0, speed)),
+        ball(2, (0.0, 0.0, 0.0), film=of(0.5, TINY)),
+        ball(1, (0.0, 0.0, -reach), (0.0, 0.0, -speed)),
+        ball(1, (0.0, 0.0, reach), (0.0, 0.0, speed)),
     )
 
 
@@ -87,39 +83,39 @@ def plain() -> Batch:
         Cell("V* = 0.5, fast", two(5e-4, 1.0, (thick, thick))),
         Cell("one film is zero", two(0.0, -0.2, (of(0.05), 0.0))),
         Cell("no film at all", two(1e-5, 0.3, (0.0, 0.0))),
-        Cell("one sphere alone", (Body(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (5.0, 3.0, 1.0), of(0.1)),)),
+        Cell("one sphere alone", (ball(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (5.0, 3.0, 1.0), of(0.1)),)),
         Cell("dense lattice, S = 0", dense(of(0.02), 0.05)),
         Cell("twelve bridges break in one step", dense(of(0.002), 0.2, outward=True)),
         Cell("a film that runs dry", dense_dry()),
         Cell("tiny sphere between two large ones", between(0.05)),
-        Cell("edge of a plate", (Body(1, (0.009, 0.0, R + 2e-5), (0.3, 0.05, 0.0), film=of(0.05)),), tuple(slab(0.01))),
+        Cell("edge of a plate", (ball(1, (0.009, 0.0, R + 2e-5), (0.3, 0.05, 0.0), film=of(0.05)),), tuple(slab(0.01))),
         Cell(
             "on three wires at once",
-            (Body(1, (0.0, 0.0, R + WIRE + 2e-5), (0.25, 0.02, 0.0), film=of(0.3)),),
+            (ball(1, (0.0, 0.0, R + WIRE + 2e-5), (0.25, 0.02, 0.0), film=of(0.3)),),
             (bar(0.014, WIRE, 0), bar(0.014, WIRE, 1, 1.2e-3), bar(0.014, WIRE, 1, -1.2e-3)),
         ),
-        Cell("around a wire", (Body(1, (0.0, 2e-4, R + WIRE + 1e-5), (0.0, 0.15, 0.0), film=of(0.2)),), (bar(0.014, WIRE, 0),)),
+        Cell("around a wire", (ball(1, (0.0, 2e-4, R + WIRE + 1e-5), (0.0, 0.15, 0.0), film=of(0.2)),), (bar(0.014, WIRE, 0),)),
         Cell("stuck between two wires", wedged(of(0.1)), (bar(0.014, WIRE, 0, -2.8e-3), bar(0.014, WIRE, 0, 2.8e-3))),
-        Cell("spin without slide", (Body(1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 80.0, 0.0), of(0.05)),
-                                    Body(1, (0.0, 0.0, 2.0 * R), film=of(0.05)))),
+        Cell("spin without slide", (ball(1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 80.0, 0.0), of(0.05)),
+                                    ball(1, (0.0, 0.0, 2.0 * R), film=of(0.05)))),
     ]  # fmt: skip
     return Batch(
-        name="hard-plain", classes=(sphere_class(1, R), sphere_class(2, TINY)), pairs=springs([2e4, 2e3], 0.8),
-        liquid=liquid(1e-3), effects=small.PAPER, time_step=2e-6, steps=3000, cells=tuple(cells),
-        wall_angle=math.radians(45.0), windows=(3, 60),
+        name="hard-plain", classes=spheres(R, TINY), pairs=springs([2e4, 2e3], 0.8),
+        liquid=water(), effects=small.PAPER, time_step=2e-6, steps=3000, cells=tuple(cells),
+        wall_angle=math.radians(45.0),
     )  # fmt: skip
 
 
-def dense_dry() -> tuple[Body, ...]:
+def dense_dry() -> tuple[Sphere, ...]:
     """Only the middle one of thirteen has a film: twelve bridges draw on it at once, then the twelve part and come back."""
     found = dense(0.0, 0.1, outward=True)
-    return (Body(1, (0.0, 0.0, 0.0), film=of(0.05)), *found[1:])
+    return (ball(1, (0.0, 0.0, 0.0), film=of(0.05)), *found[1:])
 
 
-def wedged(film: float, gap: float = 2e-6) -> tuple[Body, ...]:
+def wedged(film: float, gap: float = 2e-6) -> tuple[Sphere, ...]:
     """A sphere that sits in the gap of two wires 5.6 mm apart."""
     height = math.sqrt((R + WIRE + gap) ** 2 - 2.8e-3**2)
-    return (Body(1, (0.0, 0.0, height), film=film),)
+    return (ball(1, (0.0, 0.0, height), film=film),)
 
 
 def shaken(times: float, name: str) -> Batch:
@@ -127,22 +123,22 @@ def shaken(times: float, name: str) -> Batch:
     wires = (bar(0.014, WIRE, 0, -2.8e-3), bar(0.014, WIRE, 0, 2.8e-3))
     four = (*wires, bar(0.014, WIRE, 1, -2.8e-3), bar(0.014, WIRE, 1, 2.8e-3))
     deep = math.sqrt((R + WIRE + 2e-6) ** 2 - 2.8e-3**2)
-    below = (Body(2, (0.0, 0.0, -TINY - WIRE - 5e-6), film=of(0.2, TINY)),)
+    below = (ball(2, (0.0, 0.0, -TINY - WIRE - 5e-6), film=of(0.2, TINY)),)
     cells = (
         Cell("sphere wedged between two shaken wires", wedged(of(0.1)), wires),
-        Cell("sphere in a square aperture of shaken wires", (Body(1, (0.0, 0.0, deep), film=of(0.3)),), four),
+        Cell("sphere in a square aperture of shaken wires", (ball(1, (0.0, 0.0, deep), film=of(0.3)),), four),
         Cell("tiny sphere stuck below a wire, torn off", below, (bar(0.014, WIRE, 0),)),
-        Cell("sphere on a shaken plate", (Body(1, (0.0, 0.0, R + 2e-5), film=of(0.1)),), tuple(slab(0.01))),
+        Cell("sphere on a shaken plate", (ball(1, (0.0, 0.0, R + 2e-5), film=of(0.1)),), tuple(slab(0.01))),
         Cell(
             "two spheres on a shaken plate",
-            (Body(1, (0.0, 0.0, R + 2e-5), film=of(0.1)), Body(2, (0.0, 0.0, 2 * R + TINY + 4e-5), film=of(0.1, TINY))),
+            (ball(1, (0.0, 0.0, R + 2e-5), film=of(0.1)), ball(2, (0.0, 0.0, 2 * R + TINY + 4e-5), film=of(0.1, TINY))),
             tuple(slab(0.01)),
         ),
     )
     return Batch(
-        name=name, classes=(sphere_class(1, R), sphere_class(2, TINY)), pairs=springs([5e4, 5e3], 0.6),
-        liquid=liquid(1e-3), effects=small.PAPER, time_step=4e-6, steps=7500, cells=cells, wall_angle=math.radians(45.0),
-        gravity=(0.0, 0.0, -9.81), windows=(3, 60),
+        name=name, classes=spheres(R, TINY), pairs=springs([5e4, 5e3], 0.6),
+        liquid=water(), effects=small.PAPER, time_step=4e-6, steps=7500, cells=cells, wall_angle=math.radians(45.0),
+        gravity=(0.0, 0.0, -9.81),
         vibration=Vibration(amplitude_m=(1e-4 * times, 0.0, SCREEN * times), phase_rad=(0.0, 0.0, 0.0), frequency_Hz=HERTZ),
     )  # fmt: skip
 
@@ -154,9 +150,9 @@ TEN_G = 10.0 * 9.81 / (SCREEN * (2.0 * math.pi * HERTZ) ** 2)
 def thick() -> Batch:
     """10 Pa s, semi-implicit, contact angles of 0 and 89 degrees; the second size is half the first."""
     half, film = 0.5 * R, of(0.1, 0.5 * R)
-    classes = (sphere_class(1, R, math.radians(89.0)), sphere_class(2, half, 0.0))
-    unlike = (Body(1, (0.0, 0.0, 0.0), film=of(0.1)), Body(2, (0.0, 0.0, R + half), (0.0, 0.0, 0.3), film=film))
-    lying = (Body(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
+    classes = spheres(R, half, angle_rad=(math.radians(89.0), 0.0))
+    unlike = (ball(1, (0.0, 0.0, 0.0), film=of(0.1)), ball(2, (0.0, 0.0, R + half), (0.0, 0.0, 0.3), film=film))
+    lying = (ball(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
     cells = (
         Cell("10 Pa s, dense lattice", dense(of(0.05, half), 0.05, kind=2, radius=half)),
         Cell("10 Pa s, 89 degrees, dense lattice", dense(of(0.05), 0.02)),
@@ -166,15 +162,15 @@ def thick() -> Batch:
         Cell("89 degrees at a plate", lying, tuple(slab(0.01))),
     )
     return Batch(
-        name="hard-thick", classes=classes, pairs=springs([2e4, 2e3], 0.8), liquid=liquid(10.0), effects=small.PAPER,
-        time_step=4e-6, steps=1200, cells=cells, how="semi_implicit", wall_angle=math.radians(89.0), windows=(3, 60),
+        name="hard-thick", classes=classes, pairs=springs([2e4, 2e3], 0.8), liquid=water(0.0, 10.0), effects=small.PAPER,
+        time_step=4e-6, steps=1200, cells=cells, how="semi_implicit", wall_angle=math.radians(89.0),
     )  # fmt: skip
 
 
 def unwetted() -> Batch:
     """Contact angles of 89 degrees with the exact bridge: its force changes sign with the gap, it pushes as well as pulls."""
-    classes = (sphere_class(1, R, math.radians(89.0)), sphere_class(2, TINY, math.radians(89.0)))
-    near = (Body(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
+    classes = spheres(R, TINY, angle_rad=math.radians(89.0))
+    near = (ball(1, (0.0, 0.0, R + 5e-5), (0.1, 0.0, -0.05), film=of(0.2)),)
     cells = (
         Cell("exact, 89 degrees, dense lattice", dense(of(0.05), 0.02)),
         Cell("exact, 89 degrees, collision", two(1e-3, 0.3, (of(0.5), of(0.5)))),
@@ -183,19 +179,13 @@ def unwetted() -> Batch:
         Cell("exact, 89 degrees, at a plate", near, tuple(slab(0.01))),
     )
     return replace(
-        thick(),
-        name="hard-unwetted",
-        classes=classes,
-        cells=cells,
-        effects=small.EXACT,
-        liquid=liquid(1e-3),
-        how="explicit",
+        thick(), name="hard-unwetted", classes=classes, cells=cells, effects=small.EXACT, liquid=water(), how="explicit"
     )
 
 
 def mismatch() -> Batch:
     """Contact angles of 0 and 89 degrees on one bridge: the parabola has no meridian for them, which is said before the run."""
-    classes = (sphere_class(1, R, 0.0), sphere_class(2, TINY, math.radians(89.0)))
+    classes = spheres(R, TINY, angle_rad=(0.0, math.radians(89.0)))
     cells = (Cell("angles of 0 and 89 degrees, size ratio 10", two(0.0, -0.3, (of(0.1), of(0.1, TINY)), (1, 2))),)
     return replace(thick(), name="hard-mismatch", classes=classes, cells=cells)
 
@@ -205,23 +195,23 @@ def bare() -> Batch:
     cells = (
         Cell("nothing holds, collision", two(2e-4, 0.3, (of(0.05), of(0.05)))),
         Cell("nothing holds, dense lattice", dense(of(0.02), 0.05)),
-        Cell("nothing holds, plate", (Body(1, (0.0, 0.0, R + 2e-5), (0.1, 0.0, -0.1), film=of(0.1)),), tuple(slab(0.01))),
+        Cell("nothing holds, plate", (ball(1, (0.0, 0.0, R + 2e-5), (0.1, 0.0, -0.1), film=of(0.1)),), tuple(slab(0.01))),
     )  # fmt: skip
     return Batch(
-        name="hard-bare", classes=(sphere_class(1, R),), pairs=springs([2e4], 1.0), liquid=liquid(0.0, 0.0),
-        effects=small.PAPER, time_step=4e-6, steps=1500, cells=cells, wall_angle=0.0, windows=(3, 60),
+        name="hard-bare", classes=spheres(R), pairs=springs([2e4], 1.0), liquid=water(0.0, 0.0, 0.0),
+        effects=small.PAPER, time_step=4e-6, steps=1500, cells=cells, wall_angle=0.0,
     )  # fmt: skip
 
 
 def out_of_the_box() -> Batch:
     """One sphere faster than the guard allows, one pressed too deep: they stop the run by name, and the others go on."""
     cells = (
-        Cell("too fast for the step", (Body(1, (0.0, 0.0, 0.0), (100.0, 0.0, 0.0), film=of(0.1)),)),
+        Cell("too fast for the step", (ball(1, (0.0, 0.0, 0.0), (100.0, 0.0, 0.0), film=of(0.1)),)),
         Cell("pressed too deep", two(-0.6 * R, 0.0, (of(0.1), of(0.1)))),
         Cell("a quiet pair beside them", two(0.0, 0.0, (of(0.1), of(0.1)))),
     )
     return Batch(
-        name="hard-guards", classes=(sphere_class(1, R),), pairs=springs([2e4], 0.8), liquid=liquid(1e-3),
+        name="hard-guards", classes=spheres(R), pairs=springs([2e4], 0.8), liquid=water(),
         effects=small.PAPER, time_step=4e-6, steps=500, cells=cells, windows=(1, 60),
     )  # fmt: skip
 
@@ -239,14 +229,9 @@ SCENES: dict[str, Callable[[], Batch]] = {
 MEANT_TO_STOP = ("too fast for the step", "pressed too deep", "angles of 0 and 89 degrees, size ratio 10")
 
 
-def one(name: str, folder: Path) -> Path:
+def hard_scene(name: str, folder: Path) -> Path:
     """One batch of hard scenes: writes FOLDER/hard/NAME.csv unless it is there."""
-    path = folder / "hard" / f"{name}.csv"
-    if not path.exists():
-        table = judged(name, folder / "runs" / f"hard-{name}")
-        with atomic_write(path) as temporary:
-            table.to_csv(temporary, index=False)
-    return path
+    return running.once(folder / "hard" / f"{name}.csv", lambda: judged(name, folder / "runs" / f"hard-{name}"))
 
 
 def judged(name: str, run_dir: Path) -> pd.DataFrame:

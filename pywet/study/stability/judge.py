@@ -7,6 +7,7 @@ than that was made by the time stepping. Not for cells on moving walls: for them
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pywet.bench.bodies import reduced_mass
 from pywet.files import read_table
 from pywet.history.schema import FORMATION, SPHERE
 from pywet.laws import registry
@@ -40,9 +42,9 @@ class Verdict:
     """What the order of the method allows for `made`."""
     events: int
     said: str = ""
+    """Sentence of the guard that stopped it."""
     raw: float = 0.0
     """`made` with nothing subtracted for the step between a bridge's formation and its first force."""
-    """Sentence of the guard that stopped it."""
 
     @property
     def state(self) -> str:
@@ -85,27 +87,29 @@ class Run:
         np.add.at(out, (at[keep], self.cell[table[sphere].to_numpy(int)][keep]), value[keep])
         return out
 
+    def bridge_law(self, table: pd.DataFrame) -> tuple[Floats, Callable[[Floats], Floats], list[Floats]]:
+        """Gap of each row's bridge [m], its capillary force as a function of the gap, and V, r_i, r_j, theta_i, theta_j."""
+        i, wall = table["i"].to_numpy(int), table["partner_kind"].to_numpy(int) != SPHERE
+        j = np.where(wall, 0, table["j"].to_numpy(int))
+        other, angle = np.where(wall, np.inf, self.radius[j]), np.where(wall, self.batch.wall_angle, self.angle[j])
+        bridge = [table["volume"].to_numpy(float), self.radius[i], other, self.angle[i], angle]
+        law = registry.get("capillary", str(self.batch.effects.capillary)).functions[0]
+        sigma = self.batch.liquid.surface_tension_N_per_m
+        return table["separation"].to_numpy(float), lambda gap: law._ufunc(gap, *bridge, sigma), bridge
+
 
 def stored(run: Run, table: pd.DataFrame) -> Floats:
     """Capillary energy of each row's bridge [J]: minus the integral of the force from S to the static rupture distance."""
     if table.empty or not run.batch.effects.capillary:
         return np.zeros(len(table))
-    i, j = table["i"].to_numpy(int), table["j"].to_numpy(int)
-    wall = table["partner_kind"].to_numpy(int) != SPHERE
-    ri, ti = run.radius[i], run.angle[i]
-    rj = np.where(wall, np.inf, run.radius[np.where(wall, 0, j)])
-    tj = np.where(wall, run.batch.wall_angle, run.angle[np.where(wall, 0, j)])
-    volume, gap = table["volume"].to_numpy(float), table["separation"].to_numpy(float)
     rupture = registry.get("rupture", str(run.batch.effects.rupture)).functions[0]
-    force = registry.get("capillary", run.batch.effects.capillary).functions[0]
-    sigma = run.batch.liquid.surface_tension_N_per_m
+    gap, force, bridge = run.bridge_law(table)
     with np.errstate(all="ignore"):
-        end = rupture._ufunc(volume, ri, rj, ti, tj)
-        low, high = np.sqrt(np.maximum(gap, 0.0)), np.sqrt(end)
-        total = np.where(gap < 0.0, -gap * force._ufunc(0.0 * gap, volume, ri, rj, ti, tj, sigma), 0.0)
+        low, high = np.sqrt(np.maximum(gap, 0.0)), np.sqrt(rupture._ufunc(*bridge))
+        total = np.where(gap < 0.0, -gap * force(0.0 * gap), 0.0)
         for x, w in zip(NODES, WEIGHTS, strict=True):
             u = low + (high - low) * 0.5 * (1.0 + x)
-            total += 0.5 * w * (high - low) * 2.0 * u * force._ufunc(u * u, volume, ri, rj, ti, tj, sigma)
+            total += 0.5 * w * (high - low) * 2.0 * u * force(u * u)
     return np.asarray(-total, dtype=np.float64)
 
 
@@ -113,15 +117,9 @@ def pull(run: Run, table: pd.DataFrame) -> Floats:
     """Capillary force of each row's bridge at its separation [N]."""
     if table.empty or not run.batch.effects.capillary:
         return np.zeros(len(table))
-    i, j = table["i"].to_numpy(int), table["j"].to_numpy(int)
-    wall = table["partner_kind"].to_numpy(int) != SPHERE
-    rj = np.where(wall, np.inf, run.radius[np.where(wall, 0, j)])
-    tj = np.where(wall, run.batch.wall_angle, run.angle[np.where(wall, 0, j)])
-    law = registry.get("capillary", run.batch.effects.capillary).functions[0]
-    sigma = run.batch.liquid.surface_tension_N_per_m
-    gap, volume = table["separation"].to_numpy(float), table["volume"].to_numpy(float)
+    gap, force, _ = run.bridge_law(table)
     with np.errstate(all="ignore"):
-        return np.asarray(law._ufunc(gap, volume, run.radius[i], rj, run.angle[i], tj, sigma), dtype=np.float64)
+        return np.asarray(force(gap), dtype=np.float64)
 
 
 def springs(run: Run) -> Floats:
@@ -198,9 +196,7 @@ def energies(run: Run) -> tuple[Floats, Floats, Floats]:
     swing = np.cumsum(run.by_cell(known, "i", np.abs(energy_of)), axis=0)
     play = np.maximum.accumulate(kinetic + touching + inside, axis=0) + np.abs(standing) + swing
     stiffest = max(p.normal_stiffness_N_per_m for p in run.batch.pairs)
-    play = np.maximum(
-        play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2
-    )  # below, round-off of places is all there is
+    play = np.maximum(play, 0.5 * stiffest * (1e-9 * run.radius.min()) ** 2)  # below, places are round-off
     made, raw = np.max(gained / play, axis=0), np.max((total - total[0]) / play, axis=0)
     held = (touching + np.abs(standing)).max(axis=0) / play.max(axis=0)
     return made, np.array([order(run, n) for n in range(len(run.batch.cells))]) + held * rounding(run, kinetic), raw
@@ -220,12 +216,7 @@ def order(run: Run, cell: int) -> float:
     largest = 0.0
     for p in run.batch.pairs:
         if p.a in kinds and (p.b in kinds or (p.b == 0 and walls)):
-            one = run.batch.classes[p.a - 1].mass_kg
-            m = (
-                one
-                if p.b == 0
-                else one * run.batch.classes[p.b - 1].mass_kg / (one + run.batch.classes[p.b - 1].mass_kg)
-            )
+            m = reduced_mass(run.batch.classes, p.a, p.b)
             largest = max(largest, p.normal_stiffness_N_per_m * run.batch.time_step**2 / m)
     return largest / 3.0 + 1e-9
 
@@ -242,17 +233,9 @@ def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
         made, raw = 0.0 * made, 0.0 * raw
     count = np.bincount(run.cell[run.events["i"].to_numpy(int)], minlength=len(batch.cells))
     return [
-        Verdict(
-            cell.name,
-            bool(finite[n]),
-            float(ledger[n]),
-            float(made[n]),
-            float(allowed[n]),
-            int(count[n]),
-            raw=float(raw[n]),
-        )
+        Verdict(cell.name, bool(finite[n]), float(ledger[n]), float(made[n]), float(allowed[n]), int(count[n]), raw=float(raw[n]))
         for n, cell in enumerate(batch.cells)
-    ]
+    ]  # fmt: skip
 
 
 def budget(run_dir: Path) -> dict[str, float]:

@@ -8,7 +8,8 @@ was in play. Each job is one engine run, or a few where guards take cells out.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,18 +18,20 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pywet import advisor, small
-from pywet.files import atomic_write
+from pywet import small
+from pywet.bench.bodies import WETTED, contacts, sphere_classes, water
+from pywet.errors import StoppedRun
 from pywet.history.initial import film_volume
 from pywet.laws import registry
-from pywet.scene import ContactPair, Liquid, Output, Scene, SphereClass
+from pywet.physics.contact import film_thickness
+from pywet.scene import ContactPair, SphereClass
 from pywet.study.stability import cells, judge, running
-from pywet.study.stability.cells import Batch, Body, Cell
+from pywet.study.stability.cells import Batch, Cell, ball
 
 Floats = NDArray[np.float64]
 MADE = 0.01
 """Energy made over the energy in play from which a cell counts as making energy."""
-RADIUS, DENSITY, SIGMA = 2.5e-3, 2500.0, 0.07275
+RADIUS, SIGMA = 2.5e-3, 0.07275
 SMALL = 1e-3
 STEP_STIFFNESS, STEP_FILM = 1e-5, 4e-5
 """Time steps [s] of the maps over stiffness and velocity, and over film and size ratio."""
@@ -54,53 +57,34 @@ class Map:
     y_log: bool = True
 
 
-def sphere_class(kind: int, radius: float, angle: float = math.radians(15.0)) -> SphereClass:
-    """One class of the maps' material."""
-    return SphereClass(
-        name=f"size{kind}", type=kind, radius_m=radius, density_kg_per_m3=DENSITY, contact_angle_rad=angle, count=1
-    )
+def springs(stiffness: Sequence[float], restitution: float) -> tuple[ContactPair, ...]:
+    """Dry contacts without rolling resistance; type a against b with the smaller of their stiffnesses."""
+    return contacts(len(stiffness), stiffness, friction=0.3, restitution=restitution)
 
 
-def spring(a: int, b: int, stiffness: float, restitution: float) -> ContactPair:
-    """A dry contact without rolling resistance."""
-    return ContactPair(
-        a=a, b=b, normal_stiffness_N_per_m=stiffness, tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness, friction=0.3,
-        rolling_friction_m=0.0, restitution=restitution,
-    )  # fmt: skip
+def spheres(*radii: float, angle_rad: float | Sequence[float] = WETTED) -> tuple[SphereClass, ...]:
+    """Classes of the maps' material."""
+    return sphere_classes(*radii, angle_rad=angle_rad, name="size{k}")
 
 
-def springs(stiffness: list[float], restitution: float) -> tuple[ContactPair, ...]:
-    """Type a against b with the smaller of their stiffnesses."""
-    n = len(stiffness)
-    return tuple(
-        spring(a, b, min(stiffness[a - 1], stiffness[(b or a) - 1]), restitution)
-        for a in range(1, n + 1)
-        for b in [0, *range(a, n + 1)]
-    )
-
-
-def water(viscosity: float, sigma: float = SIGMA) -> Liquid:
-    """The maps' liquid."""
-    return Liquid(
-        surface_tension_N_per_m=sigma, viscosity_Pa_s=viscosity, density_kg_per_m3=1000.0, initial_film_thickness_m=0.0
-    )
+def map_batch(**given: Any) -> Batch:
+    """A job of a map: preset paper, room for what flies apart, no window of contacts."""
+    return Batch(effects=small.PAPER, windows=(0, 1), room=4.0, **given)
 
 
 def head_on(
     name: str, kinds: tuple[int, int], radii: tuple[float, float], films: tuple[float, float], v: float
 ) -> Cell:
     """Two spheres that meet at a speed v [m/s]; the films touch after a few steps."""
-    reach = sum(
-        r * math.expm1(math.log1p(3.0 * f / (4.0 * math.pi * r**3)) / 3.0) for r, f in zip(radii, films, strict=True)
-    )
+    reach = sum(film_thickness(f, r) for r, f in zip(radii, films, strict=True))
     apart = sum(radii) + reach + 0.02 * min(radii)
     masses = [r**3 for r in radii]
     share = masses[1] / sum(masses)
     return Cell(
         name,
         (
-            Body(kinds[0], (0.0, 0.0, 0.0), (0.0, 0.0, v * share), film=films[0]),
-            Body(kinds[1], (0.0, 0.0, apart), (0.0, 0.0, -v * (1.0 - share)), film=films[1]),
+            ball(kinds[0], (0.0, 0.0, 0.0), (0.0, 0.0, v * share), film=films[0]),
+            ball(kinds[1], (0.0, 0.0, apart), (0.0, 0.0, -v * (1.0 - share)), film=films[1]),
         ),
     )
 
@@ -110,15 +94,7 @@ def advised(batch: Batch, film: float, effects: tuple[str, ...] | None = None) -
 
     Stability limits, or those of the named effects.
     """
-    many = replace(batch, cells=())
-    scene = Scene(
-        name="map", seed=0, classes=many.classes, pairs=many.pairs,
-        liquid=many.liquid.model_copy(update={"initial_film_thickness_m": film}), walls=(), vibration=None, slide=None,
-        effects=many.effects, viscous_integration=many.how,  # type: ignore[arg-type]
-        box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
-        time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,  # type: ignore[arg-type]
-    )  # fmt: skip
-    limits = advisor.advise(scene).limits
+    limits = cells.advised(replace(batch, cells=()), film)
     return min(m.time_step_s for m in limits if (m.stability if effects is None else m.effect in effects))
 
 
@@ -133,14 +109,13 @@ FILM = 1e-4
 def pressed(name: str) -> Cell:
     """Two spheres at the overlap where contact spring and capillary force balance; the bridge acts from the second step on."""
     film = film_volume(FILM, RADIUS)
-    angle = math.radians(15.0)
     law = registry.get("capillary", "rabinovich").functions[0]
-    force = law(0.0, DRAWN * film, RADIUS, RADIUS, angle, angle, SIGMA)
+    force = law(0.0, DRAWN * film, RADIUS, RADIUS, WETTED, WETTED, SIGMA)
     return Cell(
         name,
         (
-            Body(1, (0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), film=film),
-            Body(1, (0.0, 0.0, 2.0 * RADIUS - force / 1e4), (-1e-3, 0.0, 0.0), film=film),
+            ball(1, (0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), film=film),
+            ball(1, (0.0, 0.0, 2.0 * RADIUS - force / 1e4), (-1e-3, 0.0, 0.0), film=film),
         ),
     )
 
@@ -149,10 +124,10 @@ def stepping(viscosity: float, step: float, how: str) -> Batch:
     """One engine run of the first map."""
     film = film_volume(FILM, RADIUS)
     hit = head_on("hit", (1, 1), (RADIUS, RADIUS), (film, film), 0.2)
-    return Batch(
-        name="map-step", classes=(sphere_class(1, RADIUS),), pairs=springs([1e4], 0.8), liquid=water(viscosity),
-        effects=small.PAPER, time_step=step, steps=int(min(max(800, 5e-3 / step), 8000)), cells=(hit, pressed("pressed")),
-        how=how, windows=(0, 1), room=4.0,
+    return map_batch(
+        name="map-step", classes=spheres(RADIUS), pairs=springs([1e4], 0.8), liquid=water(0.0, viscosity),
+        time_step=step, steps=int(min(max(800, 5e-3 / step), 8000)), cells=(hit, pressed("pressed")),
+        how=how,
     )  # fmt: skip
 
 
@@ -161,11 +136,8 @@ def point(batch: Batch, run_dir: Path) -> dict[str, Any]:
     try:
         cells.prepare(batch, run_dir)
         running.launch(run_dir, allow_unstable=True)
-    except Exception as error:
-        said = str(error).partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
-        if not said:
-            raise
-        return {"state": "stopped", "said": said, "made": math.nan}
+    except StoppedRun as error:
+        return {"state": "stopped", "said": error.reason, "made": math.nan}
     found = judge.verdicts(batch, run_dir)
     return worst([state_of(v) for v in found])
 
@@ -204,17 +176,17 @@ def stiffness_batch(v: float) -> Batch:
     """All stiffnesses at one speed; elastic spheres of 1 mm, a film of 1 % of the radius, little drag."""
     n = len(STIFFNESSES)
     film = film_volume(0.01 * SMALL, SMALL)
-    return Batch(
-        name="map-stiffness", classes=tuple(sphere_class(k, SMALL) for k in range(1, n + 1)),
-        pairs=springs([float(k) for k in STIFFNESSES], 1.0), liquid=water(1e-4), effects=small.PAPER, time_step=STEP_STIFFNESS,
+    return map_batch(
+        name="map-stiffness", classes=spheres(*[SMALL] * n),
+        pairs=springs(STIFFNESSES.tolist(), 1.0), liquid=water(0.0, 1e-4), time_step=STEP_STIFFNESS,
         steps=int(max(400, min(0.25 * SMALL / v / STEP_STIFFNESS + 250, 6000))),
-        cells=tuple(head_on(str(n), (n + 1, n + 1), (SMALL, SMALL), (film, film), v) for n in range(n)), windows=(0, 1), room=4.0,
+        cells=tuple(head_on(str(k), (k + 1, k + 1), (SMALL, SMALL), (film, film), v) for k in range(n)),
     )  # fmt: skip
 
 
 def stiffness_limit(k: float, v: float) -> float:
     """The advisor for one stiffness."""
-    batch = replace(stiffness_batch(1.0), classes=(sphere_class(1, SMALL),), pairs=springs([k], 1.0))
+    batch = replace(stiffness_batch(1.0), classes=spheres(SMALL), pairs=springs([k], 1.0))
     return advised(batch, 0.01 * SMALL) / STEP_STIFFNESS
 
 
@@ -228,14 +200,13 @@ RATIO_VISCOSITY = 0.1
 def ratio_batch(ratio: float) -> Batch:
     """All films (over the small sphere's radius) at one size ratio; the small sphere has 1 mm."""
     radii = (SMALL, ratio * SMALL)
-    classes = (sphere_class(1, radii[0]), sphere_class(2, radii[1]))
     made = []
     for n, thickness in enumerate(FILMS):
         films = (film_volume(thickness * SMALL, radii[0]), film_volume(thickness * SMALL, radii[1]))
         made.append(head_on(str(n), (1, 2), radii, films, 0.2))
-    return Batch(
-        name="map-ratio", classes=classes, pairs=springs([2e3, 2e3], 0.9), liquid=water(RATIO_VISCOSITY), effects=small.PAPER,
-        time_step=STEP_FILM, steps=1200, cells=tuple(made), windows=(0, 1), room=4.0,
+    return map_batch(
+        name="map-ratio", classes=spheres(*radii), pairs=springs([2e3, 2e3], 0.9), liquid=water(0.0, RATIO_VISCOSITY),
+        time_step=STEP_FILM, steps=1200, cells=tuple(made),
     )  # fmt: skip
 
 
@@ -256,17 +227,16 @@ def angle_batch(angle: float) -> Batch:
     for n, v_star in enumerate(VOLUMES):
         film = v_star * SMALL**3 / DRAWN
         made.append(head_on(str(n), (1, 1), (SMALL, SMALL), (film, film), 0.02))
-    return Batch(
-        name="map-angle", classes=(sphere_class(1, SMALL, math.radians(angle)),), pairs=springs([1e3], 0.9), liquid=water(1e-3),
-        effects=small.PAPER, time_step=STEP_ANGLE, steps=2500, cells=tuple(made), windows=(0, 1), room=4.0,
+    return map_batch(
+        name="map-angle", classes=spheres(SMALL, angle_rad=math.radians(angle)), pairs=springs([1e3], 0.9), liquid=water(),
+        time_step=STEP_ANGLE, steps=2500, cells=tuple(made),
     )  # fmt: skip
 
 
 def angle_limit(v_star: float, angle: float) -> float:
     """The advisor's resolution limit of the capillary force."""
     film = v_star * SMALL**3 / DRAWN
-    thickness = SMALL * math.expm1(math.log1p(3.0 * film / (4.0 * math.pi * SMALL**3)) / 3.0)
-    return advised(angle_batch(angle), thickness, ("capillary", "passing a bridge")) / STEP_ANGLE
+    return advised(angle_batch(angle), film_thickness(film, SMALL), ("capillary", "passing a bridge")) / STEP_ANGLE
 
 
 MAPS: dict[str, Map] = {
@@ -312,15 +282,9 @@ def rows_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     return table
 
 
-def one(name: str, number: int, folder: Path) -> Path:
+def map_row(name: str, number: int, folder: Path) -> Path:
     """One job of a map: writes FOLDER/maps/NAME-NN.csv unless it is there."""
-    path = folder / "maps" / f"{name}-{number:02d}.csv"
-    if not path.exists():
-        run_dir = folder / "runs" / f"{name}-{number:02d}"
-        table = rows_of(MAPS[name], number, run_dir)
-        with atomic_write(path) as temporary:
-            table.to_csv(temporary, index=False)
-        import shutil
-
-        shutil.rmtree(run_dir, ignore_errors=True)
+    run_dir = folder / "runs" / f"{name}-{number:02d}"
+    path = running.once(folder / "maps" / f"{name}-{number:02d}.csv", lambda: rows_of(MAPS[name], number, run_dir))
+    shutil.rmtree(run_dir, ignore_errors=True)
     return path

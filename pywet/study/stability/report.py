@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write, read_csv
+from pywet.files import read_csv, write_csv
 from pywet.study.stability import figures, hard, sweep
 from pywet.study.stability.maps import MAPS, Map
 from pywet.view import page
@@ -73,21 +73,17 @@ def map_sections(folder: Path) -> list[page.Section]:
     """The maps, and each one's table beside the page."""
     made = {name: table_of(chart, folder) for name, chart in MAPS.items()}
     for name, table in made.items():
-        _write(table, folder / f"map_{name}.csv")
+        write_csv(table, folder / f"map_{name}.csv")
+    others = "Stiffness and speed, film and size ratio, angle and volume"
     groups = (
         ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
-        (
-            "Stiffness and speed, film and size ratio, angle and volume",
-            "Stiffness, film, angle",
-            ("stiffness", "ratio", "angle"),
-        ),
+        (others, "Stiffness, film, angle", ("stiffness", "ratio", "angle")),
     )
     found = []
     for heading, short, names in groups:
         charts = [(MAPS[n], made[n]) for n in names]
-        picture = page.picture(
-            figures.maps_figure(charts, len(charts)), "Each field is one point, judged in the engine"
-        )
+        drawn = figures.maps_figure(charts, len(charts))
+        picture = page.picture(drawn, "Each field is one point, judged in the engine")
         words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(made[n]))) for n in names]
         found.append(page.Section(heading, picture + "".join(words), short))
     return found
@@ -98,7 +94,7 @@ def hard_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     table = pd.concat(
         [read_csv(folder / "hard" / f"{n}.csv", keep_default_na=False) for n in hard.SCENES], ignore_index=True
     )
-    _write(table, folder / "hard_scenes.csv")
+    write_csv(table, folder / "hard_scenes.csv")
     rows: list[list[page.Cell | str]] = []
     for r in table.itertuples():
         fine = str(r.state) in ("stable", "law", str(r.expected))
@@ -141,17 +137,14 @@ def case_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
     body += page.table(["what", *map(str, counts.columns)], rows)
     bad = cases[~cases["state"].isin(["stable", "law"])]
     if len(bad):
-        body += page.table(
-            ["case", "what", "state", "sentence", "replay"],
-            [
-                [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)]
-                for r in bad.itertuples()
-            ],
-        )
+        listed: list[list[page.Cell | str]] = [
+            [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)] for r in bad.itertuples()
+        ]  # fmt: skip
+        body += page.table(["case", "what", "state", "sentence", "replay"], listed)
     return page.Section(f"{len(cases)} hard cases", body, "Cases"), cases
 
 
-def write(folder: Path, path: Path) -> Path:
+def write_page(folder: Path, path: Path) -> Path:
     """Write the page and its tables."""
     maps = map_sections(folder)
     scenes, hard_table = hard_section(folder)
@@ -162,9 +155,7 @@ def write(folder: Path, path: Path) -> Path:
     unexplained = seen["cases"] - fine - by_law
     hard_fine = int(((hard_table["state"] == hard_table["expected"]) | (hard_table["state"] == "law")).sum())
     cards = [
-        page.Card(
-            f"{unexplained}", f"of {seen['cases']} hard cases without an explanation", "bad" if unexplained else "good"
-        ),
+        page.Card(f"{unexplained}", f"of {seen['cases']} hard cases without an explanation", "bad" if unexplained else "good"),
         page.Card(f"{seen['ledger']:.0e}", "largest error of a cell's liquid ledger, over its liquid", "good"),
         page.Card(f"{by_law}", "cases in which the paper's tangential law makes energy, whatever the step"),
         page.Card(
@@ -182,8 +173,3 @@ def write(folder: Path, path: Path) -> Path:
         cards,
         f"{seen['cases']} cases in {seen['wall_s'] / 60.0:.0f} min of wall time; tables beside this page in {folder.name}/.",
     )
-
-
-def _write(table: pd.DataFrame, path: Path) -> None:
-    with atomic_write(path) as temporary:
-        table.to_csv(temporary, index=False)

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import multiprocessing as mp
 import os
-import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from pywet.engines.liggghts import driver, process
-from pywet.errors import PywetError
+from pywet.engines.process import Usage, die_with_parent
+from pywet.errors import PywetError, StoppedRun
+from pywet.files import write_csv
 from pywet.scene import Scene
 from pywet.study.stability import cells
 
-NAMED = re.compile(r"(?:sphere|spheres) (\d+)")
 PRELOAD = ["pywet.study.stability.warm"]
 
 
@@ -29,7 +32,7 @@ def _child(run_dir: str, folder: str) -> None:
     log = os.open(str(Path(folder) / "output.log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 1)
     os.dup2(log, 2)
-    process.die_with_parent()
+    die_with_parent()
     code = 0
     try:
         worker.run(Path(run_dir), Path(folder))
@@ -39,7 +42,7 @@ def _child(run_dir: str, folder: str) -> None:
     os._exit(code)
 
 
-def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> process.Usage:
+def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: Any = None) -> Usage:
     """Stands in for `process.execute` on one rank; what it used is not asked for."""
     if "pywet.engines.liggghts.worker" not in command or command[0] == "mpirun":
         return process.execute(command, folder, scene, report, watch or (lambda: None))
@@ -49,8 +52,8 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
     child.start()
     child.join()
     if child.exitcode != 0:
-        raise PywetError(f"{scene.name}: LIGGGHTS stopped: {process._reason(folder, child.exitcode or 0)}")
-    return process.Usage(0.0, None)
+        raise process.stopped(scene, folder, child.exitcode or 0)
+    return Usage(0.0, None)
 
 
 def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -> tuple[cells.Batch, dict[str, str]]:
@@ -66,13 +69,19 @@ def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -
             launch(run_dir, batch.ranks, allow_unstable)
             return batch, stopped
         except PywetError as error:
-            said = str(error).partition("LIGGGHTS stopped: ")[2].partition(" (all messages")[0]
-            found = NAMED.search(said)
-            name = batch.owner()[int(found.group(1))] if found else ""
+            said, spheres = (error.reason, error.spheres) if isinstance(error, StoppedRun) else ("", ())
+            name = batch.owner()[spheres[0]] if spheres else ""
             if not name or name in stopped:
                 return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
             stopped[name] = said
             batch = batch.without({name})
+
+
+def once(path: Path, make: Callable[[], pd.DataFrame]) -> Path:
+    """The table of a job, made unless it is there, so that a study that was cut off goes on."""
+    if not path.exists():
+        write_csv(make(), path)
+    return path
 
 
 def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,9 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write, read_csv
+from pywet.files import read_csv, write_csv
 from pywet.study.stability import campaign, judge, running
 from pywet.study.stability.cells import Batch
-
-SHOWN = ("case", "state", "said", "ledger", "made", "allowed", "events", "replay")
 
 
 def batches(cases: int) -> int:
@@ -80,21 +77,20 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     return pd.DataFrame(rows)
 
 
-def one(seed: int, number: int, folder: Path, count: int = campaign.PER_BATCH) -> Path:
-    """One batch of the campaign: writes FOLDER/batches/NNN.csv unless it is there."""
-    path = folder / "batches" / f"{seed}-{number:03d}.csv"
-    if path.exists():
-        return path
+def batch_of_cases(seed: int, number: int, folder: Path, count: int = campaign.PER_BATCH) -> Path:
+    """One batch of the campaign: writes FOLDER/batches/NNN.csv unless it is there; keeps the run of a batch with an objection."""
     run_dir = folder / "runs" / f"{seed}-{number:03d}"
-    started = time.monotonic()
-    table = judged(campaign.draw_batch(seed, number, count), run_dir)
-    table["wall_s"] = (time.monotonic() - started) / len(table)
-    with atomic_write(path) as temporary:
-        table.to_csv(temporary, index=False)
-    shutil.rmtree(run_dir.with_name(run_dir.name + "-passive"), ignore_errors=True)
-    if table["state"].isin(["stable", "law"]).all():
-        shutil.rmtree(run_dir, ignore_errors=True)
-    return path
+
+    def make() -> pd.DataFrame:
+        started = time.monotonic()
+        table = judged(campaign.draw_batch(seed, number, count), run_dir)
+        table["wall_s"] = (time.monotonic() - started) / len(table)
+        shutil.rmtree(run_dir.with_name(run_dir.name + "-passive"), ignore_errors=True)
+        if table["state"].isin(["stable", "law"]).all():
+            shutil.rmtree(run_dir, ignore_errors=True)
+        return table
+
+    return running.once(folder / "batches" / f"{seed}-{number:03d}.csv", make)
 
 
 def collect(paths: list[Path], out: Path) -> pd.DataFrame:
@@ -102,22 +98,8 @@ def collect(paths: list[Path], out: Path) -> pd.DataFrame:
     if not paths:
         raise PywetError(f"there are no batches to collect into {out}; expected at least one: ask for one case or more")
     table = pd.concat([read_csv(p, keep_default_na=False) for p in paths], ignore_index=True)
-    with atomic_write(out) as temporary:
-        table.to_csv(temporary, index=False)
+    write_csv(table, out)
     return table
-
-
-def run(
-    cases: int, seed: int, folder: Path, report: Callable[[int, int], None] = lambda done, of: None
-) -> pd.DataFrame:
-    """The whole campaign one batch after the other; goes on where it was cut off."""
-    paths, total = [], batches(cases)
-    for number in range(total):
-        report(number, total)
-        count = min(campaign.PER_BATCH, cases - number * campaign.PER_BATCH)
-        paths.append(one(seed, number, folder, count))
-    report(total, total)
-    return collect(paths, folder / "cases.csv")
 
 
 def summary(table: pd.DataFrame) -> dict[str, Any]:

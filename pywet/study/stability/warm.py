@@ -7,7 +7,6 @@ from pywet.engines.liggghts import plugin_api, worker
 from pywet.laws import registry
 
 READY = [worker.__name__]
-for _effects in (small.PAPER,):
-    for _kind in plugin_api.SLOTS:
-        for _function in plugin_api.in_use(registry.get(_kind, str(getattr(_effects, _kind)))):
-            READY.append(f"{_kind} {_function.address}")
+for _kind in plugin_api.SLOTS:
+    for _function in plugin_api.in_use(registry.get(_kind, small.PAPER.laws[_kind])):
+        READY.append(f"{_kind} {_function.address}")

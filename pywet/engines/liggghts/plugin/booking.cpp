@@ -58,8 +58,7 @@ void Bridges::book_formations() {
       auto it = proposed_.find(key(e.partner_kind, e.i, e.j));
       if (it != proposed_.end()) {
         b.candidate = it->second;
-        if (e.partner_kind == SPHERE) pairs_[it->second].active = false;
-        else wall_pairs_[it->second].active = false;
+        (e.partner_kind == SPHERE ? pair_rest_ : wall_rest_)[it->second] = INF;
       }
       add(std::move(b));
       energy_.formed += stored(bridges_.size() - 1, e.separation);
@@ -73,14 +72,14 @@ void Bridges::book_ruptures() {
       const uint64_t k = key(e.partner_kind, e.i, e.j);
       const int at = index_.at(k);
       const int c = bridges_[at].candidate;
-      if (c >= 0 && e.partner_kind == SPHERE) pairs_[c].active = true;
-      else if (c >= 0) wall_pairs_[c].active = true;
+      if (c >= 0) (e.partner_kind == SPHERE ? pair_rest_ : wall_rest_)[c] = 0;
       energy_.ruptured += stored(at, e.separation);
       index_.erase(k);
       if (at != int(bridges_.size()) - 1) {
         bridges_[at] = std::move(bridges_.back());
         std::copy(prepared_.end() - laws.lines, prepared_.end(), prepared_.begin() + at * laws.lines);
         index_[key(bridges_[at].kind, bridges_[at].i, bridges_[at].j)] = at;
+        enter(at);
       }
       bridges_.pop_back();
       prepared_.resize(prepared_.size() - laws.lines);
@@ -107,6 +106,7 @@ void Bridges::book() {
       w += sign * e.share_j;
       double &widest = part_thickness_[walls.part_of[e.triangle]];
       widest = std::max(widest, w / walls.area[e.triangle]);
+      wall_thicker_ = std::max(wall_thicker_, widest - part_thickness_then_[walls.part_of[e.triangle]]);
     }
   }
   for (Event &e : events_) {
@@ -114,6 +114,7 @@ void Bridges::book() {
     e.film_j_after = e.partner_kind == SPHERE ? film[e.j] : walls.film[e.triangle];
     if (rank_ == 0) event_log_.write(e);
   }
+  carry();
 }
 
 }  // namespace pywet

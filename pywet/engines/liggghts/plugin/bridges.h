@@ -3,7 +3,7 @@
 // State (films, bridges, wall films) is the same on every rank. Each step, the rank that owns sphere i of a pair decides about
 // it; the events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
 // Which file does what: engine.cpp asks the engine (the only one with its headers), formation.cpp and forces.cpp act on what
-// stands near, prisms.cpp holds dry contacts with wires, implicit.cpp holds the semi-implicit drag, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
+// stands near, weight.cpp and shedding.cpp hold what the liquid weighs and what drips, together.cpp holds their loops over many bridges, prisms.cpp dry contacts with wires, implicit.cpp holds the semi-implicit drag, impulses.cpp lets bridges act every few steps, booking.cpp books, energy.cpp adds up work, output.cpp writes, checkpoint.cpp saves and restores.
 #pragma once
 #include <mpi.h>
 
@@ -17,6 +17,7 @@
 #include "laws.h"
 #include "prisms.h"
 #include "records.h"
+#include "together.h"
 #include "walls.h"
 
 namespace LAMMPS_NS {
@@ -52,17 +53,14 @@ struct Bridge {
 };
 
 struct Candidate {
-  int i, j;                              // ids (j: part for walls)
+  int i, j;                              // ids
   int a, b;
-  bool active;                           // has no bridge
   double radii;                          // sum of radii
-  double reach;                          // the same with the films when the candidates were found
-  int layer;                             // of the gap between the films when the candidates were found, in LAYERs of the skin
+  double gap;                            // between the films when the candidates were found, or less
 };
 
 struct WallCandidate {
-  int i, j, a;
-  bool active;
+  int i, j, a;                           // j: part
   Site site;
 };
 
@@ -89,16 +87,6 @@ struct Waiting {
   Terms terms;
 };
 
-// Bridges whose laws are evaluated together.
-struct Together {
-  int n = 0;
-  const Bridge *bridge[BATCH];
-  Geometry geometry[BATCH];
-  int64_t prepared[BATCH];
-  double row[ROWS][BATCH];
-  double pull[BATCH], normal[BATCH], drag[BATCH], tangential[2][BATCH];
-};
-
 // A run that has to stop, known to every rank alike.
 struct Stop : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -120,6 +108,11 @@ class Bridges {
   bool moist = true;                              // false: nothing but contacts with prisms
   bool energy = true;                             // works are added up and logged
   int64_t checkpoint_every = 0;                   // steps; 0: none
+  int bridges_every = 1;                          // steps from one evaluation of the bridges to the next
+  bool weighs = false;                            // the liquid has mass
+  double density = 0;                             // of the liquid
+  std::vector<double> type_mass;                  // dry; index: type - 1
+  int64_t drop_every = 0;                         // steps between looks at what drips
 
   void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
@@ -140,26 +133,42 @@ class Bridges {
   std::vector<double> thickness_;                 // of the film on each sphere
   std::vector<double> thickness_then_;            // when the candidates were found
   std::vector<int> standing_;                     // number of bridges on each sphere
-  std::vector<double> part_thickness_;            // the largest since the candidates were made, per part
+  std::vector<double> part_thickness_, part_thickness_then_;  // the largest of each part, now and when the candidates were found
   std::vector<Bridge> bridges_;
   std::unordered_map<uint64_t, int> index_;       // key -> bridge
   std::vector<Line> prepared_;                    // of the capillary law, laws.lines a bridge, in the order of bridges_
-  std::vector<Candidate> pairs_;                  // by layer of the gap, then as the engine lists them
+  std::vector<Block> blocks_;                     // of the bridges, in the order of bridges_
+  std::vector<Candidate> pairs_;                  // by the gap when they were found
   std::vector<WallCandidate> wall_pairs_;
+  std::vector<double> pair_rest_, wall_rest_;     // way_ of pairs and of spheres at walls before which their films cannot touch; infinity: has a bridge
+  size_t awake_ = 0;                              // the first pairs_, whose films may have met since they were found
   std::unordered_map<uint64_t, int> proposed_;    // key -> candidate, of this step
-  double travel_ = 0, thicker_ = 0;               // bounds since the candidates were found: way of a sphere, growth of a film
+  // bounds since the candidates were found: way of a sphere and of a wall, growth of a sphere's and of a wall's film
+  double travel_ = 0, wall_travel_ = 0, thicker_ = 0, wall_thicker_ = 0;
   std::vector<Event> events_;
   std::vector<Waiting> waiting_;
   Together together_;
-  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_, wire_log_;
+  RecordFile event_log_, contact_log_, ledger_log_, bridge_log_, film_log_, wall_film_log_, energy_log_, wire_log_,
+      drop_log_;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;    // the engine's dry contact with walls
   std::vector<Weave> weaves_;
   std::vector<WireCandidate> wire_candidates_;
   std::vector<WireSpring> saved_springs_;         // of the step the run is resumed at, until the first candidates are found
   std::vector<Vec> shift_then_;                   // of each mesh, when the candidates were found
+  std::vector<Vec> shift_before_;                 // of each mesh, in the step before
   EnergyBook energy_;
   std::vector<double> saved_forces_;              // 6 numbers an id, of the step the run is resumed at
+  double weight_ = 1;                             // steps for which the forces that are being evaluated act
+  std::vector<double> others_;                    // all other forces and torques, works and power, while these are gathered
+  std::vector<Acting> other_works_;
+  double other_power_[EFFECTS];
+  std::vector<Vec> before_;                       // where spheres and ghosts were at the last look
+
+  std::vector<double> load_, weighed_;            // liquid a sphere carries [m3]: now, and in its present mass; index: id
+  bool heavier_ = false;                          // they differ
+  std::vector<double> felt_, speed_then_;         // 3 numbers an id: specific force, velocity at the last look
+  double left_ = 0;                               // liquid that fell on nothing
 
   static uint64_t key(int kind, int i, int j) {
     return (uint64_t(kind == SPHERE ? 0 : 1) << 62) | (uint64_t(uint32_t(i)) << 31) | uint64_t(uint32_t(j));
@@ -195,7 +204,9 @@ class Bridges {
   Bridge made(int kind, int i, int j, double volume) const;
   void add(Bridge b);
   void sort_bridges();
+  void enter(size_t k);
   void add_pair(int a, int b);
+  double rest(const WallCandidate &pair, double distance) const;
   void move_bounds();
   void propose_pairs();
   void propose_walls();
@@ -211,12 +222,25 @@ class Bridges {
   double share(const Bridge &b) const;
   double angle_j(int kind, int j) const { return kind == SPHERE ? angle(j) : walls.parts[j].contact_angle; }
   double rupture_limit(const Bridge &b, const Geometry &g) const;
-  void enter(const Bridge &b, const Line *prepared);
-  void evaluate(Together &t) const;
-  void act_together(bool log);
+  Geometry geometry_of(const Together &t, int k) const;
+  void gather(Together &t);
+  void rupture(Together &t, bool decide);
+  void evaluate(Together &t);
+  void defer(Together &t);
+  void act_together(Together &t, bool log);
+  void record(const Together &t, int k, bool log);
   void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
+  void not_finite(const Bridge &b, double separation) const;
   void act(const Bridge &b, const Geometry &g, const Terms &t);
+  void add_work(const Bridge &b, const Geometry &g, const Terms &t);
   void stand_or_rupture(bool decide, bool log);
+
+  // impulses.cpp
+  void set_aside();
+  void act_as_impulses();
+  void act_new(bool first, bool log);
+  Terms terms_of(size_t bridge, const Geometry &g) const;
+  double moved(bool fresh);
 
   // implicit.cpp
   double kick_of(const Bridge &b, Terms &t) const;
@@ -237,6 +261,19 @@ class Bridges {
   double stored(size_t bridge, double separation) const;
   void book_energy_of_events();
 
+  // weight.cpp
+  double wet_mass(int id) const;
+  void load();
+  void weigh(bool again, bool fresh);
+  void carry();
+
+  // shedding.cpp
+  std::vector<double> everywhere() const;
+  void feel(const std::vector<double> &now);
+  void land(const std::vector<double> &now, Drop &d) const;
+  void fall(Drop &d);
+  void shed();
+
   // output.cpp
   void open_logs();
   bool logging() const;
@@ -249,6 +286,8 @@ class Bridges {
   void save_state();
   void restore_forces();
 };
+
+double film_thickness(double volume, double r);
 
 // Records of all ranks, in order of the ranks.
 template <class T>

@@ -80,6 +80,15 @@ void Bridges::save_state() {
   const int64_t on_wires = int64_t(springs.size());
   put(out, &on_wires, 1);
   put(out, springs.data(), springs.size());
+  if (weighs) {
+    put(out, load_.data(), load_.size());
+    put(out, weighed_.data(), weighed_.size());
+  }
+  if (laws.shed_drop) {
+    put(out, &left_, 1);
+    put(out, felt_.data(), felt_.size());
+    put(out, speed_then_.data(), speed_then_.size());
+  }
   const uint32_t sum = check_sum(out);
   put(out, &sum, 1);
   const std::string path = directory_ + "/checkpoint/state." + std::to_string(now_) + ".partial";
@@ -132,6 +141,19 @@ void Bridges::resume(const std::string &state_file) {
   take(at, &on_wires, 1);
   saved_springs_.resize(on_wires);
   take(at, saved_springs_.data(), saved_springs_.size());
+  if (weighs) {
+    take(at, load_.data(), load_.size());
+    take(at, weighed_.data(), weighed_.size());
+    heavier_ = true;
+    load();
+  }
+  if (laws.shed_drop) {
+    felt_.resize(3 * film.size());
+    speed_then_.resize(felt_.size());
+    take(at, &left_, 1);
+    take(at, felt_.data(), felt_.size());
+    take(at, speed_then_.data(), speed_then_.size());
+  }
   now_ = head.step;
   initial_ = head.initial;
   formations_ = head.formations;

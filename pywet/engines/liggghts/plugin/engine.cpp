@@ -55,7 +55,8 @@ void Bridges::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   initial_ = double(sum);
   walls.finish();
   part_thickness_.assign(walls.parts.size(), 0.0);
-  margin_ = 0.1 * *std::min_element(type_radius.begin(), type_radius.end());
+  part_thickness_then_ = part_thickness_;
+  margin_ = 0.05 * *std::min_element(type_radius.begin(), type_radius.end());
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
   at_.free_group = integrate->groupbit;
@@ -71,6 +72,7 @@ void Bridges::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
       throw std::runtime_error("the deck has no fix wall/gran named walls whose springs are those of one contact");
   }
   arrange_wires();
+  load();
   open_logs();
 }
 

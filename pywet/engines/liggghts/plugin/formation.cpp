@@ -9,29 +9,33 @@ namespace pywet {
 
 static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: numerical zero, 1e-4 of the radius in size
 
-static const double LAYER = 0.1;  // of the skin: pairs are looked at in layers of their gap
+static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair looked at
 
 // A film that was drawn dry may be below zero by the last digit; it has nothing to give.
 static double held(double volume) { return std::max(volume, 0.0); }
 
 void Bridges::find_candidates() {
-  travel_ = thicker_ = 0;
+  travel_ = wall_travel_ = thicker_ = wall_thicker_ = 0;
+  awake_ = 0;
   thickness_then_ = thickness_;
+  shift_before_.clear();
+  for (const Mesh &mesh : walls.meshes) shift_before_.push_back(mesh.shift);
   pairs_.clear();
   find_pair_candidates();
-  std::stable_sort(pairs_.begin(), pairs_.end(), [](const Candidate &a, const Candidate &b) { return a.layer < b.layer; });
+  std::stable_sort(pairs_.begin(), pairs_.end(), [](const Candidate &a, const Candidate &b) { return a.gap < b.gap; });
+  pair_rest_.clear();
+  for (const Candidate &pair : pairs_) pair_rest_.push_back(pair.gap);
   find_wall_candidates();
   sort_bridges();
-  for (size_t c = 0; c < pairs_.size(); c++) {
-    auto it = index_.find(key(SPHERE, pairs_[c].i, pairs_[c].j));
-    pairs_[c].active = it == index_.end();
-    if (!pairs_[c].active) bridges_[it->second].candidate = int(c);
-  }
-  for (size_t c = 0; c < wall_pairs_.size(); c++) {
-    auto it = index_.find(key(LARGE_WALL, wall_pairs_[c].i, wall_pairs_[c].j));
-    wall_pairs_[c].active = it == index_.end();
-    if (!wall_pairs_[c].active) bridges_[it->second].candidate = int(c);
-  }
+  auto bridged = [&](int kind, int i, int j, int candidate, double &rest) {
+    const auto it = index_.find(key(kind, i, j));
+    if (it == index_.end()) return;
+    rest = INF;
+    bridges_[it->second].candidate = candidate;
+  };
+  for (size_t c = 0; c < pairs_.size(); c++) bridged(SPHERE, pairs_[c].i, pairs_[c].j, int(c), pair_rest_[c]);
+  for (size_t c = 0; c < wall_pairs_.size(); c++)
+    bridged(LARGE_WALL, wall_pairs_[c].i, wall_pairs_[c].j, int(c), wall_rest_[c]);
 }
 
 // Bridges in the order of their ends in memory, those of this rank first, with the prepared numbers beside them.
@@ -59,6 +63,25 @@ void Bridges::sort_bridges() {
   }
   bridges_.swap(bridges);
   prepared_.swap(prepared);
+  for (size_t k = 0; k < bridges_.size(); k++) enter(k);
+}
+
+// What the loops of a step know of a bridge.
+void Bridges::enter(size_t k) {
+  if (blocks_.size() * BATCH <= k) blocks_.resize(k / BATCH + 1);
+  const Bridge &b = bridges_[k];
+  Block &block = blocks_[k / BATCH];
+  const int at = int(k % BATCH);
+  block.row[VOLUME][at] = b.volume;
+  block.row[RADIUS_I][at] = b.radius_i;
+  block.row[RADIUS_J][at] = b.radius_j;
+  block.row[ANGLE_I][at] = b.angle_i;
+  block.row[ANGLE_J][at] = b.angle_j;
+  block.spin_j[at] = b.kind == SPHERE ? b.radius_j : 0.0;
+  block.deepest[at] = -largest_overlap * std::min(b.radius_i, b.radius_j);
+  block.longest[at] = b.rupture_distance;
+  block.a[at] = b.here ? b.a : -1;
+  block.b[at] = b.here ? b.b : -1;
 }
 
 // What stays the same for the life of a bridge.
@@ -80,6 +103,7 @@ void Bridges::add(Bridge b) {
   if (laws.lines > 0)
     laws.prepare(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, prepared_[prepared_.size() - laws.lines].number);
   bridges_.push_back(std::move(b));
+  enter(bridges_.size() - 1);
 }
 
 // Where a bridge's ends are on this rank.
@@ -100,8 +124,15 @@ void Bridges::add_pair(int a, int b) {
   const int i = at_.tag[a], j = at_.tag[b];
   const double radii = radius(i) + radius(j);
   const double reach = radii + thickness_[i] + thickness_[j];
-  const double gap = norm(Vec(at_.x[a]) - Vec(at_.x[b])) - reach;
-  pairs_.push_back(Candidate{i, j, a, b, true, radii, reach, int(std::max(gap, 0.0) / (LAYER * skin()))});
+  pairs_.push_back(Candidate{i, j, a, b, radii, norm(Vec(at_.x[a]) - Vec(at_.x[b])) - reach - ROUND_OFF * radii});
+}
+
+// What sphere and wall may move and their films grow before they touch, seen from when the candidates were found; `distance` of
+// the centre from the part now, or less.
+double Bridges::rest(const WallCandidate &pair, double distance) const {
+  if (walls.meshes[walls.parts[pair.j].mesh].turns) return 0;
+  const double reach = radius(pair.i) * (1 + ROUND_OFF) + thickness_then_[pair.i] + part_thickness_then_[pair.j];
+  return distance - reach + travel_ + wall_travel_;
 }
 
 void Bridges::find_wall_candidates() {
@@ -109,19 +140,36 @@ void Bridges::find_wall_candidates() {
   for (WallCandidate &pair : wall_pairs_)
     if (pair.site.distance_then >= 0) known[key(LARGE_WALL, pair.i, pair.j)] = std::move(pair.site);
   wall_pairs_.clear();
+  wall_rest_.clear();
   std::fill(part_thickness_.begin(), part_thickness_.end(), 0.0);
   for (size_t k = 0; k < walls.triangles.size(); k++)
     if (walls.film[k] > 0) {
       double &w = part_thickness_[walls.part_of[k]];
       w = std::max(w, walls.film[k] / walls.area[k]);
     }
+  part_thickness_then_ = part_thickness_;
+  // sphere and mesh may each move half the skin before the next rebuild; films may grow meanwhile: one skin more
+  const double thickest = part_thickness_.empty() ? 0 : *std::max_element(part_thickness_.begin(), part_thickness_.end());
+  std::vector<Vec> y(walls.meshes.size());
+  std::vector<char> here(walls.meshes.size());
   for (int a = 0; a < at_.nlocal; a++) {
     const int i = at_.tag[a];
-    const Vec x(at_.x[a]);
-    // sphere and mesh may each move half the skin before the next rebuild; films may grow meanwhile: one skin more
-    for (size_t p = 0; p < walls.parts.size(); p++)
-      if (walls.near_bounds(int(p), x, reach(i) + part_thickness_[p] + 2 * skin()))
-        wall_pairs_.push_back(WallCandidate{i, int(p), a, true, std::move(known[key(LARGE_WALL, i, int(p))])});
+    const double far = reach(i) + 2 * skin();
+    for (size_t m = 0; m < walls.meshes.size(); m++) {
+      y[m] = walls.meshes[m].to_rest(Vec(at_.x[a]));
+      here[m] = Walls::outside(walls.meshes[m].bounds, y[m]) < far + thickest;
+    }
+    for (size_t p = 0; p < walls.parts.size(); p++) {
+      const size_t m = walls.parts[p].mesh;
+      if (!here[m]) continue;
+      double distance = Walls::outside(walls.parts[p].bounds, y[m]);
+      if (distance >= far + part_thickness_[p]) continue;
+      const auto site = known.find(key(LARGE_WALL, i, int(p)));
+      wall_pairs_.push_back(WallCandidate{i, int(p), a, site == known.end() ? Site() : std::move(site->second)});
+      const Site &then = wall_pairs_.back().site;
+      if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
+      wall_rest_.push_back(rest(wall_pairs_.back(), distance));
+    }
   }
 }
 
@@ -141,10 +189,16 @@ void Bridges::move_bounds() {
   }
   const double way = at_.dt * std::sqrt(fastest);
   if (which >= 0 && !(way <= 0.1 * radius(at_.tag[which])))
-    throw std::runtime_error("sphere " + std::to_string(at_.tag[which]) + " moves at " + std::to_string(std::sqrt(fastest)) +
+    throw std::runtime_error("sphere " + std::to_string(at_.tag[which]) + " moves at " + number(std::sqrt(fastest)) +
                              " m/s at step " + std::to_string(now_) +
                              ", more than a tenth of its radius in one step; likely an unstable run: lower the time step");
   travel_ += way;
+  double furthest = 0;
+  for (size_t m = 0; m < shift_before_.size(); m++) {
+    furthest = std::max(furthest, norm(walls.meshes[m].shift - shift_before_[m]));
+    shift_before_[m] = walls.meshes[m].shift;
+  }
+  wall_travel_ += furthest;
 }
 
 void Bridges::propose(int kind, int i, int j, int candidate, const Geometry &g, double drawn_i, double drawn_j) {
@@ -165,16 +219,20 @@ void Bridges::propose(int kind, int i, int j, int candidate, const Geometry &g, 
 }
 
 void Bridges::propose_pairs() {
-  const double near = 2 * (travel_ + thicker_);
-  for (size_t c = 0; c < pairs_.size() && pairs_[c].layer * LAYER * skin() <= near; c++) {
+  const double way = 2 * (travel_ + thicker_);
+  while (awake_ < pairs_.size() && pairs_[awake_].gap <= way) awake_++;
+  for (size_t c = 0; c < awake_; c++) {
+    if (pair_rest_[c] > way) continue;
     const Candidate &pair = pairs_[c];
-    if (!pair.active) continue;
     const double *x = at_.x[pair.a], *y = at_.x[pair.b];
     const double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
-    const double square = dx * dx + dy * dy + dz * dz, most = pair.reach + 2 * thicker_;
-    if (square >= most * most) continue;
+    const double square = dx * dx + dy * dy + dz * dz;
     const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];
-    if (square >= touch * touch) continue;
+    if (square >= touch * touch) {
+      const double then = pair.radii * (1 + ROUND_OFF) + thickness_then_[pair.i] + thickness_then_[pair.j];
+      pair_rest_[c] = std::sqrt(square) - then + 2 * travel_;
+      continue;
+    }
     Geometry g;
     pair_geometry(pair.a, pair.b, radius(pair.i), radius(pair.j), g);
     check_overlap(g, SPHERE, pair.i, pair.j);
@@ -184,20 +242,22 @@ void Bridges::propose_pairs() {
 }
 
 void Bridges::propose_walls() {
-  for (size_t c = 0; c < wall_pairs_.size(); c++) {
+  const double way = travel_ + wall_travel_ + thicker_ + wall_thicker_;
+  for (size_t c = 0; c < wall_rest_.size(); c++) {
+    if (wall_rest_[c] > way) continue;
     WallCandidate &pair = wall_pairs_[c];
-    if (!pair.active) continue;
     const Part &part = walls.parts[pair.j];
-    const Vec x(at_.x[pair.a]);
-    const double widest = reach(pair.i) + part_thickness_[pair.j];
-    if (pair.site.distance_then >= 0) {
-      const double slack = pair.site.distance_then - widest;
-      const Vec moved = walls.meshes[part.mesh].to_rest(x) - pair.site.reference;
-      if (slack > 0 && dot(moved, moved) < slack * slack) continue;
+    const double far = Walls::outside(part.bounds, walls.meshes[part.mesh].to_rest(Vec(at_.x[pair.a])));
+    if (far >= reach(pair.i) + part_thickness_[pair.j] && far > 0) {
+      wall_rest_[c] = rest(pair, far);
+      continue;
     }
-    const Closest near = walls.closest(pair.j, x, pair.site, margin_);
+    const Closest near = walls.closest(pair.j, Vec(at_.x[pair.a]), pair.site, margin_);
     const double w = held(walls.film[near.triangle]) / walls.area[near.triangle];
-    if (near.distance >= reach(pair.i) + w) continue;
+    if (near.distance >= reach(pair.i) + w) {
+      wall_rest_[c] = rest(pair, near.distance);
+      continue;
+    }
     Geometry g;
     wall_geometry(pair.a, radius(pair.i), pair.j, near, g);
     check_overlap(g, LARGE_WALL, pair.i, pair.j);

@@ -51,7 +51,7 @@ double Bridges::kick_of(const Bridge &b, Terms &t) const {
   t.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
   double sum = t.sharing_i / at_.mass[b.a];
   if (t.sharing_j > 0) sum += t.sharing_j / at_.mass[b.b];
-  return at_.dt * sum;
+  return weight_ * at_.dt * sum;
 }
 
 // Called by every rank once all other forces are known.
@@ -59,6 +59,7 @@ void Bridges::act_at_the_end(bool log) {
   std::vector<Push> sent, pushes(at_.nlocal);
   for (int a = 0; a < at_.nlocal; a++) store_push(at_, a, radius(at_.tag[a]), pushes[a]);
   std::unordered_map<int, Push> others;
+  set_aside();
   if (ranks_ > 1) {
     for (const Waiting &w : waiting_)
       if (w.bridge->kind == SPHERE && owned(w.bridge->a) != owned(w.bridge->b))
@@ -83,6 +84,7 @@ void Bridges::act_at_the_end(bool log) {
     act(b, w.geometry, only);
     if (log && owned(b.a)) write_contact(b, w.geometry, w.terms);
   }
+  act_as_impulses();
 }
 
 }  // namespace pywet

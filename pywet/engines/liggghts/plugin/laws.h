@@ -31,6 +31,8 @@ struct Laws {
   Fn3 from_sphere_at_wire = nullptr; // L_i, r_i, r_w -> V_i
   Fn2 from_wall = nullptr;           // W, r_i -> V_w
   Fn3 from_wire = nullptr;           // W, r_i, r_w -> V_w
+  Fn5 shed_drop = nullptr;           // L_i, r_i, specific force, density, sigma -> volume of the drop that lets go
+  Fn3 shed_time = nullptr;           // L_i, density, sigma -> time in which the film answers
   double surface_tension = 0, viscosity = 0;
 };
 

@@ -12,6 +12,7 @@ void Bridges::open_logs() {
   wire_log_.open(directory_ + "/wire_springs" + end);
   if (rank_ > 0) return;
   event_log_.open(directory_ + "/events" + end);
+  drop_log_.open(directory_ + "/drops" + end);
   ledger_log_.open(directory_ + "/ledger" + end);
   film_log_.open(directory_ + "/films" + end);
   wall_film_log_.open(directory_ + "/wall_films" + end);
@@ -35,6 +36,7 @@ void Bridges::write_contact(const Bridge &b, const Geometry &g, const Terms &t) 
   c.factor_normal = t.factor_normal; c.factor_tangential = t.factor_tangential;
   c.sharing_i = t.sharing_i; c.sharing_j = t.sharing_j;
   store(t.push, c.push); store(t.spin_push, c.spin_push);
+  c.weight = weight_;
   store(t.tangential, c.viscous_tangential);
   store((t.viscous - t.capillary) * g.n + t.tangential, c.force_i);
   store((-g.radius_i) * turn, c.torque_i);
@@ -50,7 +52,7 @@ void Bridges::write_ledger() {
     if (type_of[id] > 0) films += film[id];
   for (const Bridge &b : bridges_) standing += b.volume;
   for (double w : walls.film) wall += w;
-  l.films = double(films); l.bridges = double(standing); l.walls = double(wall);
+  l.films = double(films); l.bridges = double(standing); l.walls = double(wall); l.left = left_;
   l.spheres = spheres_;
   l.bridge_count = int64_t(bridges_.size());
   l.formations = formations_; l.ruptures = ruptures_;
@@ -101,7 +103,7 @@ void Bridges::snapshot() {
 
 void Bridges::flush() {
   for (RecordFile *log :
-       {&event_log_, &contact_log_, &ledger_log_, &bridge_log_, &film_log_, &wall_film_log_, &energy_log_, &wire_log_})
+       {&event_log_, &contact_log_, &ledger_log_, &bridge_log_, &film_log_, &wall_film_log_, &energy_log_, &wire_log_, &drop_log_})
     log->flush();
 }
 

@@ -91,6 +91,8 @@ EXPORT const char *pywet_set_law(const char *slot, void *address) {
     else if (s == "from_sphere_at_wire") assign(l.from_sphere_at_wire, address);
     else if (s == "from_wall") assign(l.from_wall, address);
     else if (s == "from_wire") assign(l.from_wire, address);
+    else if (s == "shed_drop") assign(l.shed_drop, address);
+    else if (s == "shed_time") assign(l.shed_time, address);
     else throw std::runtime_error("the plugin has no law slot named " + s);
   });
 }
@@ -163,6 +165,17 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
   state->semi_implicit = semi_implicit != 0;
   state->checkpoint_every = checkpoint_every;
   state->energy = energy != 0;
+}
+
+// Bridges act every so many steps, see impulses.cpp; outputs and checkpoints are at such steps.
+EXPORT void pywet_set_impulses(int every) { state->bridges_every = every; }
+
+// Density of the liquid, for its weight (where it has one: the dry mass of a sphere of each type) and for drops.
+EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type_mass, int64_t drop_every) {
+  state->density = density;
+  state->weighs = weighs != 0;
+  state->type_mass.assign(type_mass, type_mass + state->type_radius.size());
+  state->drop_every = drop_every;
 }
 
 // After pywet_attach: go on from a state file.

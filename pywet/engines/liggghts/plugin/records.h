@@ -8,7 +8,7 @@
 namespace pywet {
 
 enum { FORMATION = 0, RUPTURE = 1 };
-enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2 };
+enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2, LEFT = 3 };  // LEFT: of drops alone
 
 #pragma pack(push, 1)
 struct Event {
@@ -28,7 +28,7 @@ struct Contact {
   double viscous_tangential[3], force_i[3], torque_i[3], torque_j[3];
   double viscous_law, factor_normal, factor_tangential;
   int32_t sharing_i, sharing_j;
-  double push[3], spin_push[3];
+  double push[3], spin_push[3], weight;
 };
 struct Ledger {
   int64_t step;
@@ -50,6 +50,12 @@ struct Film {
   int32_t id, pad;
   double film;
 };
+struct Drop {
+  int64_t step;
+  double time;
+  int32_t partner_kind, i, j, pad;
+  double volume, film_i_before, film_j_before, fallen, felt[3], x[3];
+};
 struct WireContact {
   int64_t step;
   int32_t mesh, triangle, i, pad;
@@ -57,12 +63,20 @@ struct WireContact {
 };
 #pragma pack(pop)
 static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
-static_assert(sizeof(Contact) == 392, "records must match pywet/history/schema.py");
+static_assert(sizeof(Contact) == 400, "records must match pywet/history/schema.py");
 static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py");
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
 static_assert(sizeof(Energy) == 120, "records must match pywet/history/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
+static_assert(sizeof(Drop) == 112, "records must match pywet/history/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/history/schema.py");
+
+// A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.
+inline std::string number(double value) {
+  char text[32];
+  snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
 
 // An append-only file of one kind of record; a failed write (disk full) is an error, never silence.
 class RecordFile {

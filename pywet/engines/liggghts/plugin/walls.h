@@ -9,13 +9,21 @@
 
 namespace pywet {
 
+struct Bounds {
+  Vec low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  void widen(const Vec &v) {
+    low = Vec(std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z));
+    high = Vec(std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z));
+  }
+};
+
 struct Part {
   int mesh = 0;
   std::vector<int> triangles;           // indices into Walls::triangles
   double half_width = 0;                // infinity for a large wall
   double contact_angle = 0;
   int group = 0;                        // index into the transfer tables
-  Vec low, high;                        // bounds at rest
+  Bounds bounds;                        // at rest
 };
 
 // A rigid body: x = turn(y) + shift takes the rest position y of a point to the present one.
@@ -24,6 +32,7 @@ struct Mesh {
   int first = 0;                        // its first triangle; the others follow in file order
   int count = 0;                        // of its triangles, the first ones, those that the engine holds
   Vec shift, velocity;                  // velocity: of the point at y = 0
+  Bounds bounds;                        // at rest, of its parts
   bool turns = false;
   Turn turn;
   Vec spin;
@@ -32,9 +41,15 @@ struct Mesh {
   Vec velocity_at(const Vec &x) const { return turns ? velocity + cross(spin, x - shift) : velocity; }
 };
 
-// A sphere near a part: the triangles that can be closest while the sphere moves less than `margin` relative to the mesh.
+// A sphere near a part: the triangles that can be closest while the sphere moves less than `margin` relative to the mesh, and how
+// far they were at `reference`, the nearest first.
 struct Site {
-  std::vector<int> near;
+  struct Near {
+    double distance;
+    int triangle;
+    bool operator<(const Near &o) const { return distance != o.distance ? distance < o.distance : triangle < o.triangle; }
+  };
+  std::vector<Near> near;
   Vec reference;
   double distance_then = -1;            // at `reference`; negative: never evaluated
 };
@@ -62,63 +77,58 @@ class Walls {
       area[k] = 0.5 * norm(cross(triangles[k].b - triangles[k].a, triangles[k].c - triangles[k].a));
   }
 
-  // Closest point of a part to a centre x, exact; only triangles that can matter are looked at.
+  // Closest point of a part to a centre x, exact; only triangles that can matter are looked at. Of two as close the first one.
   Closest closest(int p, const Vec &x, Site &site, double margin) const {
-    const Part &part = parts[p];
-    const Mesh &mesh = meshes[part.mesh];
+    const Mesh &mesh = meshes[parts[p].mesh];
     const Vec y = mesh.to_rest(x);
     Closest best;
-    if (site.distance_then >= 0) {
-      const Vec moved = y - site.reference;
-      if (dot(moved, moved) < margin * margin) {
-        for (int k : site.near) consider(k, y, best);
-        best.point = mesh.to_world(best.point);
-        return best;
-      }
+    double moved = site.distance_then < 0 ? margin : norm(y - site.reference);
+    if (!(moved < margin)) {
+      look_around(p, y, site, margin);
+      moved = 0;
     }
-    site.near.clear();
-    std::vector<double> &distance = scratch_;
-    distance.resize(part.triangles.size());
-    for (size_t k = 0; k < part.triangles.size(); k++) {
-      const double before = best.distance;
-      const Vec q = closest_point(y, triangles[part.triangles[k]]);
-      distance[k] = norm(y - q);
-      if (distance[k] < before) best = Closest{q, distance[k], part.triangles[k]};
+    for (const Site::Near &near : site.near) {
+      if (near.distance - moved > best.distance * (1 + 1e-12)) break;
+      const Vec q = closest_point(y, triangles[near.triangle]);
+      const double d = norm(y - q);
+      if (d < best.distance || (d == best.distance && near.triangle < best.triangle)) best = Closest{q, d, near.triangle};
     }
-    for (size_t k = 0; k < part.triangles.size(); k++)
-      if (distance[k] <= best.distance + 2 * margin) site.near.push_back(part.triangles[k]);
-    site.reference = y;
-    site.distance_then = best.distance;
     best.point = mesh.to_world(best.point);
     return best;
   }
 
-  bool near_bounds(int p, const Vec &x, double reach) const {
-    const Part &part = parts[p];
-    const Vec y = meshes[part.mesh].to_rest(x);
-    return y.x > part.low.x - reach && y.x < part.high.x + reach && y.y > part.low.y - reach &&
-           y.y < part.high.y + reach && y.z > part.low.z - reach && y.z < part.high.z + reach;
+  // Distance of a point y at rest from the bounds of a part; not more than that from the part.
+  static double outside(const Bounds &b, const Vec &y) {
+    const double x = std::max({b.low.x - y.x, y.x - b.high.x, 0.0}), u = std::max({b.low.y - y.y, y.y - b.high.y, 0.0}),
+                 v = std::max({b.low.z - y.z, y.z - b.high.z, 0.0});
+    return norm(Vec(x, u, v));
   }
 
  private:
-  mutable std::vector<double> scratch_;
+  mutable std::vector<Site::Near> scratch_;
 
-  void consider(int k, const Vec &y, Closest &best) const {
-    const Vec q = closest_point(y, triangles[k]);
-    const double d = norm(y - q);
-    if (d < best.distance) best = Closest{q, d, k};
+  void look_around(int p, const Vec &y, Site &site, double margin) const {
+    double least = std::numeric_limits<double>::infinity();
+    scratch_.clear();
+    for (int k : parts[p].triangles) {
+      scratch_.push_back(Site::Near{norm(y - closest_point(y, triangles[k])), k});
+      least = std::min(least, scratch_.back().distance);
+    }
+    site.near.clear();
+    for (const Site::Near &near : scratch_)
+      if (near.distance <= least + 2 * margin) site.near.push_back(near);
+    std::sort(site.near.begin(), site.near.end());
+    site.reference = y;
+    site.distance_then = least;
   }
 
   void bound(int p) {
-    const double big = std::numeric_limits<double>::infinity();
-    Part &part = parts[p];
-    part.low = Vec(big, big, big);
-    part.high = Vec(-big, -big, -big);
-    for (int k : part.triangles) {
+    Bounds &bounds = parts[p].bounds, &all = meshes[parts[p].mesh].bounds;
+    for (int k : parts[p].triangles) {
       part_of[k] = p;
       for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c}) {
-        part.low = Vec(std::min(part.low.x, v->x), std::min(part.low.y, v->y), std::min(part.low.z, v->z));
-        part.high = Vec(std::max(part.high.x, v->x), std::max(part.high.y, v->y), std::max(part.high.z, v->z));
+        bounds.widen(*v);
+        all.widen(*v);
       }
     }
   }

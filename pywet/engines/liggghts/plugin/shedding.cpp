@@ -1,0 +1,143 @@
+// Drops: liquid that a sphere's film cannot hold under its acceleration lets go and lands straight below.
+//
+// Every `drop_every` steps all ranks learn where all spheres are and how fast. The change of speed since then, less gravity, is
+// exactly the mean specific force on a sphere (zero in free flight, g upwards at rest); the film answers to it with a time of its own (the second
+// function of the law). All ranks then decide alike. Drops of a step are booked after its formations and ruptures: each sphere
+// sheds one at most, from its film before any drop has arrived. A drop lands in the same step, on the first surface below the sphere's centre along
+// gravity (its fall takes no time): a sphere, a wall triangle, or nothing, and has then left. A sphere that would hold more than
+// the neighbour list sees is passed.
+#include "bridges.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pywet {
+
+static const double FULL = 0.8;  // of the thickest film that the neighbour list allows for
+static const int STATE = 7;      // there, position, velocity
+
+// Position and velocity of every sphere, by id.
+std::vector<double> Bridges::everywhere() const {
+  std::vector<double> mine(STATE * film.size(), 0.0), all;
+  for (int a = 0; a < at_.nlocal; a++) {
+    double *p = &mine[STATE * at_.tag[a]];
+    p[0] = 1;
+    std::copy(at_.x[a], at_.x[a] + 3, p + 1);
+    std::copy(at_.v[a], at_.v[a] + 3, p + 4);
+  }
+  if (ranks_ == 1) return mine;
+  all.resize(mine.size());
+  MPI_Allreduce(mine.data(), all.data(), int(mine.size()), MPI_DOUBLE, MPI_SUM, world_);
+  return all;
+}
+
+// Mean specific force on every sphere as its film feels it.
+void Bridges::feel(const std::vector<double> &now) {
+  if (speed_then_.empty()) {
+    felt_.assign(3 * film.size(), 0.0);
+    speed_then_.resize(felt_.size());
+  } else {
+    const double span = drop_every * at_.dt, g[3] = {gravity.x, gravity.y, gravity.z};
+    for (size_t id = 1; id < film.size(); id++) {
+      if (!(film[id] > 0)) continue;
+      const double part = -std::expm1(-span / laws.shed_time(film[id], density, laws.surface_tension));
+      for (int k = 0; k < 3; k++) {
+        const double mean = (now[STATE * id + 4 + k] - speed_then_[3 * id + k]) / span - g[k];
+        felt_[3 * id + k] += part * (mean - felt_[3 * id + k]);
+      }
+    }
+  }
+  for (size_t id = 1; id < film.size(); id++)
+    for (int k = 0; k < 3; k++) speed_then_[3 * id + k] = now[STATE * id + 4 + k];
+}
+
+// How far along `down` a ray from y meets a triangle; infinity where it does not (Moeller and Trumbore 1997).
+static double meets(const Vec &y, const Vec &down, const Triangle &t) {
+  const Vec e = t.b - t.a, f = t.c - t.a, p = cross(down, f);
+  const double det = dot(e, p);
+  if (det == 0) return INF;
+  const Vec s = y - t.a, q = cross(s, e);
+  const double u = dot(s, p) / det, v = dot(down, q) / det, way = dot(f, q) / det;
+  return u >= 0 && v >= 0 && u + v <= 1 && way > 0 ? way : INF;
+}
+
+// Where the drop of sphere d.i lands.
+void Bridges::land(const std::vector<double> &now, Drop &d) const {
+  const Vec x(&now[STATE * d.i + 1]), down = (1 / norm(gravity)) * gravity;
+  d.partner_kind = LEFT;
+  d.j = -1;
+  d.fallen = INF;
+  for (size_t id = 1; id < film.size(); id++) {
+    if (int(id) == d.i || !(now[STATE * id] > 0)) continue;
+    const Vec r = Vec(&now[STATE * id + 1]) - x;
+    const double along = dot(r, down), own = radius(int(id)), beside = dot(r, r) - along * along;
+    if (along <= 0 || beside >= own * own) continue;
+    const double way = along - std::sqrt(own * own - beside);
+    if (way >= d.fallen || film_thickness(film[id] + d.volume, own) > FULL * allowed_thickness(int(id))) continue;
+    d.fallen = way;
+    d.partner_kind = SPHERE;
+    d.j = int(id);
+  }
+  for (const Part &part : walls.parts) {
+    const Mesh &mesh = walls.meshes[part.mesh];
+    const Vec y = mesh.to_rest(x), turned = mesh.turns ? mesh.turn.back(down) : down;
+    for (int k : part.triangles) {
+      const double way = meets(y, turned, walls.triangles[k]);
+      if (way >= d.fallen) continue;
+      d.fallen = way;
+      d.partner_kind = part.half_width < INF ? SMALL_WALL : LARGE_WALL;
+      d.j = k;
+    }
+  }
+  if (d.j < 0) d.fallen = 0;
+}
+
+// The film that a drop falls on; null where there is nothing.
+static double *below(std::vector<double> &film, Walls &walls, const Drop &d) {
+  if (d.partner_kind == LEFT) return nullptr;
+  return d.partner_kind == SPHERE ? &film[d.j] : &walls.film[d.j];
+}
+
+void Bridges::fall(Drop &d) {
+  double *to = below(film, walls, d);
+  d.film_i_before = film[d.i];
+  d.film_j_before = to ? *to : left_;
+  if (d.partner_kind == SPHERE) {
+    set_film(d.j, film[d.j] + d.volume);
+  } else if (to) {
+    *to += d.volume;
+    double &widest = part_thickness_[walls.part_of[d.j]];
+    widest = std::max(widest, *to / walls.area[d.j]);
+  } else {
+    left_ += d.volume;
+  }
+  set_film(d.i, film[d.i] - d.volume);
+  if (weighs) {
+    heavier_ = true;
+    load_[d.i] -= d.volume;
+    if (d.partner_kind == SPHERE) load_[d.j] += d.volume;
+  }
+  if (rank_ == 0) drop_log_.write(d);
+}
+
+void Bridges::shed() {
+  if (!laws.shed_drop || now_ % drop_every != 0) return;
+  const std::vector<double> now = everywhere();
+  feel(now);
+  std::vector<Drop> drops;
+  for (size_t id = 1; id < film.size(); id++) {
+    if (!(film[id] > 0)) continue;
+    Drop d = {};
+    const Vec felt(&felt_[3 * id]);
+    d.volume = laws.shed_drop(film[id], radius(int(id)), norm(felt), density, laws.surface_tension);
+    if (!(d.volume > 0)) continue;
+    d.step = now_; d.time = time_; d.i = int(id);
+    store(felt, d.felt);
+    store(Vec(&now[STATE * id + 1]), d.x);
+    land(now, d);
+    drops.push_back(d);
+  }
+  for (Drop &d : drops) fall(d);
+}
+
+}  // namespace pywet

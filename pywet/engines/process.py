@@ -1,0 +1,172 @@
+"""What every engine's driver needs: programs and their versions, one run at a time in a folder, a watched process, progress."""
+
+from __future__ import annotations
+
+import ctypes
+import fcntl
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from pywet.errors import EngineError, PywetError
+from pywet.scene import Scene
+
+Report = Callable[[int, int], None]
+OUTPUT = "output.log"
+"""All that the engine's process printed."""
+DEATH_SIGNAL = 1
+"""PR_SET_PDEATHSIG of prctl(2)."""
+ANSWER_S = 30.0
+"""Longest that a program may take to say its version [s]."""
+MEND = "run it in a terminal to see why, or reinstall its package"
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What the engine's process took: processor time [s], largest resident memory [B] (None: too short to be seen)."""
+
+    cpu_s: float
+    peak_memory_B: int | None
+
+
+def said(command: list[str], given: str = "", folder: Path | None = None) -> str:
+    """What a program that has no work to do prints; `PywetError` where it does not start or does not end in time.
+
+    It has a process group of its own, so that all it started ends with it.
+    """
+    try:
+        child = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise EngineError(f"{command[0]} does not start ({error.strerror}); expected its version: {MEND}") from error
+    try:
+        return child.communicate(given, timeout=ANSWER_S)[0]
+    except subprocess.TimeoutExpired as error:
+        os.killpg(child.pid, signal.SIGKILL)
+        child.wait()
+        raise EngineError(
+            f"{command[0]} did not answer within {ANSWER_S:g} s; expected its version at once: {MEND}"
+        ) from error
+
+
+def package_version(package: str) -> str | None:
+    """Installed version of a Debian package, None where it is not installed."""
+    if shutil.which("dpkg-query") is None:
+        return None
+    status, _, version = said(["dpkg-query", "-W", "-f=${Status}|${Version}", package]).partition("|")
+    return version if status.endswith("installed") and "not-installed" not in status else None
+
+
+@contextmanager
+def alone(run_dir: Path) -> Iterator[None]:
+    """Hold the run directory; the lock goes with the process, also when that is killed."""
+    with open(run_dir / ".engine.lock", "w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise PywetError(f"another run is at work in {run_dir}; wait for it or stop it") from error
+        yield
+
+
+def _peak_memory(pid: int) -> int | None:
+    """Largest resident memory of a living process so far [B]; None where it is gone or the system does not say."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    except OSError:
+        return None
+    found = next((line.split()[1] for line in lines if line.startswith("VmHWM:")), None)
+    return None if found is None else 1024 * int(found)
+
+
+def _children_cpu() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def die_with_parent() -> None:
+    """Let the kernel end this process when the one that started it is gone, so that no orphan writes on."""
+    ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
+
+
+@contextmanager
+def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
+    """A bar with the time to go in a terminal, a line for each tenth of the run in a log file."""
+    if not wanted:
+        yield lambda done, total: None
+    elif sys.stdout.isatty():
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        with Progress(*columns, TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn()) as bar:
+            task = bar.add_task(scene.name, total=scene.steps)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+    else:
+        yield _line_reporter(scene)
+
+
+def _line_reporter(scene: Scene) -> Report:
+    started, shown = time.monotonic(), -1
+
+    def report(done: int, total: int) -> None:
+        nonlocal shown
+        tenth = 10 * done // max(total, 1)
+        if tenth == shown:
+            return
+        shown = tenth
+        elapsed = time.monotonic() - started
+        tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
+        print(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}", flush=True)
+
+    return report
+
+
+def attend(
+    command: list[str], folder: Path, environment: Mapping[str, str], look: Callable[[], None]
+) -> tuple[int, Usage]:
+    """Exit status and use of a program run in `folder`; `look` is called a few times a second, and ends it by raising."""
+    before, peak = _children_cpu(), None
+    with open(folder / OUTPUT, "w") as output:
+        child = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            preexec_fn=die_with_parent,
+            start_new_session=True,
+        )
+        try:
+            while child.poll() is None:
+                time.sleep(0.1)
+                peak = _peak_memory(child.pid) or peak
+                look()
+        except BaseException:
+            with suppress(ProcessLookupError):
+                os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
+            raise
+    return child.returncode, Usage(_children_cpu() - before, peak)

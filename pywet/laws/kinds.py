@@ -1,0 +1,139 @@
+"""The kinds of law, each said once: the fields of `Laws`. Arguments, probe, slots of the plugin, switches and presets follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Literal, get_args
+
+import numpy as np
+from pydantic import AfterValidator
+
+from pywet.strict import Strict
+
+Preset = Literal["paper", "exact"]
+Probed = dict[str, np.ndarray]
+Sense = tuple[str, Callable[[np.ndarray, Probed], np.ndarray]]
+"""What a law must give on the probe grid, in words, and where it does."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One of the functions that make up a law of a kind."""
+
+    arguments: tuple[str, ...]
+    sense: Sense | None = None
+    slot: str = ""
+    """The plugin's name for it; empty: the kind's own."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is common to the laws of one kind."""
+
+    parts: tuple[Part, ...]
+    """Empty: such a law is a table made beforehand, and none can be a user's own."""
+    paper: str = ""
+    """Law of the preset `paper`; empty: the kind is in no preset, and only what is named by hand."""
+    exact: str = ""
+    """Law of the preset `exact`, where it is another."""
+    force: bool = False
+    """A force on standing bridges: evaluated in every step, many bridges at once, all parts in one slot."""
+    needed: bool = False
+    """No bridge without it; what presets name and is not needed has a switch of its own."""
+
+    def preset(self, preset: Preset) -> str:
+        """The law that a preset names."""
+        return (preset == "exact" and self.exact) or self.paper
+
+
+def _film(at: Probed) -> np.ndarray:
+    own = at.get("film_volume_i")
+    return at["film_thickness"] * np.pi * (10.0 * at["radius_i"]) ** 2 if own is None else own
+
+
+def _law(text: str) -> str:
+    """A law's name, or path/to/file.py:function."""
+    if not text or len(text) > 1000 or not text.isprintable():
+        raise ValueError("a law's name, or path/to/file.py:function, on one line of at most 1000 characters")
+    return text
+
+
+LawName = Annotated[str, AfterValidator(_law)]
+BRIDGE = ("volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
+PULLS: Sense = (
+    "a force of 0 or more while the bridge is short",
+    lambda value, at: (value >= 0) | (at["separation"] > 0.3 * np.cbrt(at["volume"])),
+)
+DRAGS: Sense = ("a force against the velocity", lambda value, at: value * at["normal_velocity"] <= 0)
+BRAKES: Sense = ("a coefficient of 0 or more", lambda value, at: value >= 0)
+PARTS: Sense = ("a distance above 0", lambda value, at: value > 0)
+STRETCHES: Sense = ("a factor above 0", lambda value, at: value > 0)
+DRAWS: Sense = (
+    "a volume from 0 to that of the film",  # a wall's film counts within ten radii
+    lambda value, at: (value >= 0) & (value <= 1.000001 * _film(at)),
+)
+SHEAR = ("separation", "radius_i", "radius_j", "viscosity")
+
+
+class Laws(Strict):
+    """A law for each kind, by its name or as path/to/file.py:function."""
+
+    capillary: Annotated[
+        LawName | None,
+        Kind((Part(("separation", *BRIDGE, "surface_tension"), PULLS),), "rabinovich", "young_laplace", force=True),
+    ] = None
+    viscous_normal: Annotated[
+        LawName | None,
+        Kind(
+            (Part(("separation", "volume", "radius_i", "radius_j", "normal_velocity", "viscosity"), DRAGS),),
+            "pitois",
+            force=True,
+        ),
+    ] = None
+    viscous_tangential: Annotated[
+        LawName | None,
+        Kind((Part(SHEAR, BRAKES), Part(SHEAR)), "goldman", force=True),  # what a turn adds may have either sign
+    ] = None
+    rupture: Annotated[
+        LawName | None, Kind((Part(BRIDGE, PARTS),), "willett_unequal", "young_laplace", needed=True)
+    ] = None
+    dynamic_rupture: Annotated[
+        LawName | None, Kind((Part(("speed", "viscosity", "surface_tension"), STRETCHES),), "pitois")
+    ] = None
+    formation: Annotated[
+        LawName | None,
+        Kind(
+            (
+                Part(("film_volume_i", "radius_i", "radius_j"), DRAWS, "from_sphere"),
+                Part(("film_volume_i", "radius_i", "half_width"), DRAWS, "from_sphere_at_wire"),
+                Part(("film_thickness", "radius_i"), DRAWS, "from_wall"),
+                Part(("film_thickness", "radius_i", "half_width"), DRAWS, "from_wire"),
+            ),
+            "shi_mccarthy",
+            needed=True,
+        ),
+    ] = None
+    transfer: Annotated[LawName | None, Kind((), "parabola", "young_laplace", needed=True)] = None
+    shedding: Annotated[
+        LawName | None,
+        Kind(
+            (
+                Part(("film_volume_i", "radius_i", "acceleration", "density", "surface_tension"), DRAWS, "shed_drop"),
+                Part(("film_volume_i", "density", "surface_tension"), slot="shed_time"),
+            )
+        ),
+    ] = None
+    """When a film lets a drop go; None: never."""
+
+
+KINDS: dict[str, Kind] = {
+    name: next(m for m in field.metadata if isinstance(m, Kind)) for name, field in Laws.model_fields.items()
+}
+FORCES = tuple(name for name, kind in KINDS.items() if kind.force)
+NEEDED = tuple(name for name, kind in KINDS.items() if kind.needed)
+SWITCHED = tuple(name for name, kind in KINDS.items() if kind.paper and not kind.needed)
+PRESETS: dict[str, dict[str, str]] = {
+    preset: {name: kind.preset(preset) for name, kind in KINDS.items() if kind.paper} for preset in get_args(Preset)
+}
+"""Name of a preset -> law of each kind."""

@@ -1,0 +1,1 @@
+"""What two bodies and a liquid do to each other."""

@@ -1,0 +1,82 @@
+"""The look of all pictures, panels of a figure, and a figure as SVG text or as a file."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pywet.files import atomic_write
+
+__all__ = [
+    "GREEN",
+    "GRID",
+    "INK",
+    "NAVY",
+    "ORANGE",
+    "RED",
+    "SKY",
+    "STYLE",
+    "VIOLET",
+    "panels",
+    "plt",
+    "save_png",
+    "svg",
+]
+INK, GRID = "#27323d", "#dfe4e9"
+NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
+"""Colours of lines, in the order in which they are taken."""
+STYLE: Any = {
+    "font.size": 9,
+    "font.family": "DejaVu Sans",
+    "axes.edgecolor": "#aab3bb",
+    "axes.labelcolor": INK,
+    "axes.grid": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "text.color": INK,
+    "text.parse_math": False,  # a material's name is no formula
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "svg.hashsalt": "pywet",
+}
+
+
+def panels(count: int, columns: int, size: tuple[float, float], **how: Any) -> tuple[Figure, list[Axes]]:
+    """A figure of so many panels of a size [inch] in rows of `columns`; `how` as `plt.subplots` takes it."""
+    rows = -(-count // columns)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(size[0] * columns, size[1] * rows), squeeze=False, layout="constrained", **how
+    )
+    for spare in axes.flat[count:]:
+        spare.set_visible(False)
+    return figure, list(axes.flat)
+
+
+def svg(figure: Figure, **how: Any) -> str:
+    """The figure as SVG text, the same for the same figure; it is closed. `how` as `savefig` takes it."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None}, **how)
+    plt.close(figure)
+    return text.getvalue()
+
+
+def save_png(figure: Figure, path: Path, dpi: int = 130) -> None:
+    """The figure as a PNG file; it is closed."""
+    with atomic_write(path) as temporary:
+        figure.savefig(temporary, dpi=dpi, format="png")
+    plt.close(figure)

@@ -1,0 +1,25 @@
+"""Base of everything typed that is read from files: what is not expected is refused."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic_core import PydanticCustomError
+
+
+class Strict(BaseModel):
+    """Base: unknown keys are errors, values do not change after construction, NaN, inf and switches for numbers are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_switch_for_a_number(cls, given: Any) -> Any:
+        """True would count as 1 (YAML reads yes, on, y … as true)."""
+        for key, field in cls.model_fields.items() if isinstance(given, dict) else ():
+            value, kind = given.get(key), field.annotation
+            switch = any(v is True or v is False for v in (value if isinstance(value, (list, tuple)) else (value,)))
+            if switch and kind is not bool and not any(v is True for v in get_args(kind)):
+                raise PydanticCustomError("switch", "a number", {"key": key, "value": value})
+        return given

@@ -1,0 +1,78 @@
+"""Kinds of mistakes and what they carry: a caller reads attributes, not sentences."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pywet import advisor, config, errors
+from pywet.engines.liggghts import process
+from pywet.files import read_json
+from pywet.laws import registry
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_a_mistake_in_the_configuration_names_file_and_key(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    path = tmp_path / "config" / "config.yaml"
+    path.write_text(path.read_text().replace("fraction: {value: ", "fraction: {valu: "))
+    with pytest.raises(errors.ConfigError) as caught:
+        config.load(tmp_path / "config")
+    assert (caught.value.file, caught.value.key) == (str(path), "time_step.fraction.valu")
+    with pytest.raises(errors.ConfigError, match="there is no case 99"):
+        config.load(ROOT / "config").case(99)
+
+
+def test_a_file_and_a_law_are_named(tmp_path: Path) -> None:
+    with pytest.raises(errors.FileError) as file:
+        read_json(tmp_path / "none.json")
+    with pytest.raises(errors.LawError) as law:
+        registry.get("capillary", "rabinovitch")
+    assert (file.value.path, law.value.law) == (tmp_path / "none.json", "rabinovitch")
+
+
+def test_a_step_beyond_the_limit_says_both() -> None:
+    """The advisor's own limit is what is carried: half of it is accepted."""
+    scene = synthetic.scene().model_copy(update={"time_step_s": 1e-2})
+    with pytest.raises(errors.UnstableStep) as caught:
+        advisor.refuse_unstable(scene)
+    assert caught.value.step_s == 1e-2 > caught.value.largest_s > 0.0
+    advisor.refuse_unstable(scene.model_copy(update={"time_step_s": 0.5 * caught.value.largest_s}))
+
+
+@pytest.mark.parametrize(
+    ("said", "spheres", "step"),
+    [
+        ("ERROR: sphere 12 overlaps sphere 7 by 0.61 of its radius at step 400, allowed is 0.5", (12, 7), 400),
+        ("ERROR: the bridge between spheres 3 and 41 at step 9 reaches beyond the ghost cut-off", (3, 41), 9),
+        ("ERROR: sphere 2 left the simulated box before step 77 (1 lost in all)", (2,), 77),
+        ("ERROR: sphere 5 overlaps wall part 31 by 0.7 of its radius at step 8", (5,), 8),
+        ("ERROR on proc 0: Lost atoms: original 3 current 2 (../thermo.cpp:389)", (), None),
+    ],
+)
+def test_a_stopped_run_carries_spheres_and_step(
+    said: str, spheres: tuple[int, ...], step: int | None, tmp_path: Path
+) -> None:
+    """As the engine and the plugin say it; the sentence is what it was, and crosses to another process with its data."""
+    (tmp_path / process.OUTPUT).write_text(f"LIGGGHTS\n{said}\n")
+    found = process.stopped(synthetic.scene(), tmp_path, 1)
+    again = pickle.loads(pickle.dumps(found))
+    for error in (found, again):
+        assert isinstance(error, errors.EngineError)
+        assert (error.spheres, error.step) == (spheres, step)
+        assert str(error) == f"case02: LIGGGHTS stopped: {error.reason}" and "ERROR" not in error.reason
+
+
+def test_every_kind_is_the_one_that_a_command_shows() -> None:
+    """All are `PywetError`, which the command line turns into one sentence, and can be made of a sentence alone."""
+    kinds = [value for value in vars(errors).values() if isinstance(value, type) and issubclass(value, Exception)]
+    assert len(kinds) >= 8
+    for kind in kinds:
+        assert (
+            issubclass(kind, errors.PywetError) and str(pickle.loads(pickle.dumps(kind("a sentence")))) == "a sentence"
+        )

@@ -1,0 +1,130 @@
+"""A wheel holds all that the program is made of, and works outside the checkout; `pywet init` writes what is ready to run."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from pywet import shipped
+from pywet.errors import PywetError
+
+ROOT = Path(__file__).parent.parent
+SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow")
+BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
+BUILD = "import os; from setuptools import build_meta; os.mkdir('out'); build_meta.build_wheel('out')"
+TRY = """
+import os, pywet
+from pywet.cli import app
+print(pywet.__file__)
+for words in ("laws", "init study", "plan 1 --config study/config"):
+    app(words.split(), standalone_mode=False)
+"""
+
+
+def call(*command: str, folder: Path, **environment: str) -> str:
+    """Standard output of a command that must succeed, in a folder, with the environment's own PYTHONPATH left out."""
+    usual = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    done = subprocess.run(
+        command, cwd=folder, env={**usual, "COLUMNS": "200", **environment}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel of a copy of the checkout, which building would litter."""
+    folder = tmp_path_factory.mktemp("wheel")
+    for name in SOURCES:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in BESIDE:
+        shutil.copy(ROOT / name, folder)
+    call(sys.executable, "-c", BUILD, folder=folder)
+    return next((folder / "out").glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def unpacked(wheel: Path) -> Path:
+    """The wheel's content in a folder."""
+    folder = wheel.parent.parent / "unpacked"
+    zipfile.ZipFile(wheel).extractall(folder)
+    return folder
+
+
+def test_every_file_of_the_program_is_in_the_wheel(unpacked: Path) -> None:
+    """C++, headers, templates, style, stored tables, default configuration, workflow: byte for byte."""
+    for name in SOURCES:
+        target = unpacked if name in ("pywet", "reference_impl") else unpacked / "pywet" / "shipped"
+        files = [p for p in (ROOT / name).rglob("*") if p.is_file() and "__pycache__" not in p.parts]
+        assert files
+        for path in files:
+            assert (target / path.relative_to(ROOT)).read_bytes() == path.read_bytes(), path
+    kinds = {path.suffix for path in unpacked.rglob("*")}
+    assert {".cpp", ".h", ".j2", ".css", ".json", ".yaml", ".csv", ".smk"} <= kinds
+
+
+def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path: Path) -> None:
+    """Laws, a folder to begin with, the plan of its first case; then the workflow finds its rules, scripts and template."""
+    said = call(sys.executable, "-P", "-c", TRY, folder=tmp_path, PYTHONPATH=str(unpacked))
+    assert said.splitlines()[0] == str(unpacked / "pywet" / "__init__.py")
+    assert "willett_unequal" in said and "tangential_history" in said
+    planned = call(
+        *(sys.executable, "-P", "-m", "snakemake", "-n", "--cores", "1", "--config", "cases=[1]"),
+        folder=tmp_path / "study", PYTHONPATH=str(unpacked), XDG_CACHE_HOME=str(tmp_path / "cache"),
+    )  # fmt: skip
+    assert "simulate" in planned and "results/smoke/report.html" in planned
+
+
+def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
+    made = shipped.begin(tmp_path / "new")
+    assert {path.name for path in made} == {
+        "cases.csv", "config.yaml", "materials.yaml", "scales.yaml", "Snakefile", "README.md",
+    }  # fmt: skip
+    assert (tmp_path / "new" / "config" / "cases.csv").read_bytes() == (ROOT / "config" / "cases.csv").read_bytes()
+    assert len((tmp_path / "new" / "README.md").read_text().splitlines()) <= 12
+    for kept in ("config", "Snakefile", "README.md"):
+        folder = tmp_path / f"has {kept}"
+        folder.mkdir()
+        (folder / kept).touch()
+        with pytest.raises(PywetError, match=f"{kept} is there already"):
+            shipped.begin(folder)
+        assert [path.name for path in folder.iterdir()] == [kept]
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: Path) -> None:
+    """`pip install` into a new environment, whose other packages are those of this one; case 1 from init to replay."""
+    venv.create(tmp_path / "env", with_pip=True)
+    program = tmp_path / "env" / "bin"
+    inside = call(
+        str(program / "python"), "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", folder=tmp_path
+    )
+    (Path(inside.strip()) / "others.pth").write_text(sysconfig.get_path("purelib"))  # without its editable pywet
+    call(str(program / "python"), "-m", "pip", "install", "-q", "--no-deps", "--no-index", str(wheel), folder=tmp_path)
+
+    def pywet(*words: str, folder: Path = tmp_path) -> str:
+        return call(str(program / "pywet"), *words, folder=folder)
+
+    where = call(
+        str(program / "python"), "-c", "import pywet; print(pywet.__file__, pywet.__version__)", folder=tmp_path
+    )
+    assert where.startswith(str(tmp_path / "env")) and where.split()[1][0].isdigit()
+    assert "rabinovich" in pywet("laws")
+    assert '"force_N"' in pywet("bridge", str(ROOT / "examples" / "bridge.json"))
+    assert '"e_n"' in pywet("collide", "wall", str(ROOT / "examples" / "wall_wet.json"))
+    assert '"outcome"' in pywet("collide", "spheres", str(ROOT / "examples" / "three_equal_spheres.json"))
+    pywet("init", "study")
+    assert "fraction retained" in pywet("run", "1", folder=tmp_path / "study")
+    pywet("scene", "pull", "--seconds", "0.02", folder=tmp_path / "study")  # with the plugin
+    said = pywet("replay", "--json", "results/scenes/pull", folder=tmp_path / "study")
+    assert json.loads(said)["status"] == "agrees"
