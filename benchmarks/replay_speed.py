@@ -66,7 +66,8 @@ def side_by_side(run_dir: Path, times: int, out: Path) -> None:
     counts = (int(run.table("spheres")["id"].max()), len(run.tables["triangles"]), len(run.tables["parts"]))
     more = {"trajectory": out / "trajectory.parquet", "start": out / scene["spheres_file"]}
     besides = {name: pd.read_parquet(run_dir / path.name) for name, path in more.items()}
-    for name, table in (run.tables | besides).items():
+    logs = {name: run.table(name) for name in io.LOGS}
+    for name, table in (run.tables | logs | besides).items():
         if name == "ledger":
             amounts = [
                 "films",

@@ -10,8 +10,8 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -76,6 +76,26 @@ def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
     if csv:
         with atomic_write(path.with_suffix(".csv")) as temporary:
             table.to_csv(temporary, index=False)
+
+
+def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
+    """Write a long table, each part (at least one) as a group of rows, so that memory is needed for one part only.
+
+    Compressed by zstd; numbers with fractions hardly ever repeat, so that of them no dictionary is made.
+    """
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    with atomic_write(path) as temporary, ExitStack() as whole:
+        writer = None
+        for part in parts:
+            rows = pa.Table.from_pandas(part, preserve_index=False)
+            if writer is None:
+                how = {"compression": "zstd", "use_dictionary": [f.name for f in rows.schema if f.type != pa.float64()]}
+                writer = whole.enter_context(
+                    parquet.ParquetWriter(temporary, rows.schema, write_page_checksum=True, **how)
+                )
+            writer.write_table(rows)
 
 
 MAX_DEPTH = 100
@@ -191,33 +211,75 @@ def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
         raise FileError(f"{shown(path)}: {one_line(where)}: {one_line(said)}: {cure}", path=path) from error
 
 
-def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = ()) -> pd.DataFrame:
+def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), step: int | None = None) -> pd.DataFrame:
     """A Parquet table that holds at least `columns`, and, where it is one of a run's, what `expected_columns` says.
 
-    A sentence where it is missing, damaged, lacks a column, or holds in it anything but finite numbers (integers).
+    `step`: only the rows of this step. A sentence where it is missing, damaged, lacks a column, or holds in it anything but
+    finite numbers (integers).
     """
     import pandas as pd
-    from pyarrow.lib import ArrowException
-
-    from pywet.history.schema import NUMBER, expected_columns, needs_rows
 
     path = Path(path)
+    with _readable(path, cure):
+        filters = None if step is None else [("step", "==", step)]
+        table = pd.read_parquet(path, page_checksum_verification=True, filters=filters)
+    _check_table(table, path, cure, columns, empty=None if step is None else False)
+    return table
+
+
+def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int = 1 << 18) -> Iterator[pd.DataFrame]:
+    """Some columns of a run's long table, some rows after the others, at least one part; refused as by `read_table`."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = Path(path)
+    with _readable(path, cure):
+        file = parquet.ParquetFile(path, page_checksum_verification=True)
+        none = file.schema_arrow.empty_table().to_pandas()
+    _check_table(none, path, cure, columns, empty=file.metadata.num_rows == 0)
+    with _readable(path, cure):
+        for group in range(file.num_row_groups):  # a reader keeps what it has read of the groups it was asked for
+            for batch in file.iter_batches(rows, row_groups=[group], columns=list(columns)):
+                part = pa.Table.from_batches([batch]).to_pandas()
+                _check_values(part, path, cure)
+                yield part
+    if not file.metadata.num_rows:
+        yield none[list(columns)]
+
+
+@contextmanager
+def _readable(path: Path, cure: str) -> Iterator[None]:
+    from pyarrow.lib import ArrowException
+
     try:
-        table = pd.read_parquet(path, page_checksum_verification=True)
+        yield
     except (OSError, ValueError, KeyError, TypeError, OverflowError, ArrowException) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
         raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
-    kinds = expected_columns(path)
-    missing = [name for name in (*kinds, *columns) if name not in table.columns]
+
+
+def _check_table(
+    table: pd.DataFrame, path: Path, cure: str, columns: Collection[str], empty: bool | None = None
+) -> None:
+    from pywet.history.schema import expected_columns, needs_rows
+
+    missing = [name for name in (*expected_columns(path), *columns) if name not in table.columns]
     if missing:
         raise FileError(f"{shown(path)} has no column {', '.join(missing)}: {cure}", path=path)
-    if table.empty and needs_rows(path):
+    if (table.empty if empty is None else empty) and needs_rows(path):
         raise FileError(f"{shown(path)} holds no row: {cure}", path=path)
+    _check_values(table, path, cure)
+
+
+def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
+    from pywet.history.schema import NUMBER, expected_columns
+
+    kinds = expected_columns(path)
     if path.parent.name == "results" and kinds:  # one column more for each size class and holder
         kinds = {**{str(name): NUMBER for name in table.columns}, **kinds}
     for name, kind in kinds.items():
-        _check_column(table[name], kind, f"{shown(path)}: column {name}", cure)
-    return table
+        if name in table:
+            _check_column(table[name], kind, f"{shown(path)}: column {name}", cure)
 
 
 def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:

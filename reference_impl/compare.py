@@ -1,9 +1,13 @@
-"""Deviation of what the engine logged from what the reference computes: largest, median, and the worst row in full."""
+"""Deviation of what the engine logged from what the reference computes: largest, median, and the worst row in full.
+
+Of a log that is read in parts each part is compared alone; `merged` gives what the whole would have given.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +16,46 @@ from numpy.typing import NDArray
 
 Floats = NDArray[Any]
 TOLERANCE = 1e-9
+KEPT = 1 << 18
+"""Deviations that are kept one by one, for an exact median."""
+DROPPED_BITS = 13
+"""Of more of them a histogram is kept over the leading bits of single precision: the median is good to a thousandth."""
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Of all records: each, or (more than `KEPT`) how many in each class of the histogram."""
+
+    each: Floats
+    classes: Floats | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of records."""
+        return len(self.each) if self.classes is None else int(self.classes.sum())
+
+    @property
+    def median(self) -> float:
+        """Zero of none."""
+        if self.classes is None:
+            return float(np.median(self.each)) if len(self.each) else 0.0
+        at = int(np.searchsorted(np.cumsum(self.classes), (self.count + 1) // 2))
+        return float(np.array([at << DROPPED_BITS], np.uint32).view(np.float32)[0])
+
+    @property
+    def histogram(self) -> Floats:
+        """Records in each class."""
+        if self.classes is not None:
+            return self.classes
+        bits = np.minimum(self.each, 1e30).astype(np.float32).view(np.uint32) >> DROPPED_BITS
+        return np.bincount(bits, minlength=1 << (32 - DROPPED_BITS - 1))
+
+
+def gathered(parts: Sequence[Deviations]) -> Deviations:
+    """Those of all parts; depends on their values alone, not on where they were cut."""
+    if sum(part.count for part in parts) <= KEPT:
+        return Deviations(np.concatenate([np.zeros(0), *(part.each for part in parts)]))
+    return Deviations(np.zeros(0), sum(part.histogram for part in parts))  # type: ignore[arg-type]
 
 
 @dataclass
@@ -22,13 +66,18 @@ class Quantity:
     scale: str
     count: int
     largest: float
-    median: float
     tolerance: float
     worst: dict[str, Any] = field(default_factory=dict)
     sample_of: int | None = None
     """Number of records of which `count` were taken; None where all were."""
-    deviations: Floats = field(default_factory=lambda: np.zeros(0, np.float32), repr=False)
-    """Of every record, to three digits and more: for the median of several parts."""
+    deviations: Deviations = field(default_factory=lambda: Deviations(np.zeros(0)), repr=False)
+    first: int | None = None
+    """Step of the first record beyond the tolerance; None where all are within (or have no step)."""
+
+    @cached_property
+    def median(self) -> float:
+        """Of all deviations."""
+        return self.deviations.median
 
     @property
     def ok(self) -> bool:
@@ -49,7 +98,7 @@ class Quantity:
         }
 
 
-def plain(row: pd.Series) -> dict[str, Any]:
+def plain(row: Mapping[Any, Any] | pd.Series) -> dict[str, Any]:
     """A table's row as JSON values."""
     return {str(k): number(v.item() if hasattr(v, "item") else v) for k, v in row.items()}
 
@@ -66,24 +115,26 @@ def compare(
 ) -> Quantity:
     """|logged − own|/size row by row; vectors (n, 3) by the length of the difference. A value that is not finite is infinite."""
     if len(logged) == 0:
-        return Quantity(name, scale, 0, 0.0, 0.0, tolerance)
-    difference = np.abs(logged - own) if logged.ndim == 1 else np.linalg.norm(logged - own, axis=1)
+        return Quantity(name, scale, 0, 0.0, tolerance)
+    apart = logged - own
+    difference = np.abs(apart) if logged.ndim == 1 else np.sqrt((apart**2).sum(axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
         deviation = np.where(difference == 0.0, 0.0, difference / size)
     deviation = np.where(np.isfinite(deviation), deviation, 1e300)
     at = int(np.argmax(deviation))
-    worst = plain(rows.iloc[at])
+    largest, first = float(deviation[at]), None
+    if largest > tolerance and "step" in rows:
+        first = int(rows["step"].to_numpy()[np.argmax(deviation > tolerance)])
+    worst = plain({name: rows[name].iloc[at] for name in rows})  # a row of many columns is slow to make
     worst["reference"] = number(own[at].tolist())
     worst["logged"] = number(logged[at].tolist())
-    middle, largest = float(np.median(deviation)), float(deviation[at])
-    kept = np.minimum(deviation, 1e30).astype(np.float32)
-    return Quantity(name, scale, len(logged), largest, middle, tolerance, worst, deviations=kept)
+    return Quantity(name, scale, len(logged), largest, tolerance, worst, deviations=Deviations(deviation), first=first)
 
 
 def merged(parts: Sequence[Quantity]) -> Quantity:
     """One quantity over records that were compared part by part."""
-    if len(parts) == 1:
-        return parts[0]
     worst = max(parts, key=lambda q: q.largest)
-    every = np.concatenate([q.deviations for q in parts])
-    return replace(worst, count=len(every), median=float(np.median(every)) if len(every) else 0.0, deviations=every)
+    if not worst.worst:  # the first of equals may be a part without records
+        worst = next((q for q in parts if q.worst), worst)
+    every, first = gathered([q.deviations for q in parts]), [q.first for q in parts if q.first is not None]
+    return replace(worst, count=every.count, deviations=every, first=min(first, default=None))

@@ -60,6 +60,8 @@ class Link:
     """Values that count as right too: they follow from another link that is broken."""
     marks: dict[str, Floats] = field(default_factory=dict)
     """Named groups of records, to say where."""
+    since: int = -1
+    """Records up to this step are not judged: they are there because others follow from them."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ def broken(link: Link) -> Floats:
         if right.all():
             break
         right |= within(link, value, link.tolerance or BITWISE)
-    return ~right
+    return ~right & (link.table["step"].to_numpy() > link.since)
 
 
 def place(link: Link, rows: Floats) -> tuple[str, str]:
@@ -239,6 +241,7 @@ def text(diagnosis: dict[str, Any] | None) -> list[str]:
     if diagnosis is None:
         return []
     lines = [f"fault: {f['sentence']}" for f in diagnosis["findings"]]
+    lines += [diagnosis["looked_at"]] if diagnosis.get("looked_at") else []
     if diagnosis["follow"]:
         lines.append(f"beyond their limits as well, as a consequence: {', '.join(diagnosis['follow'])}")
     if diagnosis["not_explained"]:

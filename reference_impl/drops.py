@@ -7,12 +7,16 @@ What a film felt is taken as logged. Where a drop lands is found anew at output 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from reference_impl import coverage, io, laws, window
+from reference_impl.bodies import bodies, within
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
 from reference_impl.wall_motion import Motion
@@ -35,27 +39,34 @@ def falls(film: float, radius: float, felt: float, density: float, tension: floa
     return part * 2.0 * np.pi * radius * tension / (density * felt)
 
 
+OWN = ("volume", "film_i_before", "film_j_before", "same", "fallen", "seen")
+
+
 class Places:
     """Where spheres and walls are at the output steps, and what is below a point."""
 
     def __init__(self, run: Run) -> None:
         self._setup = window.read(run.folder)
         self._motion = Motion(self._setup)
-        table = io.columns(run.folder / "trajectory.parquet", ["step", "id", *"xyz"]).sort_values(["step", "id"])
-        steps, cuts = np.unique(table["step"].to_numpy(), return_index=True)
-        self.at = dict(zip(steps.tolist(), np.split(table[[*"xyz"]].to_numpy(float), cuts[1:]), strict=True))
+        self.at: dict[int, Floats] = {}
         self.down = self._setup.gravity / np.linalg.norm(self._setup.gravity)
         first, classes = self._setup.scene["liquid"]["initial_film_thickness_m"], self._setup.scene["classes"]
         self._room = ROOM * first / min(c["radius_m"] for c in classes)
 
-    def landing(self, step: int, drop: Any, film: dict[int, float]) -> tuple[int, int, float]:
+    def show(self, trajectory: pd.DataFrame) -> None:
+        """The output steps of a part of the log."""
+        table = trajectory.sort_values(["step", "id"])
+        steps, cuts = np.unique(table["step"].to_numpy(), return_index=True)
+        self.at = dict(zip(steps.tolist(), np.split(table[[*"xyz"]].to_numpy(float), cuts)[1:], strict=True))
+
+    def landing(self, step: int, drop: Any, film: Floats) -> tuple[int, int, float]:
         """Kind and number of what a drop lands on, and how far below the centre it leaves from."""
         x, ids, radius = self.at[step], self._setup.ids, self._setup.radius
         start = x[np.searchsorted(ids, drop.i)]
         d = x - start
         along = d @ self.down
         beside = np.linalg.norm(d - along[:, None] * self.down, axis=1)
-        held = np.array([film[k] for k in ids]) + drop.volume
+        held = film[ids] + drop.volume
         takes = (3.0 * held / (4.0 * np.pi) + radius**3) ** (1.0 / 3.0) - radius <= self._room * radius
         hit = (along > 0.0) & (beside < radius) & (ids != drop.i) & takes
         ways = np.where(hit, along - np.sqrt(np.maximum(radius**2 - beside**2, 0.0)), np.inf)
@@ -86,74 +97,82 @@ class Places:
 
 
 class Falling:
-    """The drops of a run in order, booked step by step in a state of films (`film` by sphere, `wall` by triangle)."""
+    """The drops of a run, booked step by step in the liquid of all holders, numbered as in bodies.py."""
 
-    def __init__(self, run: Run, radius: dict[int, float]) -> None:
-        self.table = run.tables.get("drops", pd.DataFrame())
-        self._rows: list[Any] = list(self.table.itertuples(index=False))
-        self._next, self._radius, self.left = 0, radius, 0.0
-        self._known = coverage.known(run, "shedding")
-        self.own: dict[str, list[float]] = defaultdict(list)
-        self.films: list[tuple[int, int, float]] = []
-        """Step, holder (a triangle k is -1 - k) and film after each change."""
-        if self._rows:
+    def __init__(self, run: Run) -> None:
+        self._table, self._fixed, self._known = run.shed, bodies(run), coverage.known(run, "shedding")
+        self._rows: Iterator[Any] = self._table.itertuples(index=False)
+        self._all, self._next, self._checked, self.left = self._table["step"].to_numpy(), 0, 0, 0.0
+        self._own: dict[str, list[float]] = defaultdict(list)
+        self.steps: Floats = np.zeros(0, np.int64)
+        """With drops to be booked in this part."""
+        if len(self._table):
+            self._refuse(io.where(run.folder, io.SHED))
             liquid = io.scene(run.folder)["liquid"]
             self._density, self._tension = liquid["density_kg_per_m3"], liquid["surface_tension_N_per_m"]
             self._places = Places(run)
 
-    def before(self, step: float, film: dict[int, float], wall: dict[int, float]) -> None:
-        """Book all drops of the steps before this one."""
-        while self._next < len(self._rows) and self._rows[self._next].step < step:
-            last = self._next
-            while last < len(self._rows) and self._rows[last].step == self._rows[self._next].step:
-                last += 1
-            self._of_step(self._rows[self._next : last], film, wall)
-            self._next = last
+    def _refuse(self, path: Path) -> None:
+        """Numbers that the start does not have."""
+        kind, j = self._table["partner_kind"].to_numpy(), self._table["j"].to_numpy()
+        within(path, self._table["i"].to_numpy(), self._fixed.radius, "sphere")
+        within(path, j[kind == laws.SPHERE], self._fixed.radius, "sphere")
+        within(path, j[(kind != laws.SPHERE) & (kind != NOTHING)], self._fixed.area, "triangle")
 
-    def _of_step(self, drops: list[Any], film: dict[int, float], wall: dict[int, float]) -> None:
-        """All drops of one step."""
-        at = dict(film) if drops[0].step in self._places.at else {}
-        volumes = [self._volume(d, film[d.i]) for d in drops]
+    def start(self, part: Run, last: int) -> None:
+        """A part of the log, up to a step."""
+        self.steps = np.unique(self._all[self._next : np.searchsorted(self._all, last, "right")])
+        if len(self.steps):
+            self._places.show(part.table("trajectory"))
+
+    def book(self, step: int, held: Floats) -> None:
+        """All drops of a step: changes `held`."""
+        last = int(np.searchsorted(self._all, step, "right"))
+        drops = list(islice(self._rows, last - self._next))
+        self._next = last
+        at = held.copy() if step in self._places.at else None
+        volumes = [self._volume(d, held[d.i]) for d in drops]
         for d, volume in zip(drops, volumes, strict=True):
-            kind, j, way = self._places.landing(d.step, d, at) if at else (min(d.partner_kind, 1), d.j, d.fallen)
-            near = abs(way - d.fallen) < 1e-9 * self._radius[d.i]  # beside a seam either triangle may be met
+            kind, j, way = min(d.partner_kind, 1), d.j, d.fallen
+            if at is not None:
+                kind, j, way = self._places.landing(step, d, at)
+            near = abs(way - d.fallen) < 1e-9 * self._fixed.radius[d.i]  # beside a seam either triangle may be met
             same = kind == min(d.partner_kind, 1) if d.partner_kind != NOTHING else kind == NOTHING
             same = same and (j == d.j or (kind == laws.LARGE_WALL and near))
             for name, value in (
                 ("volume", volume),
-                ("film_i_before", film[d.i]),
+                ("film_i_before", held[d.i]),
                 ("same", float(same)),
                 ("fallen", way),
+                ("seen", float(at is not None)),
+                ("film_j_before", self._move(d, volume, held)),
             ):
-                self.own[name].append(value)
-            self.own["seen"].append(float(bool(at)))
-            self.own["film_j_before"].append(self._move(d, volume, film, wall))
+                self._own[name].append(value)
 
     def _volume(self, d: Any, film: float) -> float:
         if not self._known:
             return float(d.volume)
         felt = float(np.sqrt(d.felt_x**2 + d.felt_y**2 + d.felt_z**2))
-        return falls(film, self._radius[d.i], felt, self._density, self._tension)
+        return falls(film, self._fixed.radius[d.i], felt, self._density, self._tension)
 
-    def _move(self, d: Any, volume: float, film: dict[int, float], wall: dict[int, float]) -> float:
+    def _move(self, d: Any, volume: float, held: Floats) -> float:
         """Take a drop from i and give it to what it fell on; what that held before."""
-        film[d.i] -= volume
-        self.films.append((d.step, d.i, film[d.i]))
+        held[d.i] -= volume
         if d.partner_kind == NOTHING:
             self.left += volume
             return self.left - volume
-        holders = film if d.partner_kind == laws.SPHERE else wall
-        before = holders.get(d.j, 0.0)
-        holders[d.j] = before + volume
-        self.films.append((d.step, d.j if d.partner_kind == laws.SPHERE else -1 - d.j, holders[d.j]))
+        j = d.j if d.partner_kind == laws.SPHERE else self._fixed.walls_from + d.j
+        before = float(held[j])
+        held[j] += volume
         return before
 
     def check(self, mean: float) -> list[Quantity]:
-        """Volumes, films before, where drops landed; `mean` film of a sphere [m3]."""
-        table = self.table
-        if not len(table):
+        """Of those booked since the last call: volumes, films before, where they landed; `mean` film of a sphere [m3]."""
+        if not len(self._table):
             return []
-        mine = {name: np.array(values) for name, values in self.own.items()}
+        table = self._table.iloc[self._checked : self._next].reset_index(drop=True)
+        mine = {name: np.array(self._own.pop(name, [])) for name in OWN}
+        self._checked = self._next
         typical = np.full(len(table), mean)
         found = [
             compare("drop_volume", "itself", table["volume"].to_numpy(float), mine["volume"], mine["volume"], table)
@@ -163,7 +182,7 @@ class Falling:
             found.append(compare(f"drop_{name}", "mean film of a sphere", logged, mine[name], typical, table))
         seen = mine["seen"] > 0.0
         rows = table[seen].reset_index(drop=True)
-        one, radius = np.ones(len(rows)), rows["i"].map(self._radius).to_numpy(float)
+        one, radius = np.ones(len(rows)), self._fixed.radius[rows["i"].to_numpy()]
         fallen = rows["fallen"].to_numpy(float)
         found.append(compare("drop_landing", "drops that land elsewhere", mine["same"][seen], one, one, rows, 0.0))
         found.append(compare("drop_fall", "radius", fallen, mine["fallen"][seen], radius, rows))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from reference_impl import between_nodes, contributions, diagnosis, io, links_motion, newton, whole, window
-from reference_impl.compare import Quantity
+from reference_impl.compare import Quantity, merged
 
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
@@ -19,30 +20,44 @@ MOTION = {"newton_force", "newton_torque", "wall_closest_point"}
 """Quantities whose faults are looked for in the motion."""
 
 
-def check(run_dir: Path, run: io.Run | None) -> tuple[list[Quantity], dict[str, Any]]:
-    """Quantities, and entries for replay.json; writes contributions.json beside it."""
+def check(
+    run_dir: Path, run: io.Run | None, moved: contributions.Moved | None = None, between: Sequence[Quantity] = ()
+) -> tuple[list[Quantity], dict[str, Any]]:
+    """Quantities, and entries for replay.json; writes contributions.json beside it.
+
+    `moved` and `between`: what the events moved, and the errors of the transfer table between its nodes.
+    """
     folder = Path(run_dir)
     found: list[Quantity] = []
     more: dict[str, Any] = {"newton": None, "transfer_interpolation": None}
-    if run is not None:
-        between = between_nodes.check(run)
+    if between and run is not None:
         if between_nodes.judged(run):
             found += between
-        elif between:
+        else:
             more["transfer_interpolation"] = {**between[0].as_dict(), "note": between_nodes.note(between[0])}
     if not window.recorded(folder):
         return found, more
     setup = window.read(folder)
-    forces = newton.forces(setup, run)
-    found += newton.check(setup, forces)
-    for one in whole.trajectory(folder, newton.places(setup, forces)):
-        found.append(replace(one, name="trajectory_in_windows"))
-    io.write_json(folder / "contributions.json", contributions.measure(setup, run, forces))
+    shares, counts = contributions.Shares(setup, run), newton.Counts()
+    parts: dict[str, list[Quantity]] = {}
+    for f in newton.each(setup, run):  # a window's forces are large: one at a time
+        io.note(f"window from step {f.window.steps[0]}")
+        shares.add(f)
+        counts.add(f)
+        first, last = shares.windows[-1]
+        table = io.table(io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)])
+        in_windows = [
+            replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
+        ]
+        for q in (*newton.check(setup, [f]), *in_windows):
+            parts.setdefault(q.name, []).append(q)
+    found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
+    io.write_json(folder / "contributions.json", shares.result(moved))
     more["newton"] = {
-        "windows": [[int(f.window.steps[0]), int(f.window.steps[-1])] for f in forces],
+        "windows": shares.windows,
         "spheres": len(setup.ids),
         "driven": int((~setup.free).sum()),
-        **newton.counts(forces),
+        **counts.total,
     }
     return found, more
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -95,28 +94,23 @@ def _bodies(volume: Floats, ri: Floats, rj: Floats, wall: Floats, ti: Floats, tj
 def check_force(
     table: pd.DataFrame, gap: Floats, sigma: float, wall: Floats, ri: Floats, rj: Floats, ti: Floats, tj: Floats
 ) -> Quantity:
-    """The logged capillary force of a sample of the contacts, as parts of the force at touch."""
-    volume, limit = table["volume"].to_numpy(float), table["rupture_distance"].to_numpy(float)
-    body = _bodies(volume, ri, rj, wall, ti, tj)
-    rows = chosen(FORCES, table["partner_kind"].to_numpy(), np.maximum(gap, 0.0) / limit, volume) if len(table) else []
+    """The logged capillary force of some contacts, as parts of the force at touch."""
+    body, rows = _bodies(table["volume"].to_numpy(float), ri, rj, wall, ti, tj), range(len(table))
     pairs = [
         (sigma * force(float(gap[n]), body(n)), sigma * force(0.0, body(n)))
         for n in shown(rows, len(rows), "exact forces")
     ]
     own, touch = np.array(pairs, dtype=float).reshape(-1, 2).T
-    logged = table["capillary"].to_numpy(float)[rows]
-    found = compare("capillary", "force at touch", logged, own, touch, table.iloc[rows], FORCE_TOLERANCE)
-    return replace(found, sample_of=len(table))
+    logged = table["capillary"].to_numpy(float)
+    return compare("capillary", "force at touch", logged, own, touch, table, FORCE_TOLERANCE)
 
 
 def check_rupture(events: pd.DataFrame, wall: Floats, ri: Floats, rj: Floats, ti: Floats, tj: Floats) -> Quantity:
-    """The logged static rupture distance of a sample of the events."""
+    """The logged static rupture distance of some events."""
     volume, logged = events["volume"].to_numpy(float), events["rupture_distance"].to_numpy(float)
     body = _bodies(volume, ri, rj, wall, ti, tj)
-    rows = chosen(RUPTURES, events["partner_kind"].to_numpy(), np.log(volume), ri) if len(events) else []
-    ends = [end(counted(body(n))) for n in shown(rows, len(rows), "exact ruptures")]
+    ends = [end(counted(body(n))) for n in shown(range(len(events)), len(events), "exact ruptures")]
     own = np.array([math.nan if e is None else e.separation for e in ends])
-    mean = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))[rows]
-    size = own * np.where(volume[rows] < TABLE_FROM * mean**3, BELOW_TABLE / RUPTURE_TOLERANCE, 1.0)
-    found = compare("rupture_distance", "itself", logged[rows], own, size, events.iloc[rows], RUPTURE_TOLERANCE)
-    return replace(found, sample_of=len(events))
+    mean = np.where(wall, 2.0 * ri, 2.0 * ri * rj / (ri + rj))
+    size = own * np.where(volume < TABLE_FROM * mean**3, BELOW_TABLE / RUPTURE_TOLERANCE, 1.0)
+    return compare("rupture_distance", "itself", logged, own, size, events, RUPTURE_TOLERANCE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,20 +15,26 @@ from reference_impl.io import Run
 from reference_impl.suspects import factor
 
 
-def find(run: Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
-    """Named faults of a run whose quantities `failed` are beyond their limits, for replay.json."""
+def find(events: Run, contacts: Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
+    """Named faults of a run whose quantities `failed` are beyond their limits, for replay.json.
+
+    Of a long run only a part of each log is given (looked.py).
+    """
     with np.errstate(all="ignore"):
-        return diagnosis.diagnose(_links(run, tables, failed), failed)
+        return diagnosis.diagnose(_links(events, contacts, tables, failed), failed)
 
 
-def _links(run: Run, tables: transfer.Tables, failed: list[str]) -> Iterator[Link]:
+def _links(run: Run, other: Run, tables: transfer.Tables, failed: list[str]) -> Iterator[Link]:
     wrong = "transfer_table" in failed
     if wrong:
         yield _table(run)
     e = links_liquid.events(run)
     own = links_liquid.own_shares(run, e, tables)
-    yield from links_liquid.links(run, e, tables, own, not wrong)
-    yield from links_contacts.links(run, own[0] + own[1])
+    for link in links_liquid.links(run, e, tables, own, not wrong):
+        yield link if link.quantity == "ledger" else replace(link, since=run.since)
+    if other is not run:
+        own = links_liquid.own_shares(other, links_liquid.events(other), tables)
+    yield from links_contacts.links(other, own[0] + own[1])
 
 
 def _table(run: Run) -> Link:

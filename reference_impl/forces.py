@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from reference_impl import capillary, coverage, exact, laws, standing
-from reference_impl.compare import Floats, Quantity, compare, merged
+from reference_impl import capillary, coverage, laws, standing
+from reference_impl.bodies import Bodies, bodies, pairs
+from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.implicit import relative_kick
-from reference_impl.io import Run, note, vectors
-from reference_impl.liquid import Bodies, bodies
+from reference_impl.io import Run, vectors
+from reference_impl.lives import Lives
 
-PART = 200_000
-"""Contacts that are recomputed at once."""
 TINY = 1e-300
 """Scale of a term that is zero, so that anything logged there counts."""
 
@@ -53,11 +52,8 @@ class Term:
 
 def angles(table: pd.DataFrame, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
     """Radii and contact angles of both partners; at a wall radius_j is a dummy."""
-    wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
-    angle = {i: fixed.angle(i) for i in fixed.radius}
-    rj = np.where(wall, 1.0, table["j"].map(fixed.radius).fillna(1.0).to_numpy(float))
-    tj = np.where(wall, table["j"].map(fixed.wall_angle).fillna(0.0), table["j"].map(angle).fillna(0.0)).astype(float)
-    return table["i"].map(fixed.radius).to_numpy(float), rj, table["i"].map(angle).to_numpy(float), tj
+    p = pairs(table, fixed)
+    return p.ri, p.rj, p.ti, p.tj
 
 
 def contacts(run: Run) -> Contacts:
@@ -82,7 +78,7 @@ def capillary_term(run: Run, c: Contacts) -> Term:
     """Own value for a closed form; the logged one where the exact bridge was sampled or the law is not known."""
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
     if coverage.solved(run, "capillary"):
-        return Term(logged, np.abs(logged), [])  # for the whole log, see `sampled`
+        return Term(logged, np.abs(logged), [])  # see sampled.py
     if not coverage.known(run, "capillary"):
         return Term(logged, np.abs(logged), [])
     own, least = np.zeros(len(c.table)), np.full(len(c.table), TINY)
@@ -144,9 +140,9 @@ def tangential_term(run: Run, c: Contacts) -> Term:
     return Term(own, size, found)
 
 
-def rupture_terms(run: Run, c: Contacts) -> list[Quantity]:
+def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
     """Limits of all bridges, and the checks of the contact log against the event log."""
-    own = standing.formed(run)
+    own = standing.formed(run, lives)
     name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
     static = own["rupture_distance"].to_numpy(float)
     if name in laws.RUPTURE:
@@ -160,28 +156,8 @@ def rupture_terms(run: Run, c: Contacts) -> list[Quantity]:
     return [*found, *standing.check(run, static, limit, c.gap, own)]
 
 
-def check(run: Run) -> list[Quantity]:
-    """All quantities of the contact log, taken in parts, so that memory is needed for the table and one part."""
-    table = run.table("contacts")
-    parts = []
-    for start in range(0, max(len(table), 1), PART):
-        note(f"contacts: {start} of {len(table)}")
-        part = table.iloc[start : start + PART].reset_index(drop=True)
-        parts.append(check_part(replace(run, tables={**run.tables, "contacts": part})))
-    return [*map(merged, zip(*parts, strict=True)), *sampled(run)]
-
-
-def sampled(run: Run) -> list[Quantity]:
-    """The capillary force of the exact bridge for a sample of the contacts."""
-    if not coverage.solved(run, "capillary"):
-        return []
-    c = contacts(run)
-    return [exact.check_force(c.table, c.gap, run.meta["surface_tension"], c.wall, c.ri, c.rj, c.ti, c.tj)]
-
-
-def check_part(run: Run) -> list[Quantity]:
-    """Separation, rupture distance, each force, total, torques."""
-    c = contacts(run)
+def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
+    """Separation, rupture distance, each force, total, torques of a part of the contact log."""
     normal, pull, drag = normal_term(run, c), capillary_term(run, c), tangential_term(run, c)
     force = (normal.value - pull.value)[:, None] * c.n + drag.value
     turn = np.cross(c.n, drag.value)
@@ -191,7 +167,7 @@ def check_part(run: Run) -> list[Quantity]:
     torque_i, torque_j = -c.ri[:, None] * turn, np.where(c.wall, 0.0, -c.rj)[:, None] * turn
     return [
         compare("separation", "radius of i", c.column("separation"), c.gap, c.ri, c.table),
-        *rupture_terms(run, c),
+        *rupture_terms(run, c, lives),
         *pull.found,
         *normal.found,
         *drag.found,

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from reference_impl import impulses
+from reference_impl import impulses, weight
 from reference_impl.compare import Floats
 from reference_impl.io import Run, scene
 from reference_impl.laws import SPHERE
-from reference_impl.weight import Carried
 
 
 def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
@@ -22,12 +21,12 @@ def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
         return np.zeros(len(table))
     mass = {t["type"]: t["density"] * 4.0 / 3.0 * np.pi * t["radius"] ** 3 for t in run.meta["types"]}
     spheres = run.table("spheres")
-    weight = dict(zip(spheres["id"], spheres["type"].map(mass), strict=True))
+    of_sphere = dict(zip(spheres["id"], spheres["type"].map(mass), strict=True))
     wall = (table["partner_kind"] != SPHERE).to_numpy()
-    mi = table["i"].map(weight).to_numpy(float)
-    mj = np.where(wall, 1.0, table["j"].map(weight).fillna(1.0).to_numpy(float))
+    mi = table["i"].map(of_sphere).to_numpy(float)
+    mj = np.where(wall, 1.0, table["j"].map(of_sphere).fillna(1.0).to_numpy(float))
     if run.meta["effects"].get("liquid_weight"):
-        carried, density = Carried(run), float(scene(run.folder)["liquid"]["density_kg_per_m3"])
+        carried, density = weight.carried(run), float(scene(run.folder)["liquid"]["density_kg_per_m3"])
         step, i = table["step"].to_numpy(), table["i"].to_numpy()
         mi = mi + density * carried.of(step, i)
         mj = mj + density * carried.of(step, np.where(wall, i, table["j"].to_numpy()))

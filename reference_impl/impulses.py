@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from reference_impl import standing
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
+from reference_impl.lives import Lives, keys, none
 
 
 def every(run: Run) -> int:
@@ -22,10 +22,13 @@ def every(run: Run) -> int:
 
 def weights(run: Run, table: pd.DataFrame) -> Floats:
     """Steps for which each logged force acts."""
-    k, step = every(run), table["step"].to_numpy()
-    if k == 1:
+    k, step = every(run), table["step"].to_numpy(np.int64)
+    if k == 1 or not len(table):
         return np.ones(len(table))
-    new = standing.formed(run, table)["formed"].to_numpy() == step
+    # of the events only those of the same steps can tell that a bridge is new
+    lives = Lives(none(), run.rows("events", int(step.min()), int(step.max())), 0, int(step.min()) - 1)
+    new = lives.at(keys(table), step, strictly=False)
+    new = np.append(lives.all.step, -1)[new] == step
     return np.asarray(np.where(new, np.where(step > 0, 0.5, 1.0) * (k - 1), k))
 
 

@@ -1,12 +1,16 @@
-"""Reads the logs of a run and writes the replay's result. The column names are those of the written schema (docs/replay.md)."""
+"""Reads the logs of a run and writes the replay's result. The column names are those of the written schema (docs/replay.md).
+
+What grows with the length of a run is read in parts (stream.py); whole tables of it only where `Run.table` is asked for them.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,24 +28,50 @@ class ReplayError(Exception):
 
 @dataclass(frozen=True)
 class Run:
-    """The logs of one run."""
+    """The logs of one run, or a part of them."""
 
     folder: Path
     meta: dict[str, Any]
     tables: dict[str, pd.DataFrame]
+    """What is in memory."""
+    known: dict[str, Any] = field(default_factory=dict)
+    """What was derived once, shared by all parts of a run."""
+    since: int = -1
+    """Events up to this step are there only because those after it follow from them."""
 
     def table(self, name: str) -> pd.DataFrame:
-        """One table of the history."""
+        """One table; of the logs, unless a part of them is in memory, the whole."""
+        if name not in self.tables:
+            self.tables[name] = table(where(self.folder, name), name)
         return self.tables[name]
 
+    @property
+    def shed(self) -> pd.DataFrame:
+        """The drops of the whole run, which a run without them has no table of."""
+        return self.tables.get(SHED, pd.DataFrame({name: np.zeros(0) for name in NEEDED[SHED]}))
 
-TABLES = ("spheres", "transfer", "events", "contacts", "ledger", "bridges", "films", "wall_films")
+    def rows(self, name: str, first: int, last: int) -> pd.DataFrame:
+        """The rows of a log in steps first to last."""
+        if name in self.tables:
+            steps = self.tables[name]["step"]
+            return self.tables[name][(steps >= first) & (steps <= last)].reset_index(drop=True)
+        return table(where(self.folder, name), name, filters=[("step", ">=", first), ("step", "<=", last)])
+
+
+START = ("spheres", "transfer", "ledger")
 WALL_TABLES = ("triangles", "parts")
+LOGS = ("events", "contacts", "bridges", "films", "wall_films")
+TABLES = (*START, *LOGS)
 SHED = "drops"
 
 
+def where(folder: Path, name: str) -> Path:
+    """The file of a table."""
+    return folder / f"{name}.parquet" if name == "trajectory" else folder / "history" / f"{name}.parquet"
+
+
 def read(folder: Path) -> Run:
-    """Read history/ of a run directory."""
+    """The tables of history/ that a run starts from, and its ledger; of the logs only that they are there."""
     history = Path(folder) / "history"
     if not (history / "meta.json").exists():
         raise ReplayError(f"{history} holds no meta.json; expected the history of a moist run: run the case first")
@@ -49,14 +79,16 @@ def read(folder: Path) -> Run:
     for name in (*TABLES, *WALL_TABLES):
         path = history / f"{name}.parquet"
         if path.exists():
-            tables[name] = _table(path, name)
+            if name not in LOGS:
+                tables[name] = table(path, name)
         elif name in TABLES:
             raise ReplayError(f"{path} is missing; expected the complete history of a moist run: run the case again")
     try:
         meta = json.loads((history / "meta.json").read_text())
         _ = float(meta["surface_tension"]), float(meta["viscosity"]), meta["effects"].keys(), len(meta["types"])
         if meta["effects"].get("shedding"):
-            tables[SHED] = columns(history / f"{SHED}.parquet", [*NEEDED[SHED], "felt_y", "felt_z"])
+            drops = columns(history / f"{SHED}.parquet", [*NEEDED[SHED], "felt_y", "felt_z"])
+            tables[SHED] = drops.sort_values("step", kind="stable", ignore_index=True)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ReplayError(f"{history / 'meta.json'} cannot be read ({error!r}); expected what the driver wrote: "
                           "run the case again") from error  # fmt: skip
@@ -78,19 +110,30 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "drops": ("step", "partner_kind", "i", "j", "volume", "film_i_before", "film_j_before", "fallen", "felt_x"),
     "triangles": ("triangle", "area"),
     "parts": ("part", "half_width", "contact_angle", "part_class"),
+    "trajectory": ("step", "id", "type", "x", "y", "z"),
+    "window_states": ("step", "id", "x", "y", "z"),
 }  # fmt: skip
 """Columns without which a table is not the one meant (of vectors the first component)."""
 
 
-def _table(path: Path, name: str) -> pd.DataFrame:
+def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = None) -> pd.DataFrame:
     """One table, complete."""
+    with readable(path):
+        found = pd.read_parquet(path, filters=filters)
+    complete(path, found, NEEDED[name])
+    return numbers(path, found)
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Damage of a file that is being read, as a sentence."""
     try:
-        table = pd.read_parquet(path)
+        yield
+    except ReplayError:
+        raise
     except Exception as error:  # a cut or foreign file: pyarrow has many names for that
         raise ReplayError(f"{path} is not a readable Parquet table; expected the history of a moist run: "
                           "run the case again") from error  # fmt: skip
-    _complete(path, table, NEEDED[name])
-    return _numbers(path, table)
 
 
 TEXT = ("mesh", "holder")
@@ -98,7 +141,7 @@ TEXT = ("mesh", "holder")
 MAY_BE_INFINITE = ("half_width",)
 
 
-def _numbers(path: Path, table: pd.DataFrame) -> pd.DataFrame:
+def numbers(path: Path, table: pd.DataFrame) -> pd.DataFrame:
     """The table, refused where a column holds anything but finite numbers."""
     for name in [column for column in table if column not in TEXT]:
         values = table[name]
@@ -109,7 +152,7 @@ def _numbers(path: Path, table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def _complete(path: Path, names: Any, needed: Sequence[str]) -> None:
+def complete(path: Path, names: Any, needed: Sequence[str]) -> None:
     lacking = [column for column in needed if column not in names]
     if lacking:
         raise ReplayError(
@@ -123,8 +166,8 @@ def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
         raise ReplayError(f"{path} is missing; expected all tables of a finished run: run the case again")
     try:
         there = parquet.read_schema(path).names
-        _complete(path, there, names)
-        return _numbers(path, pd.read_parquet(path, columns=list(names)))
+        complete(path, there, names)
+        return numbers(path, pd.read_parquet(path, columns=list(names)))
     except (
         OSError,
         ArrowException,

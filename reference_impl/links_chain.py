@@ -14,7 +14,8 @@ from reference_impl import laws
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
 from reference_impl.io import Run
-from reference_impl.liquid import FORMATION, RUPTURE, at_step
+from reference_impl.liquid import at_step
+from reference_impl.lives import FORMATION, RUPTURE
 from reference_impl.suspects import factor
 
 MISSING_FORMATION = "a formation is missing from the log"
@@ -61,7 +62,8 @@ def histories(run: Run) -> pd.DataFrame:
 def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
     """Rows of `histories` that cannot follow what was before, by what must have happened."""
     rows = histories(run)
-    real = np.arange(len(rows)) < len(run.table("events"))
+    rows = rows[rows["step"] > run.since]
+    real = rows.index < len(run.table("events"))
     twice = real & (rows["kind"] == rows["kind_before"]) & (rows["step"] == rows["step_before"])
     without = (rows["kind"] == RUPTURE) & (rows["kind_before"] != FORMATION) & ~twice
     again = (rows["kind"] == FORMATION) & (rows["kind_before"] == FORMATION) & ~twice
@@ -199,6 +201,7 @@ def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
 def by_events(run: Run, steps: Floats) -> Floats:
     """Liquid that the events alone have brought up to some steps: changes of the films, and of the bridges' volumes."""
     events = run.table("events")
+    events = events[events["step"] > run.since]
     both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
     films = both.drop_duplicates(["holder", "step"])
     sign = np.where(events["kind"].to_numpy() == FORMATION, 1.0, -1.0)

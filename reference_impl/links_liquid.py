@@ -12,13 +12,14 @@ import numpy as np
 import pandas as pd
 
 from reference_impl import coverage, impulses, laws, links_chain, snapshots
+from reference_impl.bodies import bodies, pairs
 from reference_impl.compare import Floats
 from reference_impl.diagnosis import Link, Suspect
-from reference_impl.forces import Contacts, angles
+from reference_impl.forces import Contacts
 from reference_impl.io import Run
 from reference_impl.links_chain import Pair
 from reference_impl.links_rows import of_bridges
-from reference_impl.liquid import FORMATION, bodies
+from reference_impl.lives import FORMATION, Lives, none
 from reference_impl.suspects import Formula, factor, formulas
 from reference_impl.transfer import Tables
 
@@ -56,18 +57,15 @@ class Events:
 def events(run: Run) -> Events:
     """Read the event log; the kind of wall follows from its half width, not from the log."""
     table, fixed = run.table("events"), bodies(run)
-    ri, rj, ti, tj = angles(table, fixed)
-    wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
-    width = np.where(wall, table["j"].map(fixed.half_width).fillna(np.inf), np.inf).astype(float)
-    kind = np.where(wall, np.where(width < ri, laws.SMALL_WALL, laws.LARGE_WALL), laws.SPHERE)
+    p = pairs(table, fixed)
     none, zero = np.zeros((len(table), 3)), np.zeros(len(table))
     pair = Contacts(
-        table, wall, ri, rj, ti, tj, table["volume"].to_numpy(float), none, table["separation"].to_numpy(float),
+        table, p.wall, p.ri, p.rj, p.ti, p.tj, table["volume"].to_numpy(float), none, table["separation"].to_numpy(float),
         speed=table["speed"].to_numpy(float), vn=zero, sideways=none, spin=none,
     )  # fmt: skip
-    area = np.where(wall, table["triangle"].map(fixed.area).fillna(1.0), 1.0).astype(float)
+    area = np.where(p.wall, fixed.area[np.where(p.wall, table["triangle"], -1)], 1.0)
     before = (table[f"film_{side}_before"].to_numpy(float) for side in "ij")
-    return Events(table, pair, table["kind"].to_numpy() == FORMATION, kind, width, area, *before)
+    return Events(table, pair, table["kind"].to_numpy() == FORMATION, p.kind, p.width, area, *before)
 
 
 def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
@@ -129,13 +127,13 @@ def touch(run: Run, e: Events) -> Link:
 
 
 def missed(run: Run) -> Iterator[Link]:
-    """Spheres whose films touch at an output step have a bridge."""
-    table = snapshots.touching_pairs(run)
+    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
+    events = run.table("events")
+    table = snapshots.touching_pairs(run, Lives(none(), events, 0, -1), bodies(run).film)
     if not len(table):
         return
     logged = table["missed"].to_numpy(float)
     films, gap, _ = snapshots.films_at_events(run)
-    events = run.table("events")
     formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
     reach = float((gap / films)[formed].max()) if formed.any() else 0.0
     near = table["separation"].to_numpy() / table["films"].to_numpy()

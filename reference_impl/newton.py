@@ -13,6 +13,7 @@ Bridges act for as many steps as impulses.py says.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,7 @@ from reference_impl import dry, mesh, touching, wet
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
 from reference_impl.wall_motion import Motion
-from reference_impl.weight import Carried
+from reference_impl.weight import carried
 from reference_impl.window import Setup, Window, springs, windows
 
 TOLERANCE = 1e-9
@@ -49,12 +50,17 @@ class Forces:
 
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
     """Own forces in every window."""
+    return list(each(setup, run))
+
+
+def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
+    """The same one by one."""
     motion = Motion(setup)
     shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.prisms) for w in setup.walls}
     logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
     walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
-    carried = Carried(run).at if run is not None else None
-    return [_window(setup, w, run, motion, shapes, logs, walls) for w in windows(setup, carried)]
+    for w in windows(setup, carried(run).at if run is not None else None):
+        yield _window(setup, w, run, motion, shapes, logs, walls)
 
 
 def _window(
@@ -281,10 +287,13 @@ def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
     return table.assign(**dict(zip("xyz", x.T, strict=True)))
 
 
-def counts(found: list[Forces]) -> dict[str, int]:
+class Counts:
     """What the engine's log was asked for, over all windows."""
-    total: dict[str, int] = {}
-    for f in found:
+
+    def __init__(self) -> None:
+        self.total: dict[str, int] = {}
+
+    def add(self, f: Forces) -> None:
+        """One window."""
         for name, n in f.counts.items():
-            total[name] = total.get(name, 0) + n
-    return total
+            self.total[name] = self.total.get(name, 0) + n

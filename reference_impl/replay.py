@@ -9,20 +9,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl import (
-    coverage,
-    diagnosis,
-    dynamics,
-    faults,
-    forces,
-    impulses,
-    io,
-    liquid,
-    snapshots,
-    transfer,
-    whole,
-    window,
-)
+from reference_impl import coverage, diagnosis, dynamics, faults, io, liquid, looked, spans, transfer, whole, window
+from reference_impl.compare import Quantity
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
@@ -37,31 +25,29 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     held = whole.check(Path(run_dir))
     whole.inputs(run)
     tables = transfer.Tables(run.table("transfer"))
-    own = liquid.replay(run, tables)
-    quantities = [*liquid.check(run, *own), *snapshots.check(run, tables, own[0], own[2].films)]
-    events_done = time.process_time()
-    io.note("contacts")
-    quantities += [*forces.check(run), *impulses.check(run)]
-    contacts_done = time.process_time()
-    io.note("transfer ratios")
-    moved, more = dynamics.check(Path(run_dir), run)
-    quantities += [*transfer.check(run), *moved, *whole.counted(run)]
+    looked = time.process_time() - cpu
+    found = spans.go_through(run, tables)
+    io.note("transfer ratios and motion")
+    moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))
+    quantities = [
+        *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
+        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"),
+    ]  # fmt: skip
     failed = [q.name for q in quantities if not q.ok]
-    contacts = len(run.table("contacts"))
     result = {
         "ok": not failed,
-        "events": len(run.table("events")),
-        "contacts": contacts,
+        "events": found.events,
+        "contacts": found.contacts,
         "compared": held,
         "unchecked": coverage.unchecked(run),
         "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held)],
         "notes": dynamics.notes(more),
         **more,
-        "diagnosis": _named(Path(run_dir), run, tables, failed) if failed else None,
+        "diagnosis": _named(Path(run_dir), run, tables, found, failed) if failed else None,
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
-        "events_per_s": len(run.table("events")) / max(events_done - cpu, 1e-9),
-        "contacts_per_s": contacts / max(contacts_done - events_done, 1e-9),
+        "events_per_s": found.events / max(looked + found.seconds["events"], 1e-9),
+        "contacts_per_s": found.contacts / max(found.seconds["contacts"], 1e-9),
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
     io.clear()
@@ -69,9 +55,17 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     return result
 
 
-def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, failed: list[str]) -> dict[str, Any]:
+def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:
+    """What the snapshots say against the logs: nothing without events or drops, nor where there is nothing to compare."""
+    optional, moved = ("formation_missed", "snapshot_volume", "snapshot_share"), found.events or len(run.shed)
+    return [q for q in found.of("snapshots") if moved and (q.count or q.name not in optional)]
+
+
+def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Found, failed: list[str]) -> dict[str, Any]:
     """The faults in the log; where it holds, those in the motion."""
-    found = faults.find(run, tables, failed)
+    io.note("which fault it is")
+    events, contacts, where = looked.parts(run, gone)
+    found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
     return found if found["findings"] else dynamics.named(run_dir, run, failed) or found
 
 

@@ -6,23 +6,26 @@ windows that record motion, there at every step at which bridges act. So none is
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from reference_impl import laws
+from reference_impl import impulses, laws
+from reference_impl.bodies import bodies, pairs, shapes
 from reference_impl.compare import Floats, Quantity, compare
-from reference_impl.io import Run
-from reference_impl.links_rows import of_bridges
-from reference_impl.liquid import FORMATION, bodies
+from reference_impl.io import Run, where
+from reference_impl.lives import FORMATION, Lives, keys
 from reference_impl.transfer import Tables
 
 ROOM = 1e-9
 """Part of the radius by which films may miss each other: a gap is a difference of positions."""
 SMALLEST = 1e-12
 """V* below which nothing forms, by definition of the model's numerical zero."""
-
-Moves = list[tuple[int, int, float]]
+NONE = pd.DataFrame({"step": np.zeros(0, np.int64), "i": np.zeros(0, np.int64), "j": np.zeros(0, np.int64),
+                     "separation": np.zeros(0), "films": np.zeros(0), "missed": np.zeros(0, dtype=bool)})  # fmt: skip
+"""No pairs."""
 
 
 def thickness(film: Floats, radius: Floats) -> Floats:
@@ -33,12 +36,11 @@ def thickness(film: Floats, radius: Floats) -> Floats:
 def films_at_events(run: Run) -> tuple[Floats, Floats, Floats]:
     """Sum of both films' thicknesses before each event, the separation, and the radius of i."""
     fixed, events = bodies(run), run.table("events")
-    wall = (events["partner_kind"] != laws.SPHERE).to_numpy()
-    ri = events["i"].map(fixed.radius).to_numpy(float)
-    rj = np.where(wall, 1.0, events["j"].map(fixed.radius).fillna(1.0).to_numpy(float))
-    area = np.where(wall, events["triangle"].map(fixed.area).fillna(1.0), 1.0).astype(float)
+    p = pairs(events, fixed)
+    area = np.where(p.wall, fixed.area[np.where(p.wall, events["triangle"], -1)], 1.0)
     i, j = (np.maximum(events[f"film_{s}_before"].to_numpy(float), 0.0) for s in "ij")
-    return thickness(i, ri) + np.where(wall, j / area, thickness(j, rj)), events["separation"].to_numpy(float), ri
+    films = thickness(i, p.ri) + np.where(p.wall, j / area, thickness(j, p.rj))
+    return films, events["separation"].to_numpy(float), p.ri
 
 
 def formation_due(run: Run) -> Quantity:
@@ -50,73 +52,74 @@ def formation_due(run: Run) -> Quantity:
     return compare("formation_due", "formations before the films touch", early, zero, zero + 1.0, events, 0.0)
 
 
-def formation_missed(run: Run) -> list[Quantity]:
+def formation_missed(run: Run, lives: Lives, film: Floats) -> Quantity:
     """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
-    table = touching_pairs(run)
-    if not len(table):
-        return []
+    table = touching_pairs(run, lives, film)
     missed, zero = table["missed"].to_numpy(float), np.zeros(len(table))
-    return [compare("formation_missed", "films that touch without a bridge", missed, zero, zero + 1.0, table, 0.0)]
+    return compare("formation_missed", "films that touch without a bridge", missed, zero, zero + 1.0, table, 0.0)
 
 
-def touching_pairs(run: Run) -> pd.DataFrame:
-    """Spheres whose films touch and whether their bridge is missing; not those with an event in that step."""
-    found = [table for table in (_at_outputs(run), _in_windows(run)) if len(table)]
-    if not found:
-        return pd.DataFrame()
-    table, events = pd.concat(found, ignore_index=True), run.table("events")
-    moved = pd.MultiIndex.from_frame(pd.concat([events[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]))
-    if "drops" in run.tables:  # these come after the formations of their step
-        drops = run.table("drops")
-        both = [drops[["step", s]].set_axis(["step", "id"], axis=1) for s in "ij"]
-        moved = moved.append(pd.MultiIndex.from_frame(pd.concat(both)))
-    busy = [pd.MultiIndex.from_frame(table[["step", s]]).isin(moved) for s in "ij"]
+def touching_pairs(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
+    """Spheres whose films touch and whether their bridge is missing; not those with an event in that step.
+
+    `film`: what each sphere holds by the log before its first event here.
+    """
+    table = pd.concat([_at_outputs(run), _in_windows(run, lives, film)], ignore_index=True)
+    step = table["step"]
+    # drops come after the formations of their step
+    moved = np.concatenate([_place(log["step"], log[s]) for log in (run.table("events"), run.shed) for s in "ij"])
+    busy = [np.isin(_place(step, table[s]), moved) for s in "ij"]
     return table[~(busy[0] | busy[1])].reset_index(drop=True)
 
 
 def _at_outputs(run: Run) -> pd.DataFrame:
     """Pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
-    path = run.folder / "trajectory.parquet"
-    if not path.exists() or not len(run.table("films")):
-        return pd.DataFrame()
-    steps = set(run.table("films")["step"])
-    where = pd.read_parquet(path, columns=["step", "id", "x", "y", "z"])
-    where = where[where["step"].isin(steps) & (where["step"] > 0)]
-    table = _all_touching(run, where.merge(run.table("films"), on=["step", "id"]))
-    bridges = run.table("bridges")
-    standing = pd.MultiIndex.from_frame(bridges.loc[bridges["partner_kind"] == laws.SPHERE, ["step", "i", "j"]])
-    return table.assign(missed=~pd.MultiIndex.from_frame(table[["step", "i", "j"]]).isin(standing))
+    if not where(run.folder, "trajectory").exists():
+        return NONE
+    places = run.table("trajectory")[["step", "id", "x", "y", "z"]]
+    table = _all_touching(run, places[places["step"] > 0].merge(run.table("films"), on=["step", "id"]))
+    bridges, step = run.table("bridges"), table["step"].to_numpy()
+    spheres, missed = bridges[bridges["partner_kind"] == laws.SPHERE], np.ones(len(table), dtype=bool)
+    for at in np.unique(step):
+        rows, there = step == at, spheres[spheres["step"].to_numpy() == at]
+        missed[rows] = ~np.isin(_place(table["i"][rows], table["j"][rows]), _place(there["i"], there["j"]))
+    return table.assign(missed=missed)
 
 
-def _in_windows(run: Run) -> pd.DataFrame:
+def _in_windows(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
     """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
-    path, events = run.folder / "history" / "window_states.parquet", run.table("events")
-    if not path.exists() or not len(events) or "drops" in run.tables:  # drops change films between events
-        return pd.DataFrame()
-    where = pd.read_parquet(path, columns=["step", "id", "x", "y", "z"])
-    where = where[(where["step"] > 0) & (where["step"] % run.meta.get("bridges_every", 1) == 0)].sort_values("step")
-    events = events.astype({"i": np.int64, "j": np.int64}).sort_values("step", kind="stable")
-    pairs = events[events["partner_kind"] == laws.SPHERE]
-    names = {"i": "film_i_after", "j": "film_j_after"}
-    moved = pd.concat([t[["step", s, names[s]]].set_axis(["step", "id", "film"], axis=1)
-                       for t, s in ((events, "i"), (pairs, "j"))])  # fmt: skip
-    films = pd.merge_asof(where, moved.sort_values("step", kind="stable"), on="step", by="id")
-    first = films["id"].map(run.table("spheres").set_index("id")["film"])
-    table = _all_touching(run, films.assign(film=films["film"].fillna(first).clip(lower=0.0)))
-    if not len(table):
-        return table
-    last = pd.merge_asof(table, pairs[["step", "i", "j", "kind"]], on="step", by=["i", "j"])
-    return table.assign(missed=(last["kind"] != FORMATION).to_numpy())
+    if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
+        return NONE
+    places, events = run.table("window_states")[["step", "id", "x", "y", "z"]], run.table("events")
+    places = places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)]
+    film, done, parts = film.copy(), 0, []
+    for step, rows in places.groupby("step"):
+        until = int(np.searchsorted(events["step"].to_numpy(), step, "right"))
+        keep_films(film, events.iloc[done:until], run)
+        done = until
+        parts.append(rows.assign(film=np.maximum(film[rows["id"].to_numpy(np.int64)], 0.0)))
+    table = _all_touching(run, pd.concat(parts)) if parts else NONE
+    at = lives.at(keys(table.assign(partner_kind=laws.SPHERE)), table["step"].to_numpy(np.int64), strictly=False)
+    return table.assign(missed=at < 0)
+
+
+def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
+    """Have in `film` what the spheres hold after some events by the log."""
+    p = pairs(events, bodies(run))
+    film[np.stack([p.i, p.sphere_j], axis=1).ravel()] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
 
 
 def _all_touching(run: Run, films: pd.DataFrame) -> pd.DataFrame:
     """Pairs that touch in each step of a table of places and films."""
-    films["radius"] = films["id"].map(bodies(run).radius)
-    films["reach"] = films["radius"] + thickness(films["film"].to_numpy(float), films["radius"].to_numpy(float))
-    none = pd.DataFrame({name: np.zeros(0) for name in ("step", "i", "j", "separation", "films")})
-    return pd.concat([none, *(_touching(rows) for _, rows in films.groupby("step"))], ignore_index=True).astype(
-        {"step": np.int64, "i": np.int64, "j": np.int64}
-    )
+    radius = bodies(run).radius[films["id"].to_numpy(np.int64)]
+    films = films.assign(radius=radius, reach=radius + thickness(films["film"].to_numpy(float), radius))
+    close = [found for _, rows in films.groupby("step") if len(found := _touching(rows))]
+    return pd.concat(close, ignore_index=True) if close else NONE
+
+
+def _place(step: Any, number: Any) -> Floats:
+    """Two numbers as one."""
+    return (np.asarray(step, np.int64) << 31) | np.asarray(number, np.int64)
 
 
 def _touching(rows: pd.DataFrame) -> pd.DataFrame:
@@ -144,57 +147,36 @@ def given(film: Floats, ri: Floats, rj: Floats) -> Floats:
     return np.asarray(film / 2.0 * (1.0 - np.sqrt(1.0 - (rj / (ri + rj)) ** 2)))
 
 
-def standing_at_outputs(run: Run, tables: Tables, own: dict[str, list[float]]) -> list[Quantity]:
-    """Volumes and shares of the bridges at every output; `own` are the columns that liquid.replay computed."""
-    bridges, events = run.table("bridges"), run.table("events")
-    if not len(bridges) or not len(events):
-        return []
-    key = ["wall", "i", "j"]
-    left = bridges.assign(wall=bridges["partner_kind"] != laws.SPHERE).sort_values("step", kind="stable")
-    right = events.assign(wall=events["partner_kind"] != laws.SPHERE, own=own["volume"])
-    rows = pd.merge_asof(
-        left, right.sort_values("step", kind="stable")[["step", *key, "kind", "own"]], on="step", by=key
-    )
-    volume = rows["own"].where(rows["kind"] == FORMATION).to_numpy(float)
-    share = volume * tables.ratios(*of_bridges(left, volume, run))
+def standing_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
+    """Volumes and shares of the bridges at every output."""
+    bridges, fixed = run.table("bridges"), bodies(run)
+    at = lives.at(keys(bridges), bridges["step"].to_numpy(np.int64), strictly=False)
+    volume = np.append(lives.all.own, np.nan)[at]
+    share = volume * tables.ratios(*shapes(pairs(bridges, fixed), volume, fixed))
+    logged_volume, logged_share = (bridges[name].to_numpy(float) for name in ("volume", "share_i"))
     return [
-        compare("snapshot_volume", "itself", rows["volume"].to_numpy(float), volume, volume, left),
-        compare("snapshot_share", "volume of the bridge", rows["share_i"].to_numpy(float), share, volume, left),
+        compare("snapshot_volume", "itself", logged_volume, volume, volume, bridges),
+        compare("snapshot_share", "volume of the bridge", logged_share, share, volume, bridges),
     ]
 
 
-def films_at_outputs(run: Run, own: dict[str, list[float]], drops: Moves) -> list[Quantity]:
-    """Films of spheres and walls at every output; `own` as above, `drops` what they changed (see drops.py)."""
-    events, spheres = run.table("events"), run.table("spheres")
-    wall = events["partner_kind"].to_numpy() != laws.SPHERE
-    j = np.where(wall, -1 - events["triangle"].to_numpy(), events["j"].to_numpy())
-    last = pd.DataFrame(
-        {"step": np.tile(events["step"].to_numpy(), 2), "holder": np.concatenate([events["i"].to_numpy(), j]).astype(np.int64),
-         "own": np.concatenate([own["film_i_after"], own["film_j_after"]])}
-    )  # fmt: skip
-    if drops:  # booked after all else in their step, in their order
-        last = pd.concat([last, pd.DataFrame(drops, columns=["step", "holder", "own"])])
-    last = last.drop_duplicates(["step", "holder"], keep="last").sort_values("step", kind="stable")
-    first, found = dict(zip(spheres["id"], spheres["film"], strict=True)), []
-    for name in ("films", "wall_films"):
+def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]:
+    """Films of spheres and walls at every output; `shots`: all liquid at the output steps by holder."""
+    fixed, found = bodies(run), []
+    for name, number, first in (("films", "id", 0), ("wall_films", "triangle", fixed.walls_from)):
         table = run.table(name)
-        holder = table["id"] if name == "films" else -1 - table["triangle"]
-        rows = table.assign(holder=holder.astype(np.int64)).sort_values("step", kind="stable").reset_index(drop=True)
-        merged = pd.merge_asof(rows, last, on="step", by="holder")
-        mine = merged["own"].fillna(rows["holder"].map(first)).fillna(0.0).to_numpy(float)
-        mean = np.full(len(rows), float(spheres["film"].mean()))
-        logged = rows["film"].to_numpy(float)
-        found.append(compare(f"snapshot_{name}", "mean film of a sphere", logged, mine, mean, rows))
+        mine = shots[np.searchsorted(outputs, table["step"].to_numpy()), first + table[number].to_numpy()]
+        size = np.full(len(table), float(run.table("spheres")["film"].mean()))
+        logged = table["film"].to_numpy(float)
+        found.append(compare(f"snapshot_{name}", "mean film of a sphere", logged, mine, size, table))
     return found
 
 
-def check(run: Run, tables: Tables, own: dict[str, list[float]], drops: Moves) -> list[Quantity]:
-    """All of these; `own` are the columns that liquid.replay computed beside the event log, `drops` what drops changed."""
-    if not len(run.table("events")) and not drops:
-        return []
+def check(run: Run, tables: Tables, lives: Lives, outputs: Floats, shots: Floats, film: Floats) -> list[Quantity]:
+    """All of these, of a part of the log before which the spheres held `film` by the log."""
     return [
         formation_due(run),
-        *formation_missed(run),
-        *films_at_outputs(run, own, drops),
-        *standing_at_outputs(run, tables, own),
+        formation_missed(run, lives, film),
+        *films_at_outputs(run, outputs, shots),
+        *standing_at_outputs(run, tables, lives),
     ]

@@ -5,35 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from reference_impl import laws
+from reference_impl import impulses
 from reference_impl.compare import Floats, Quantity, compare
 from reference_impl.io import Run
+from reference_impl.lives import Lives, keys, none
 
-FORMATION = 0
 
-
-def formed(run: Run, contacts: pd.DataFrame | None = None) -> pd.DataFrame:
+def formed(run: Run, lives: Lives | None = None) -> pd.DataFrame:
     """Volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
 
     NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture; where bridges act
-    every few steps, from its formation on.
+    every few steps, from its formation on. Without `lives` of a part of the log those of all events are taken.
     """
-    contacts, events = run.table("contacts") if contacts is None else contacts, run.table("events")
-    key = ["step", "wall", "i", "j"]
-    left = contacts.assign(wall=contacts["partner_kind"] != laws.SPHERE, row=np.arange(len(contacts)))[[*key, "row"]]
-    right = events.assign(
-        wall=events["partner_kind"] != laws.SPHERE, formed=events["step"], event=np.arange(len(events))
-    )
-    right = right[[*key, "kind", "volume", "rupture_distance", "formed", "event"]]
-    found = pd.merge_asof(
-        left.sort_values("step", kind="stable"),
-        right.sort_values("step", kind="stable"),
-        on="step",
-        by=["wall", "i", "j"],
-        allow_exact_matches=run.meta.get("bridges_every", 1) > 1,
-    ).sort_values("row", kind="stable")
-    columns = ["volume", "rupture_distance", "formed", "event"]
-    return found[columns].where(found["kind"] == FORMATION).reset_index(drop=True)
+    contacts = run.table("contacts")
+    lives = lives or Lives(none(), run.table("events"), 0, -1)
+    at = lives.at(keys(contacts), contacts["step"].to_numpy(np.int64), strictly=impulses.every(run) == 1)
+    columns = {"volume": lives.all.volume, "rupture_distance": lives.all.rupture_distance,
+               "formed": lives.all.step, "event": lives.all.row}  # fmt: skip
+    return pd.DataFrame({name: np.append(v.astype(float), np.nan)[at] for name, v in columns.items()})
 
 
 def check(run: Run, static: Floats, limit: Floats, gap: Floats, own: pd.DataFrame) -> list[Quantity]:

@@ -10,11 +10,13 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from reference_impl import laws
+from reference_impl import laws, whole, window
+from reference_impl.bodies import bodies
 from reference_impl.compare import Floats
 from reference_impl.io import Run
 from reference_impl.links_rows import of_bridges
-from reference_impl.liquid import FORMATION
+from reference_impl.lives import FORMATION
+from reference_impl.stream import END
 from reference_impl.transfer import Tables
 
 
@@ -28,8 +30,8 @@ def of_events(events: pd.DataFrame, run: Run, tables: Tables) -> pd.DataFrame:
     pair = kind == laws.SPHERE
     return pd.DataFrame(
         {
-            "step": np.concatenate([rows["step"], rows["step"][pair]]),
-            "id": np.concatenate([rows["i"], rows["j"][pair]]),
+            "step": np.concatenate([rows["step"], rows["step"][pair]]).astype(np.int64),
+            "id": np.concatenate([rows["i"], rows["j"][pair]]).astype(np.int64),
             "more": np.concatenate([share - i, (volume - share - j)[pair]]),
         }
     )
@@ -40,36 +42,56 @@ def of_drops(drops: pd.DataFrame) -> pd.DataFrame:
     on = drops[drops["partner_kind"] == laws.SPHERE]
     return pd.DataFrame(
         {
-            "step": np.concatenate([drops["step"], on["step"]]),
-            "id": np.concatenate([drops["i"], on["j"]]),
+            "step": np.concatenate([drops["step"], on["step"]]).astype(np.int64),
+            "id": np.concatenate([drops["i"], on["j"]]).astype(np.int64),
             "more": np.concatenate([-drops["volume"], on["volume"]]),
         }
     )
 
 
 class Carried:
-    """Volume of the liquid on a sphere [m3] at the start of a step, from the start films and the logs."""
+    """Volume of the liquid on each sphere [m3] at the start of every step of the windows, from the start films and the logs."""
 
     def __init__(self, run: Run) -> None:
-        spheres = run.table("spheres").sort_values("id")
-        self._ids, self._first = spheres["id"].to_numpy(), spheres["film"].to_numpy(float)
-        parts = [of_events(run.table("events"), run, Tables(run.table("transfer")))]
-        if "drops" in run.tables:
-            parts.append(of_drops(run.table("drops")))
-        changes = pd.concat(parts, ignore_index=True).sort_values(["id", "step"], kind="stable")
-        self._who = np.searchsorted(self._ids, changes["id"].to_numpy())
-        self._far = float(changes["step"].max() + 1) if len(changes) else 1.0
-        self._when = self._who * self._far + changes["step"].to_numpy()
-        self._sums = np.concatenate([[0.0], np.cumsum(changes["more"].to_numpy(float))])
+        semi, heavy = run.meta.get("viscous_integration") == "semi_implicit", run.meta["effects"].get("liquid_weight")
+        wanted = window.recorded(run.folder) or (semi and heavy)
+        self._steps = whole.plan(run.folder).window_steps if wanted else np.zeros(0, np.int64)
+        self._now = np.nan_to_num(bodies(run).film)
+        self._at = np.empty((len(self._steps), len(self._now)))
+        self._ids = np.sort(run.table("spheres")["id"].to_numpy())
+        self._tables, self._done, self._last = Tables(run.table("transfer")), 0, -1
+
+    def add(self, part: Run, last: int) -> None:
+        """A part of the logs, up to a step; what a step books counts from the next one on."""
+        if self._done == len(self._steps):
+            return
+        events, drops = part.table("events"), part.shed
+        of_part = drops[(drops["step"] > self._last) & (drops["step"] <= last)]
+        changes = pd.concat([of_events(events, part, self._tables), of_drops(of_part)]).sort_values(
+            "step", kind="stable"
+        )
+        step, sphere, more = (changes[name].to_numpy() for name in ("step", "id", "more"))
+        start, until = 0, int(np.searchsorted(self._steps, last, "right"))
+        for k in range(self._done, until):
+            end = int(np.searchsorted(step, self._steps[k], "left"))
+            np.add.at(self._now, sphere[start:end], more[start:end])
+            self._at[k], start = self._now, end
+        np.add.at(self._now, sphere[start:], more[start:])
+        self._done, self._last = until, last
 
     def of(self, step: Floats, sphere: Floats) -> Floats:
-        """For pairs of a step and a sphere's id; what a step books counts from the next one on."""
-        who = np.searchsorted(self._ids, sphere)
-        last = np.searchsorted(self._when, who * self._far + np.minimum(step, self._far), "left")
-        since = self._sums[last] - self._sums[np.searchsorted(self._who, who, "left")]
-        return np.asarray(self._first[who] + since)
+        """For pairs of a step of a window and a sphere's id."""
+        return np.asarray(self._at[np.searchsorted(self._steps, step), sphere])
 
     def at(self, steps: Floats) -> Floats:
         """Shape (steps, spheres in the order of their ids)."""
-        found = self.of(np.repeat(steps, len(self._ids)), np.tile(self._ids, len(steps)))
-        return found.reshape(len(steps), -1)
+        return self.of(steps[:, None], self._ids[None, :])
+
+
+def carried(run: Run) -> Carried:
+    """What was gathered while the logs were gone through (spans.py), or is now of all events."""
+    if "carried" not in run.known:
+        run.known["carried"] = Carried(run)
+        run.known["carried"].add(run, END)
+    found: Carried = run.known["carried"]
+    return found

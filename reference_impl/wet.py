@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 
 from reference_impl import capillary, coverage, impulses, laws, mesh
+from reference_impl.bodies import bodies
 from reference_impl.compare import Floats
 from reference_impl.dry import dot, size
 from reference_impl.forces import angles
 from reference_impl.implicit import relative_kick
 from reference_impl.io import Run, vectors
-from reference_impl.liquid import bodies
 from reference_impl.touching import travel
 from reference_impl.wall_motion import Motion
 from reference_impl.window import Setup, Window
@@ -64,7 +64,7 @@ class Bridges:
 
 def of_window(run: Run, setup: Setup, window: Window, motion: Motion) -> Bridges:
     """All bridges of one window."""
-    log = run.table("contacts")
+    log = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
     table = log[log["step"].isin(window.steps)].reset_index(drop=True)
     wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
     k = np.searchsorted(window.steps, table["step"].to_numpy())

@@ -13,8 +13,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from pyarrow import parquet
 
-from reference_impl import io, laws
+from reference_impl import io
+from reference_impl.bodies import refuse
 from reference_impl.compare import TOLERANCE, Floats, Quantity, compare
 from reference_impl.io import ReplayError
 
@@ -177,10 +179,7 @@ def _numbered(run: Path) -> dict[str, int]:
 
 def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
     """Refuse numbers that the start does not have."""
-    strange = found[~found.isin(known)]
-    if len(strange):
-        raise ReplayError(f"{path} names the {what} {strange.iloc[0]}, which the start of the run does not have; "
-                          f"expected the numbers of history/: {AGAIN}")  # fmt: skip
+    refuse(path, found[~found.isin(known)].to_numpy(), what)
 
 
 def _liquid(history: Path, planned: Plan) -> dict[str, int]:
@@ -210,14 +209,16 @@ def _liquid(history: Path, planned: Plan) -> dict[str, int]:
     triangles = history / "triangles.parquet"
     known: Any = io.columns(triangles, ["triangle"])["triangle"] if triangles.exists() else []
     _known(history / "wall_films.parquet", walls["triangle"], known, "triangle")
-    rows["events"] = _events(history / "events.parquet", ledger)
+    rows["events"] = _events(history / "events.parquet", ledger, planned)
     rows["contacts"] = _contacts(history, planned)
     return rows
 
 
-def _events(path: Path, ledger: pd.DataFrame) -> int:
+def _events(path: Path, ledger: pd.DataFrame, planned: Plan) -> int:
     """An event log that ends before the ledger stops counting was cut; its number of rows."""
-    counted = event_counts(io.columns(path, ["step", "kind"]), ledger)
+    events = io.columns(path, ["step", "kind"])
+    _in_time(path, events, planned)
+    counted = event_counts(events, ledger)
     right = (counted["logged"] == counted["counted"]).to_numpy()
     last = counted["last"].iloc[0]
     if not right.all() and right[(ledger["step"] <= last).to_numpy()].all():
@@ -277,11 +278,10 @@ def _recorded(path: Path, planned: Plan) -> int:
 
 
 def inputs(run: io.Run) -> None:
-    """Refuse start tables that are cut or of another scene, and logs that name bodies which the start does not have."""
+    """Refuse start tables that are cut or of another scene."""
     scene, history = io.scene(run.folder), run.folder / "history"
     meta, types = run.meta, [c["radius_m"] for c in scene["classes"]]
     planned = plan(run.folder)
-    _in_time(history / "events.parquet", run.table("events"), planned)
     if (
         [t["radius"] for t in meta["types"]] != types
         or meta["time_step"] != scene["time_step_s"]
@@ -289,29 +289,14 @@ def inputs(run: io.Run) -> None:
     ):
         raise ReplayError(f"{history / 'meta.json'} and scene.json differ in radii, time step or output steps; "
                           f"expected both of one run: {AGAIN}")  # fmt: skip
-    ids = run.table("spheres")["id"]
-    empty = pd.DataFrame({"triangle": [], "part": [], "part_class": []}, dtype=np.int64)
-    triangles, parts = run.tables.get("triangles", empty), run.tables.get("parts", empty)
-    groups = parts["part_class"].nunique() if scene["effects"].get("wall_films", True) else 0
+    groups = run.table("parts")["part_class"].nunique() if "parts" in run.tables else 0
+    groups = groups if scene["effects"].get("wall_films", True) else 0
     nodes = 2 if scene["effects"].get("transfer") == "half" else int(scene.get("transfer_nodes", 201))
     rows, want = len(run.table("transfer")), len(types) * (len(types) + groups) * nodes
     if rows != want:
         raise ReplayError(
             f"{history / 'transfer.parquet'} holds {rows} rows; expected the {want} of scene.json: {AGAIN}"
         )
-    if "drops" in run.tables:
-        drops, path = run.table("drops"), history / "drops.parquet"
-        _known(path, drops["i"], ids, "sphere")
-        _known(path, drops.loc[drops["partner_kind"] == laws.SPHERE, "j"], ids, "sphere")
-        on_walls = drops["partner_kind"].isin([laws.LARGE_WALL, laws.SMALL_WALL])
-        _known(path, drops.loc[on_walls, "j"], triangles["triangle"], "triangle")
-    for name in ("events", "contacts", "bridges"):
-        table, path = run.table(name), history / f"{name}.parquet"
-        wall = table["partner_kind"] != laws.SPHERE
-        _known(path, table["i"], ids, "sphere")
-        _known(path, table.loc[~wall, "j"], ids, "sphere")
-        _known(path, table.loc[wall, "j"], parts["part"], "wall part")
-        _known(path, table.loc[wall, "triangle"], triangles["triangle"], "triangle")
 
 
 def _in_time(path: Path, events: pd.DataFrame, planned: Plan) -> None:
@@ -323,25 +308,34 @@ def _in_time(path: Path, events: pd.DataFrame, planned: Plan) -> None:
 
 
 def counted(run: io.Run) -> list[Quantity]:
-    """Events against the ledger's counts, contacts against the bridges that act by the events, places against the trajectory."""
-    events = event_counts(run.table("events"), run.table("ledger").sort_values("step"))
-    contacts = contact_counts(run.table("contacts"), run.table("events"), plan(run.folder))
-    found = [
+    """Events against the ledger's counts, contacts against the bridges that act by the events."""
+    history = run.folder / "history"
+    log = io.columns(history / "events.parquet", ["step", "kind"])
+    events = event_counts(log, run.table("ledger").sort_values("step"))
+    contacts = contact_counts(io.columns(history / "contacts.parquet", ["step"]), log, plan(run.folder))
+    return [
         compare(name, scale, rows["logged"].to_numpy(float), rows[other].to_numpy(float), np.ones(len(rows)), rows, 0.0)
         for name, scale, rows, other in (
             ("event_counts", "each counts 1", events, "counted"),
             ("contact_rows", "each counts 1", contacts, "acting"),
         )
     ]
-    bridges = run.table("bridges")
-    place = bridges[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
-    return [*found, *trajectory(run.folder, place)]
 
 
-def trajectory(folder: Path, place: pd.DataFrame) -> list[Quantity]:
-    """Places of spheres by another log (`step`, `id`, x, y, z) against trajectory.parquet at the steps that both have."""
-    table = io.columns(Path(folder) / "trajectory.parquet", ["step", "id", "x", "y", "z"])
-    both = place.merge(table, on=["step", "id"], suffixes=("", "_dump"))
+def places(run: io.Run) -> pd.DataFrame:
+    """Places of spheres by the snapshots of the bridges: `step`, `id`, x, y, z [m]."""
+    return run.table("bridges")[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
+
+
+def trajectory(place: pd.DataFrame, table: pd.DataFrame) -> list[Quantity]:
+    """Places of spheres by another log (`step`, `id`, x, y, z) against rows of the trajectory at the steps that both have."""
+    both = place.merge(table[["step", "id", *"xyz"]], on=["step", "id"], suffixes=("", "_dump"))
     own, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
     size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
     return [compare("trajectory", "largest coordinate, or 1 mm", dump, own, size, both, TOLERANCE)] if len(both) else []
+
+
+def rows(path: Path) -> int:
+    """Number of rows of a table."""
+    with io.readable(path):
+        return int(parquet.read_metadata(path).num_rows)

@@ -83,7 +83,9 @@ def wall_liquid(run: RunDir) -> pd.DataFrame:
     table = pd.DataFrame(0.0, index=pd.Index(line.steps, name="step"), columns=list(WALL_HOLDERS))
     if not run.moist:
         return table
-    bridges = run.bridges[run.bridges["partner_kind"] != SPHERE]
+    columns = ["step", "partner_kind", "triangle", "volume", "share_i"]
+    at_walls = [part[part["partner_kind"] != SPHERE] for part in run.parts("history/bridges", columns)]
+    bridges = pd.concat(at_walls) if at_walls else pd.DataFrame({name: np.zeros(0) for name in columns})
     held = pd.DataFrame(
         {
             "step": np.concatenate([run.wall_films["step"], bridges["step"]]),

@@ -6,6 +6,7 @@ every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-E
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_if_there, read_table
+from pywet.files import AGAIN, read_if_there, read_parts, read_table
 from pywet.history.schema import SPHERE
 from pywet.scene import Scene
 
@@ -80,10 +81,16 @@ class RunDir:
             raise PywetError(f"{self.path}: mesh_motion.parquet holds a step of a mesh twice; run the case again")
         return table
 
-    @cached_property
-    def bridges(self) -> pd.DataFrame:
-        """Standing bridges at the output steps (history/bridges.parquet)."""
-        return self.table("history/bridges")
+    def parts(self, name: str, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
+        """Some columns of a table that is too long to be held in memory, part by part."""
+        path = self.path / f"{name}.parquet"
+        if not path.exists():
+            raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
+        return read_parts(path, columns)
+
+    def at_step(self, name: str, step: int) -> pd.DataFrame:
+        """The rows of such a table at one step."""
+        return read_table(self.path / f"{name}.parquet", step=step)
 
     @cached_property
     def wall_films(self) -> pd.DataFrame:
@@ -138,7 +145,8 @@ class Timeline:
     @classmethod
     def read(cls, run: RunDir) -> Timeline:
         """Assemble the arrays from the tables of a run."""
-        spheres, trajectory, scene = run.spheres, run.trajectory, run.scene
+        spheres, scene = run.spheres, run.scene
+        trajectory = pd.concat(list(run.parts("trajectory", ["step", "id", "z"])), ignore_index=True)
         ids = spheres["id"].to_numpy(dtype=np.int64)
         steps = np.unique(trajectory["step"].to_numpy(dtype=np.int64))
         row = np.searchsorted(steps, trajectory["step"].to_numpy())
@@ -185,16 +193,16 @@ def _liquid(run: RunDir, steps: Ints, ids: Ints, initial: Floats) -> tuple[Float
     if not run.moist:
         return np.tile(initial, (len(steps), 1)), shares
     film = np.zeros((len(steps), len(ids)))
-    films = run.table("history/films")
-    films = films[films["step"].isin(steps)]
-    film[
-        np.searchsorted(steps, films["step"].to_numpy()), _index(ids, films["id"].to_numpy(), "history/films.parquet")
-    ] = films["film"]
-    bridges = run.bridges[run.bridges["step"].isin(steps)]
-    row, volume, share = (bridges[c].to_numpy() for c in ("step", "volume", "share_i"))
-    row = np.searchsorted(steps, row)
-    np.add.at(shares, (row, _index(ids, bridges["i"].to_numpy(), "history/bridges.parquet")), share)
-    pair = bridges["partner_kind"].to_numpy() == SPHERE
-    other = _index(ids, bridges["j"].to_numpy()[pair], "history/bridges.parquet")
-    np.add.at(shares, (row[pair], other), (volume - share)[pair])
+    for films in run.parts("history/films", ["step", "id", "film"]):
+        films = films[films["step"].isin(steps)]
+        column = _index(ids, films["id"].to_numpy(), "history/films.parquet")
+        film[np.searchsorted(steps, films["step"].to_numpy()), column] = films["film"]
+    for bridges in run.parts("history/bridges", ["step", "partner_kind", "i", "j", "volume", "share_i"]):
+        bridges = bridges[bridges["step"].isin(steps)]
+        row, volume, share = (bridges[c].to_numpy() for c in ("step", "volume", "share_i"))
+        row = np.searchsorted(steps, row)
+        np.add.at(shares, (row, _index(ids, bridges["i"].to_numpy(), "history/bridges.parquet")), share)
+        pair = bridges["partner_kind"].to_numpy() == SPHERE
+        other = _index(ids, bridges["j"].to_numpy()[pair], "history/bridges.parquet")
+        np.add.at(shares, (row[pair], other), (volume - share)[pair])
     return film, shares

@@ -8,6 +8,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from pywet.errors import PywetError
 from pywet.files import AGAIN, write_json
 from pywet.history.schema import WORKS
@@ -96,7 +98,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     A dry run on the stock program, and one without `output.energy`, know their kinetic energy and the work of gravity; contacts,
     bridges and walls are their difference.
     """
-    scene, table = run.scene, run.trajectory
+    scene = run.scene
     if run.moist and scene.output.energy:
         rows = run.table("history/energy").sort_values("step")
         if rows.empty:
@@ -106,7 +108,9 @@ def _energy(run: RunDir) -> dict[str, float | None]:
         works = sum(float(last[name]) for name in WORKS)
         found["unaccounted"] = float(last["kinetic"] + last["spin"] - first["kinetic"] - first["spin"]) - works
         return found
-    classes = {c.type: c for c in scene.classes}
+    classes, steps = {c.type: c for c in scene.classes}, run.timeline.steps
+    table = pd.concat([run.at_step("trajectory", int(step)) for step in sorted({steps[0], steps[-1]})])
+    table = table.sort_values(["step", "id"])
     mass = table["type"].map({t: c.mass_kg for t, c in classes.items()})
     inertia = mass * 0.4 * table["type"].map({t: c.radius_m for t, c in classes.items()}) ** 2
     at = table.assign(

@@ -46,7 +46,7 @@ def particles(run: RunDir, step: int) -> meshio.Mesh:
 
 def bridges(run: RunDir, step: int) -> meshio.Mesh:
     """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
-    here = run.bridges[run.bridges["step"] == step] if run.moist else pd.DataFrame()
+    here = run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
     count = len(here)
     points = np.zeros((2 * count, 3))
     data: dict[str, list[Any]] = {}

@@ -104,7 +104,7 @@ def test_disk_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    monkeypatch.setattr(collecting, "read_trajectory", full)
+    monkeypatch.setattr(collecting, "convert_trajectory", full)
     with pytest.raises(PywetError, match="No space left on device"):
         small.run(tmp_path, spheres)
     assert not (tmp_path / "engine").exists()

@@ -8,7 +8,7 @@ raw files. `engine/tables.json` says which tables belong to the run.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import pandas as pd
 
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
-from pywet.files import read_json, read_table, write_json, write_table
+from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
 from pywet.history import tables
 from pywet.motion import engine_displacement, slide_displacement
 from pywet.scene import Scene, WallMesh
@@ -34,20 +34,20 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     """
     made = folder / TABLES
     shutil.rmtree(made, ignore_errors=True)
-    trajectory = read_trajectory(folder / logs.TRAJECTORY, scene.time_step_s)
-    planned(trajectory["step"], scene, str(folder / logs.TRAJECTORY))
-    write_table(trajectory, made / "trajectory.parquet")
+    convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s)
+    trajectory = steps_of(made / "trajectory.parquet")
+    planned(trajectory, scene, str(folder / logs.TRAJECTORY))
     windows.collect(scene, folder, made / "history")
     rows = [
         (step, wall.name, *mesh_translation(scene, wall, step)) for step in scene.output_steps for wall in scene.walls
     ]
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")
-    spheres = int((trajectory["step"] == 0).sum())
+    spheres = int((trajectory == 0).sum())
     if not scene.effects.bridges:
         return spheres, None
     tables.convert(folder, made / "history")
     for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
-        planned(read_table(made / "history" / f"{name}.parquet")["step"], scene, f"the log {name}")
+        planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")
     return spheres, ledger_error(made)
 
 
@@ -126,6 +126,22 @@ def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ..
 
 def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
     """The engine's text dump as a table: step, time, id, type, x … wz."""
-    table = windows.read_dump(path, TRAJECTORY).astype({"id": np.int64, "type": np.int64})
-    table.insert(1, "time", table["step"] * time_step)
-    return table
+    return pd.concat(list(_trajectory(path, time_step)), ignore_index=True)
+
+
+def convert_trajectory(path: Path, table: Path, time_step: float) -> None:
+    """The same from file to file."""
+    write_parts(_trajectory(path, time_step), table)
+
+
+def _trajectory(path: Path, time_step: float) -> Iterator[pd.DataFrame]:
+    for part in windows.dump_parts(path, TRAJECTORY):
+        part = part.astype({"id": np.int64, "type": np.int64})
+        part.insert(1, "time", part["step"] * time_step)
+        yield part
+
+
+def steps_of(path: Path) -> pd.Series:
+    """The steps of a table that was just made."""
+    steps: pd.Series = pd.concat(list(read_parts(path, ["step"])))["step"]
+    return steps

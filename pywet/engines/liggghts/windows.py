@@ -6,6 +6,7 @@ The engine's own dumps, made only in the windows; without `output.window_traject
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -60,7 +61,12 @@ def deck_lines(scene: Scene) -> dict[str, Any] | None:
 
 def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
     """All frames of one of the engine's text dumps, with a column `step`."""
-    steps, counts, text = [], [], bytearray()
+    return pd.concat(list(dump_parts(path, columns)), ignore_index=True)
+
+
+def dump_parts(path: Path, columns: list[str], most_bytes: int = 1 << 25) -> Iterator[pd.DataFrame]:
+    """The same, some frames at a time; at least one part."""
+    steps, counts, text, given = [], [], bytearray(), False
     try:
         with open(path, "rb") as dump:
             while dump.readline():
@@ -71,20 +77,29 @@ def read_dump(path: Path, columns: list[str]) -> pd.DataFrame:
                 if len(lines) != counts[-1] or not (not lines or lines[-1].endswith(b"\n")):
                     raise IndexError
                 text += b"".join(lines)
-        if not text:
-            return pd.DataFrame({"step": np.zeros(0, dtype=np.int64), **{c: np.zeros(0) for c in columns}})
-        end = ["end of line"] if text.endswith(b" \n") else []
-        table = csv.read_csv(
-            io.BytesIO(text),
-            csv.ReadOptions(column_names=[*columns, *end]),
-            csv.ParseOptions(delimiter=" "),
-            csv.ConvertOptions(include_columns=columns, column_types=dict.fromkeys(columns, pa.float64())),
-        ).to_pandas()
-        table.insert(0, "step", np.repeat(np.array(steps, dtype=np.int64), counts))
+                if len(text) > most_bytes:
+                    yield _frames(text, steps, counts, columns)
+                    steps, counts, text, given = [], [], bytearray(), True
+        if text or not given:
+            yield _frames(text, steps, counts, columns)
     except IndexError as error:
         raise NotWhole(f"{path} ends in the middle of a step; the run was cut off: run the case again") from error
     except ValueError as error:  # of int, of the reader's and of rows that are too few for their frames
         raise NotWhole(f"{path} is not the engine's dump ({one_line(error)}): run the case again") from error
+
+
+def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[str]) -> pd.DataFrame:
+    """The rows of some frames as a table."""
+    if not text:
+        return pd.DataFrame({"step": np.zeros(0, dtype=np.int64), **{c: np.zeros(0) for c in columns}})
+    end = ["end of line"] if text.endswith(b" \n") else []
+    table = csv.read_csv(
+        io.BytesIO(text),
+        csv.ReadOptions(column_names=[*columns, *end]),
+        csv.ParseOptions(delimiter=" "),
+        csv.ConvertOptions(include_columns=columns, column_types=dict.fromkeys(columns, pa.float64())),
+    ).to_pandas()
+    table.insert(0, "step", np.repeat(np.array(steps, dtype=np.int64), counts))
     return table
 
 

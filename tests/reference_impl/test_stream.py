@@ -1,0 +1,130 @@
+"""A log read in parts gives what it gives as a whole, to the last bit, however it is cut; and faults are found across a cut."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+from reference_impl import bodies, booking, compare, io, looked, spans, transfer
+from reference_impl.lives import Lives, none
+from reference_impl.replay import replay
+from tests.reference_impl import planted_log
+
+pytestmark = pytest.mark.engine
+SIZES = (1, 7, 1000)
+TIMES = ("wall_s", "cpu_s", "events_per_s", "contacts_per_s")
+
+
+def at_size(folder: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What a replay in parts of that many events says, but for its times; with what the effects contributed."""
+    monkeypatch.setattr(spans.go_through, "__defaults__", (size,))
+    monkeypatch.setattr(spans, "PIECE", spans.PIECE if size == spans.SIZE else 2500)
+    found = {k: v for k, v in replay(folder).items() if k not in TIMES}
+    contributions = folder / "contributions.json"
+    return found | {"contributed": json.loads(contributions.read_text()) if contributions.exists() else None}
+
+
+@pytest.fixture(scope="module")
+def whole(heap_dir: Path) -> dict[str, Any]:
+    """The replay in one part."""
+    with pytest.MonkeyPatch.context() as patch:
+        return at_size(heap_dir, spans.SIZE, patch)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_parts_give_the_whole(
+    heap_dir: Path, whole: dict[str, Any], size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every deviation, median and worst record; parts of one event are steps of one event and more."""
+    assert whole["ok"] and whole["events"] > 20
+    assert at_size(heap_dir, size, monkeypatch) == whole
+
+
+def test_groups_of_rows_do_not_matter(
+    heap_dir: Path, tmp_path: Path, whole: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Logs compressed and cut into groups in another way, as those of earlier runs are."""
+    shutil.copytree(heap_dir, tmp_path, dirs_exist_ok=True)
+    for name in io.LOGS:
+        path = tmp_path / "history" / f"{name}.parquet"
+        parquet.write_table(parquet.read_table(path), path, row_group_size=1000 if name == "contacts" else 10)
+    assert at_size(tmp_path, 7, monkeypatch) == whole
+
+
+@pytest.mark.parametrize("name", ["a formation dropped", "an event doubled", "shares swapped"])
+def test_faults_are_found_across_cuts(
+    heap_dir: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each event in a part of its own: the same findings as of the whole log."""
+    planted = planted_log.plant(heap_dir, tmp_path, planted_log.FAULTS[name])
+    assert at_size(planted, 1, monkeypatch) == at_size(planted, spans.SIZE, monkeypatch)
+
+
+def test_a_late_fault_of_a_long_log_is_named(heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Looked for in the part from where the log disagrees, with those earlier events from which later ones follow."""
+
+    def change(tables: planted_log.Tables) -> None:
+        planted_log.one("events", "film_i_after", -3, 1.001)(tables)
+
+    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "film_after", ""))
+    whole = at_size(planted, spans.SIZE, monkeypatch)["diagnosis"]
+    monkeypatch.setattr(looked, "MOST", 12)
+    part = at_size(planted, 6, monkeypatch)["diagnosis"]
+    said = [[(f["quantities"], f["fault"], f["first"]["step"]) for f in d["findings"]] for d in (whole, part)]
+    assert said[0] == said[1] and any("film_after" in names for names, _, _ in said[1])
+    assert whole["looked_at"] == "" and "the fault was looked for in events of steps" in part["looked_at"]
+
+
+def test_a_late_fault_of_the_contacts_is_named(heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From step 1500 on; what the bridges' formations say of their volumes is known from before."""
+    monkeypatch.setattr(looked, "MOST", 100)
+
+    def change(tables: planted_log.Tables) -> None:
+        tables["contacts"].loc[tables["contacts"]["step"] >= 1500, "capillary"] *= 0.5
+
+    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "capillary", ""))
+    found = at_size(planted, 6, monkeypatch)["diagnosis"]["findings"]
+    assert [f["fault"] for f in found] == ["half of it counts"]
+
+
+def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:
+    """What is read on cannot be put in order afterwards."""
+
+    def change(tables: planted_log.Tables) -> None:
+        tables["events"] = tables["events"].iloc[::-1]
+
+    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "", ""))
+    with pytest.raises(io.ReplayError, match="is not in the order of its steps"):
+        replay(planted)
+
+
+def test_compiled_and_plain_loop_are_one(heap_dir: Path) -> None:
+    """The same bits: nothing is reordered or fused."""
+    run = io.read(heap_dir)
+    events, fixed, tables = run.table("events"), bodies.bodies(run), transfer.Tables(run.table("transfer"))
+    partners, outputs, results = bodies.pairs(events, fixed), np.array([0, 500, 1000]), []
+    for compiled in (False, True):
+        held, lives = fixed.liquid(), Lives(none(), events, 0, -1)
+        own, shots = booking.book(events, partners, fixed, tables, lives, held, True, outputs, compiled)
+        results.append([*own, shots, held, lives.all.own])
+    assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(*results, strict=True))
+
+
+def test_median_of_many_is_good_to_a_thousandth() -> None:
+    """Of the histogram that stands for more deviations than are kept; it depends on the values alone."""
+    values = np.random.default_rng(1).lognormal(-30.0, 5.0, 2 * compare.KEPT)
+    parts = [compare.Deviations(part) for part in np.array_split(values, 7)]
+    together = compare.gathered(parts)
+    one_by_one = parts[0]
+    for part in parts[1:]:
+        one_by_one = compare.gathered([one_by_one, part])
+    assert together.count == one_by_one.count == len(values)
+    assert together.median == one_by_one.median
+    # the class of a value is cut off at ten binary digits of its mantissa
+    assert abs(together.median / np.median(values) - 1.0) < 2.0**-10
