@@ -32,17 +32,17 @@ test: peers lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"
 
 run: setup  ## the 18 screening cases, cross-check and report
-	@$(PYTHON) -m pywet.workflow_lock
+	@$(PYTHON) -m pywet.cli.workflow_lock
 	@status=0; .venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) || status=$$?; \
 	[ ! -e results/$(SCALE)/report.html ] || echo "The report is in results/$(SCALE)/report.html"; exit $$status
 
 report: setup  ## the report, with the cases that it still needs
-	@$(PYTHON) -m pywet.workflow_lock
+	@$(PYTHON) -m pywet.cli.workflow_lock
 	.venv/bin/snakemake --cores $(CORES) --profile workflow/profiles/default --config scale=$(SCALE) -- report
 
 full: setup  ## the 18 cases at full scale, days on two cores; goes on where it was stopped
-	$(PYTHON) -m pywet.evidence.campaign --cores $(CORES)
-	$(PYTHON) -m pywet.evidence.page
+	$(PYTHON) -m pywet.evidence.full_scale.campaign --cores $(CORES)
+	$(PYTHON) -m pywet.evidence.full_scale.page
 
 bench: setup  ## cost of a step, side by side; collisions per second
 	$(PYTHON) benchmarks/step_cost.py

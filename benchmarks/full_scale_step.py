@@ -23,11 +23,11 @@ from typing import Any
 import pandas as pd
 
 from pywet import config
-from pywet.effects import PRESETS
+from pywet.apparatus import build_apparatus, fill, write_stl
+from pywet.apparatus.initial import write_initial
 from pywet.engines.liggghts import driver
 from pywet.files import write_json, write_table
-from pywet.geometry import build_apparatus, fill, write_stl
-from pywet.history.initial import write_initial
+from pywet.plan import PRESETS
 from pywet.scene import Effects, Output, Scene
 from pywet.screening import cases
 

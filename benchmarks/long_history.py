@@ -15,11 +15,11 @@ from typing import BinaryIO
 import numpy as np
 import pandas as pd
 
-from pywet.history import schema
-from pywet.history.tables import RAW, to_frame
-from reference_impl import booking, coverage, forces, io, laws, lives, transfer, whole
-from reference_impl.bodies import bodies, pairs, shapes
-from reference_impl.snapshots import thickness
+from pywet import schema
+from pywet.runs.tables import RAW, to_frame
+from reference_impl.replay import booking, coverage, forces, io, laws, lives, transfer, whole
+from reference_impl.replay.bodies import bodies, pairs, shapes
+from reference_impl.replay.snapshots import thickness
 
 STEP_S, DURATION_S, INTERVAL_S = 1.53e-6, 20.5, 0.1
 """Of case 8 at full scale."""

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet import small
+from pywet.bench import small
 from pywet.laws import capillary
 from pywet.scene import ContactPair, Liquid, Output, SphereClass
 

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 def convert(folder: Path) -> dict[str, Any]:
     """Raw logs to tables, as a finished run does."""
     from pywet.engines.liggghts import collecting, logs
-    from pywet.history import tables
+    from pywet.runs import tables
 
     collecting.convert_trajectory(folder / "engine.partial" / logs.TRAJECTORY, folder / "trajectory.parquet", 1.53e-6)
     tables.convert(folder / "engine.partial", folder / "history")
@@ -33,7 +33,7 @@ def convert(folder: Path) -> dict[str, Any]:
 
 def replayed(folder: Path) -> dict[str, Any]:
     """The replay."""
-    from reference_impl.replay import replay
+    from reference_impl.replay.replay import replay
 
     return replay(folder)
 

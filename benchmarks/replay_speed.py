@@ -18,8 +18,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from reference_impl import io
-from reference_impl.replay import replay
+from reference_impl.replay import io
+from reference_impl.replay.replay import replay
 
 OWN_IDS = ("spheres", "films", "trajectory", "start")
 APART = 10.0

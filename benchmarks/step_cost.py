@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet import small
+from pywet.bench import small
 from pywet.engines.liggghts import deck
 from pywet.laws import registry
 from pywet.scene import ContactPair, Liquid, Scene, SphereClass

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from tests.engine import stability
+from tests.engines.liggghts import stability
 
 VISCOSITIES = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 

@@ -261,7 +261,7 @@ def _readable(path: Path, cure: str) -> Iterator[None]:
 def _check_table(
     table: pd.DataFrame, path: Path, cure: str, columns: Collection[str], empty: bool | None = None
 ) -> None:
-    from pywet.history.schema import expected_columns, needs_rows
+    from pywet.schema import expected_columns, needs_rows
 
     missing = [name for name in (*expected_columns(path), *columns) if name not in table.columns]
     if missing:
@@ -272,7 +272,7 @@ def _check_table(
 
 
 def _check_values(table: pd.DataFrame, path: Path, cure: str) -> None:
-    from pywet.history.schema import NUMBER, expected_columns
+    from pywet.schema import NUMBER, expected_columns
 
     kinds = expected_columns(path)
     if path.parent.name == "results" and kinds:  # one column more for each size class and holder
@@ -298,7 +298,7 @@ def _check_column(values: pd.Series, kind: str, where: str, cure: str) -> None:
     """Refuse text in place of numbers, fractions in place of integers, NaN and infinities."""
     import numpy as np
 
-    from pywet.history.schema import INTEGER, NUMBER
+    from pywet.schema import INTEGER, NUMBER
 
     dtypes = {INTEGER: "iu", NUMBER: "iuf"}
     if not len(values) or kind not in dtypes:

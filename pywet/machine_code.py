@@ -21,7 +21,7 @@ from pywet import caches
 from pywet.files import atomic_write
 
 __all__ = ["njit", "numba"]
-COMPILED = ("laws", "physics", "young_laplace", "collisions")
+COMPILED = ("laws", "collisions")
 """Rooms of the package whose functions are compiled."""
 _SUM = hashlib.sha256().digest_size
 
@@ -77,7 +77,7 @@ def _mark() -> Path:
 
 
 def ready() -> bool:
-    """Whether `pywet.warm` has had all made that commands ask for; else the first question of a kind compiles."""
+    """Whether `pywet.cli.warm` has had all made that commands ask for; else the first question of a kind compiles."""
     return _mark().exists()
 
 

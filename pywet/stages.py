@@ -107,10 +107,10 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
     A dry run that recorded no motion in windows has nothing to replay (None); that it is whole is checked all the same.
     """
-    from pywet import audit
-    from reference_impl import command, whole
-    from reference_impl.io import ReplayError
-    from reference_impl.replay import replay as recompute
+    from pywet.plan import audit
+    from reference_impl.replay import command, whole
+    from reference_impl.replay.io import ReplayError
+    from reference_impl.replay.replay import replay as recompute
 
     folder = Path(run_dir)
     command.forget(folder)
@@ -136,7 +136,7 @@ def results(run_dir: Path) -> None:
 
 def vtk(run_dir: Path) -> None:
     """Stage vtk: time series for ParaView."""
-    from pywet.view import vtk as series
+    from pywet.report import vtk as series
 
     series.write(run_dir)
 

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from reference_impl import command
+from reference_impl.replay import command
 
 
 def main() -> int:

@@ -7,15 +7,15 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from reference_impl.replay import replay
-from tests.engine import planted
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts import planted
 from tests.reference_impl import planted_log
 
 PAGE = Path(__file__).parents[1] / "docs" / "planted_faults.md"
 HEAD = """# Planted faults
 
 Made by `python -m tests.planted_table` from runs with one fault each; the same faults are tests
-(`tests/engine/test_planted_faults.py`, `tests/reference_impl/test_diagnosis.py`).
+(`tests/engines/liggghts/test_planted_faults.py`, `tests/reference_impl/test_diagnosis.py`).
 
 **In the engine**: a copy of the plugin's sources in which the fault is switched on, built and run; spheres of two sizes are
 drawn off a floor, off a thin plate and off each other. **In the log**: the history of a sound run (twelve wet spheres fallen on a

@@ -16,7 +16,7 @@ import typer.main
 from typer.core import TyperGroup
 from typer.testing import CliRunner
 
-from pywet.cli import app
+from pywet.cli.app import app
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]

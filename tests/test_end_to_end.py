@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from pywet import config, stages
+from pywet.apparatus.initial import sphere_table
 from pywet.files import write_json, write_table
-from pywet.history.initial import sphere_table
 from pywet.scene import Scene
 from pywet.screening import cases
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from pywet.cli import app
+from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.files import atomic_write, make_folder, one_line, parse_json, read_table, shown, write_table
 from tests.screening import synthetic
@@ -53,7 +53,7 @@ def test_what_the_system_refuses_is_one_sentence(
     error: OSError, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A full disk, a folder of somebody else's, a file system that cannot be written: exit code 1, no traceback."""
-    from pywet.view import vtk
+    from pywet.report import vtk
 
     def refuse(folder: Path) -> None:
         raise error
@@ -65,7 +65,7 @@ def test_what_the_system_refuses_is_one_sentence(
 
 
 def test_a_fault_of_the_program_is_not_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from pywet.view import vtk
+    from pywet.report import vtk
 
     def wrong(folder: Path) -> None:
         raise KeyError("step")

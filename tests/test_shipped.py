@@ -23,7 +23,7 @@ BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md",
 BUILD = "import os; from setuptools import build_meta; os.mkdir('out'); build_meta.build_wheel('out')"
 TRY = """
 import os, pywet
-from pywet.cli import app
+from pywet.cli.app import app
 print(pywet.__file__)
 for words in ("laws", "init study", "plan 1 --config study/config"):
     app(words.split(), standalone_mode=False)

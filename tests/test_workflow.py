@@ -17,7 +17,8 @@ from typing import Any
 
 import pytest
 
-from pywet import config, stages, workflow_lock
+from pywet import config, stages
+from pywet.cli import workflow_lock
 from pywet.errors import PywetError
 
 ROOT = Path(__file__).parent.parent

@@ -12,15 +12,15 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from pywet import advisor
+from pywet.apparatus.solids import bin_solid, plate, polygon, tube
+from pywet.apparatus.surface import Surface, make_surface
+from pywet.bench.small import Sphere
 from pywet.errors import PywetError
 from pywet.files import read_table
-from pywet.geometry.solids import bin_solid, plate, polygon, tube
-from pywet.geometry.surface import Surface, make_surface
-from pywet.physics.contact import S_MIN, damping, effective_mass
+from pywet.laws.contact import S_MIN, damping, effective_mass
+from pywet.plan import time_steps as advisor
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.screening.amounts import common_film_thickness, liquid_volume
-from pywet.small import Sphere
 
 Floats = NDArray[np.float64]
 GLASS = 2500.0

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pywet import young_laplace
-from pywet.bridge_query import Query
-from reference_impl import capillary, laws
+from pywet.bench.bridge_query import Query
+from pywet.laws import exact_bridge as young_laplace
+from reference_impl.replay import capillary, laws
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.initial import sphere_table
 from pywet.files import write_json, write_table
-from pywet.history.initial import sphere_table
 from pywet.scene import Scene
 
 

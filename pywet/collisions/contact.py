@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from pywet.physics.contact import damping_ratio
+from pywet.laws.contact import damping_ratio
 
 
 def damping_constant(restitution: float) -> float:

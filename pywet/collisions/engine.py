@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet import small
+from pywet.bench import small
 from pywet.collisions import wall
 from pywet.collisions.problem import Liquid, Problem
 from pywet.errors import PywetError
 from pywet.files import read_table
-from pywet.physics.contact import damping_ratio
+from pywet.laws.contact import damping_ratio
 from pywet.scene import ContactPair, Effects, SphereClass
 from pywet.scene import Liquid as SceneLiquid
 

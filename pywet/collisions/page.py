@@ -10,7 +10,7 @@ import pandas as pd
 from pywet.collisions import curves, effects, figures, study, twin
 from pywet.errors import PywetError
 from pywet.files import atomic_write, read_csv
-from pywet.view import page
+from pywet.report import page
 
 
 def _cost() -> pd.DataFrame:

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pywet.collisions import contact
 from pywet.collisions.model import Parameters
 from pywet.config.entries import Excusable
-from pywet.physics.contact import effective_mass, reduced_radius
+from pywet.laws.contact import effective_mass, reduced_radius
 from pywet.strict import Strict
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30, allow_inf_nan=False)]

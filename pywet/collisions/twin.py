@@ -19,8 +19,8 @@ from pywet.collisions import engine, wall
 from pywet.collisions.curves import problem
 from pywet.collisions.problem import Problem, Readings
 from pywet.laws import registry
+from pywet.laws.contact import damping, film_volume
 from pywet.laws.force_law import ForceLaw
-from pywet.physics.contact import damping, film_volume
 from pywet.scene import Effects
 
 

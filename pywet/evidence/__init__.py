@@ -1,1 +1,1 @@
-"""What the paper says of its simulations, put to the test on full-scale runs: campaign, kept tables, statements, page."""
+"""Evidence about pywet: accuracy, stability and effects studied, agreement with other engines, laws and measurements, full scale."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
+from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
-from pywet.physics import contact
 
 GAP_MIN = 0.5e-6
 """Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""

@@ -18,9 +18,9 @@ from __future__ import annotations
 
 import math
 
+from pywet.laws import contact
 from pywet.laws.force_law import ForceLaw, force_law, helper, register
 from pywet.laws.viscous import lubricated_gap, reduced_radius
-from pywet.physics import contact
 
 NOMINAL_FILM = 0.04
 """Film gap δ in units of r_red for which the registered tangential law is made: the paper's ĥ_a = 0.01 for equal spheres."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
-from pywet.physics import contact
 
 effective_radius, bridge_radius = helper(contact.effective_radius), helper(contact.bridge_radius)
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from pywet.errors import PywetError
-from pywet.history.schema import LARGE_WALL, SPHERE
+from pywet.laws.contact import effective_radius
 from pywet.laws.rupture import willett_unequal
-from pywet.physics.contact import effective_radius
+from pywet.schema import LARGE_WALL, SPHERE
 
 Floats = NDArray[np.float64]
 

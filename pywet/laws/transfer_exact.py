@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 
 from pywet.errors import PywetError
-from pywet.history.schema import LARGE_WALL, SPHERE
+from pywet.laws.contact import effective_radius
+from pywet.laws.exact_bridge import rupture
 from pywet.laws.transfer import SMALLEST, V_STAR_GRID, Floats
-from pywet.physics.contact import effective_radius
-from pywet.young_laplace import rupture
+from pywet.schema import LARGE_WALL, SPHERE
 
 
 def exact_table(
@@ -25,7 +25,7 @@ def exact_table(
     `kind` 0: `size_j` is the other sphere's radius; 1: a large wall (`size_j` is not used); 2: a wire of radius `size_j`.
     V* = 0 takes the value at 1e-5; volumes too large for the bodies (thin wires) take the last solved value. Equal bodies
     share equally: where the bridge breaks by losing its symmetry, either may win.
-    Source: the exact solution, `pywet.young_laplace`.
+    Source: the exact solution, `pywet.laws.exact_bridge`.
 
     >>> float(exact_table(2e-3, 2e-3, 0.5, 0.5, 0)[7])
     0.5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
-from pywet.physics import contact
 
 reduced_radius = helper(contact.reduced_radius)
 

@@ -1,6 +1,6 @@
 """The exact bridge as laws for the engine: force and rupture distance interpolated in tables, at the price of a closed form.
 
-`pywet.young_laplace.table` solves and keeps the tables, one for each pair of contact angles. Here they become uniform cubic
+`pywet.laws.exact_bridge.table` solves and keeps the tables, one for each pair of contact angles. Here they become uniform cubic
 B-splines (twice continuously differentiable) in one block of memory that compiled code finds through a directory at a fixed
 address; a pair of angles that was not prepared gives NaN, which stops a run. From Python everything is prepared when called.
 """
@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
+from pywet.laws.exact_bridge import table as tables
+from pywet.laws.exact_bridge.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 from pywet.laws.force_law import ForceLaw, Prepared, register
 from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singles_at
-from pywet.young_laplace import table as tables
-from pywet.young_laplace.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 
 Floats = NDArray[np.float64]
 carray: Any = numba.carray  # type: ignore[attr-defined]
@@ -228,7 +228,7 @@ def _force(
     surface_tension σ [N/m]. Returns F [N]. Radius convention: V* = V/r_eff³ with the harmonic mean r_eff (2 r_i at a plate).
     Valid for 1e-9 ≤ V* ≤ 0.5 and contact angles below 90°; a larger volume counts as V* = 0.5, for a smaller one the known
     limit is approached. S ≤ 0: the force at touch. Beyond the rupture distance (dynamic rupture comes later): the force there.
-    Source: the exact solution, `pywet.young_laplace`; errors of the interpolation are in docs/young_laplace.md.
+    Source: the exact solution, `pywet.laws.exact_bridge`; errors of the interpolation are in docs/young_laplace.md.
 
     >>> f"{young_laplace(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.4e}"
     '3.8898e-04'
@@ -248,7 +248,7 @@ def _distance(volume: float, radius_i: float, radius_j: float, contact_angle_i: 
     A fold, or for equal bodies with contact angles above about 30° the loss of symmetry shortly before it.
 
     Arguments: volume [m3], radii [m] (radius_j = inf: plate), contact angles [rad]. Returns S_rup [m]. Radius convention and
-    range as the force `young_laplace`. Source: the exact solution, `pywet.young_laplace`.
+    range as the force `young_laplace`. Source: the exact solution, `pywet.laws.exact_bridge`.
 
     >>> f"{young_laplace_rupture(1e-11, 1e-3, 1e-3, 0.0, 0.0):.4e}"
     '2.1905e-04'

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from scipy.optimize import brentq
 
 from pywet.config import Case, Materials, Scale
-from pywet.physics.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
+from pywet.laws.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
 from pywet.scene import ContactPair, SphereClass
 
 

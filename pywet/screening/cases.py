@@ -6,15 +6,15 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from pywet.apparatus import Apparatus, ApparatusSpec, Surface, build_apparatus, fill, write_stl
+from pywet.apparatus.initial import write_initial
+from pywet.apparatus.motion import peak_speed
 from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
-from pywet.effects import GRAVITY, EffectPlan
-from pywet.effects import plan as plan_effects
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
-from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill, write_stl
-from pywet.history.initial import write_initial
-from pywet.motion import peak_speed
+from pywet.plan import GRAVITY, EffectPlan
+from pywet.plan import plan as plan_effects
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
 from pywet.screening import amounts
 

@@ -15,9 +15,9 @@ import pandas as pd
 
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
-from pywet.history.schema import SPHERE
+from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Scene
-from pywet.screening.rundir import Floats, RunDir
+from pywet.schema import SPHERE
 
 WALL_HOLDERS = {
     "wires": ("wires",),

@@ -12,10 +12,10 @@ import pandas as pd
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, write_json
-from pywet.history.schema import WORKS
+from pywet.runs.rundir import RunDir
+from pywet.runs.shapes import EngineRun, Replay
+from pywet.schema import WORKS
 from pywet.screening import results
-from pywet.screening.rundir import RunDir
-from pywet.screening.shapes import EngineRun, Replay
 
 """Columns of history/energy that add up to the change of kinetic energy."""
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")

@@ -11,7 +11,7 @@ from typing import Any
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there
-from pywet.screening.shapes import Replay, Summary
+from pywet.runs.shapes import Replay, Summary
 
 LEDGER_TOLERANCE = 1e-12
 """Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""

@@ -9,12 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet import small
-from pywet.bench import bodies
+from pywet.bench import bodies, small
 from pywet.bench.pair import Pair
 from pywet.bench.subset import with_spheres
 from pywet.errors import PywetError
-from pywet.physics.contact import film_thickness, film_volume
+from pywet.laws.contact import film_thickness, film_volume
 from pywet.scene import Scene
 
 R = 1e-3

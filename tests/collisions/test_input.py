@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from pywet.cli import app
+from pywet.cli.app import app
 from pywet.collisions import data, sweep, wall
 from pywet.collisions.problem import VARIANTS, Problem
 from pywet.config.loading import parse

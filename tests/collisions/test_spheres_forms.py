@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from pywet.cli import app
+from pywet.cli.app import app
 from pywet.collisions.spheres import collide
 from pywet.errors import PywetError
 

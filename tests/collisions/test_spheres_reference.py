@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pywet.collisions.spheres import collide, parse, run
-from reference_impl.spheres import solve
+from reference_impl.spheres.spheres import solve
 from tests.collisions.spheres_cases import several, three
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"

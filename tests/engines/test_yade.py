@@ -14,13 +14,12 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from pywet import small
-from pywet.bench import bodies
+from pywet.apparatus.motion import engine_displacement, screen_ellipse
+from pywet.apparatus.solids import plate
+from pywet.apparatus.surface import make_surface
+from pywet.bench import bodies, small
 from pywet.engines.liggghts import driver as liggghts
 from pywet.engines.yade import driver as yade
-from pywet.geometry.solids import plate
-from pywet.geometry.surface import make_surface
-from pywet.motion import engine_displacement, screen_ellipse
 from pywet.scene import Scene, Slide
 
 pytestmark = [

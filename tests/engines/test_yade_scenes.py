@@ -11,14 +11,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet import config, small, stages
-from pywet.crosscheck import bed, screening
+from pywet import config, stages
+from pywet.apparatus import build_apparatus
+from pywet.apparatus.solids import bin_solid, plate, tube
+from pywet.apparatus.surface import Surface, make_surface
+from pywet.bench import small
 from pywet.engines.stock import yade_force
 from pywet.engines.yade import contacts, driver, moist, solids
 from pywet.errors import PywetError
-from pywet.geometry import build_apparatus
-from pywet.geometry.solids import bin_solid, plate, tube
-from pywet.geometry.surface import Surface, make_surface
+from pywet.evidence.engines import bed, screening
 from pywet.scene import Scene, Slide
 from pywet.screening import cases, results
 from tests.engines.test_yade import CLASSES, DRY, PAIRS, RADII

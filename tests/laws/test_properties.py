@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pywet import young_laplace
+from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import registry
 
 OWN = [name for name in registry.BUILT_IN["capillary"] if name not in ("buck", "davis")]

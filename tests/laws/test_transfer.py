@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 from pywet.errors import PywetError
-from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws.rupture import willett_unequal
 from pywet.laws.transfer import V_STAR_GRID, Bridge, Pair, solve, transfer_table
+from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
 
 DEG = math.pi / 180
 RADII = (1.5e-3, 2.5e-3, 3.5e-3, 5e-3)

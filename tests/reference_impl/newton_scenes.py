@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet import small
-from pywet.geometry.solids import plate, wire
-from pywet.geometry.surface import Surface, make_surface
+from pywet.apparatus.solids import plate, wire
+from pywet.apparatus.surface import Surface, make_surface
+from pywet.bench import small
 from pywet.scene import ContactPair, Output, Rotation, Slide, Vibration
-from reference_impl import io, newton, window
-from reference_impl.compare import Quantity
-from tests.engine.scenes import WATER, spheres_of
+from reference_impl.motion import newton, window
+from reference_impl.replay import io
+from reference_impl.replay.compare import Quantity
+from tests.engines.liggghts.scenes import WATER, spheres_of
 
 R = 2.5e-3
 STEP = 1e-5

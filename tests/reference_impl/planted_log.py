@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet import small
-from reference_impl import io
-from tests.engine.scenes import WATER, contacts, spheres_of
+from pywet.bench import small
+from reference_impl.replay import io
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 R = 2.5e-3
 Tables = dict[str, Any]

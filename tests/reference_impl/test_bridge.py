@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from reference_impl.bridge import branch, rupture, solve
-from reference_impl.bridge_branch import lowest_eigenvalue, touching
-from reference_impl.bridge_solver import Problem, State, grid, newton
+from reference_impl.bridge.branch import lowest_eigenvalue, touching
+from reference_impl.bridge.bridge import branch, rupture, solve
+from reference_impl.bridge.solver import Problem, State, grid, newton
 
 PLATE = math.inf
 CASES = [

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_impl import capillary, exact, laws, transfer
+from reference_impl.replay import capillary, exact, laws, transfer
 
 TABLE = Path(__file__).parents[1] / "data" / "law_values.csv"
 WALL_DUMMY = 1.0

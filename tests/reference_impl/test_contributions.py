@@ -10,10 +10,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from pywet import small
+from pywet.bench import small
 from pywet.scene import ContactPair
-from reference_impl.replay import replay
-from tests.engine.scenes import WATER, spheres_of
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts.scenes import WATER, spheres_of
 
 pytestmark = pytest.mark.engine
 R, STEP = 2.5e-3, 1e-5

@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reference_impl import command, diagnosis, faults, laws
-from reference_impl.diagnosis import Link, Suspect
-from reference_impl.replay import replay, table
-from reference_impl.suspects import CHANGES, PIECES, exchanged
+from reference_impl.diagnosis import diagnosis, faults
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.suspects import CHANGES, PIECES, exchanged
+from reference_impl.replay import command, laws
+from reference_impl.replay.replay import replay, table
 from tests.reference_impl import planted_log
 
 LENGTH = 200

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_impl import capillary, laws, transfer
+from reference_impl.replay import capillary, laws, transfer
 
 ROOT = Path(__file__).parents[2]
 ONE = np.ones(1)
@@ -18,7 +18,7 @@ NO, YES = np.array([False]), np.array([True])
 
 def test_imports_nothing_of_pywet() -> None:
     """Two implementations that share a helper are one implementation."""
-    for path in (ROOT / "reference_impl").glob("*.py"):
+    for path in (ROOT / "reference_impl").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []

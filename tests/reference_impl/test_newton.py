@@ -16,10 +16,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet import small
-from reference_impl import mesh, wall_motion, window
-from reference_impl.replay import replay
-from reference_impl.touching import near_pairs
+from pywet.bench import small
+from reference_impl.motion import mesh, wall_motion, window
+from reference_impl.motion.touching import near_pairs
+from reference_impl.replay.replay import replay
 from tests.reference_impl import newton_scenes as scenes
 
 pytestmark = pytest.mark.engine

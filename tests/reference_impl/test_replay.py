@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from reference_impl import io
-from reference_impl.replay import replay
+from reference_impl.replay import io
+from reference_impl.replay.replay import replay
 
 pytestmark = pytest.mark.engine
 

@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet import small
+from pywet.bench import small
 from pywet.laws import registry
 from pywet.scene import Effects
-from reference_impl import capillary, coverage, laws
-from reference_impl.replay import replay, table
-from tests.engine.scenes import WATER, contacts, spheres_of
+from reference_impl.replay import capillary, coverage, laws
+from reference_impl.replay.replay import replay, table
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine
 LARGE, LITTLE = 2.5e-3, 1.5e-3

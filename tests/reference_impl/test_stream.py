@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from reference_impl import bodies, booking, compare, io, looked, spans, transfer
-from reference_impl.lives import Lives, none
-from reference_impl.replay import replay
+from reference_impl.diagnosis import looked
+from reference_impl.replay import bodies, booking, compare, io, spans, transfer
+from reference_impl.replay.lives import Lives, none
+from reference_impl.replay.replay import replay
 from tests.reference_impl import planted_log
 
 pytestmark = pytest.mark.engine

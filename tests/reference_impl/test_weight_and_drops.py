@@ -10,11 +10,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pywet import small
-from reference_impl.replay import replay
-from tests.engine import beds
-from tests.engine.scenes import WATER
-from tests.engine.test_shedding import SOAPY
+from pywet.bench import small
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts import beds
+from tests.engines.liggghts.scenes import WATER
+from tests.engines.liggghts.test_shedding import SOAPY
 
 pytestmark = pytest.mark.engine
 STEPS = 1000

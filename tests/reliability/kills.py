@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pywet.history import tables
+from pywet.runs import tables
 
 
 class Stopped(BaseException):

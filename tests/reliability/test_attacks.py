@@ -18,13 +18,15 @@ import pytest
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
-from pywet import caches, config, doctor, machine_code, small
-from pywet.cli import app
+from pywet import caches, config, machine_code
+from pywet.bench import small
+from pywet.cli import doctor
+from pywet.cli.app import app
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 from pywet.laws import davis, own, registry, viscous
 from pywet.scene import Scene
-from tests.engine.scenes import WATER, contacts, spheres_of
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
@@ -379,7 +381,7 @@ def test_a_user_without_a_home_can_work(open_folder: Path) -> None:
         "OPENBLAS_NUM_THREADS": "1",
     }  # fmt: skip
     law = "from pywet.laws import capillary; print(capillary.lambert(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 1.0))"
-    for arguments in (["-m", "pywet.cli", "laws"], ["-c", law]):
+    for arguments in (["-m", "pywet.cli.app", "laws"], ["-c", law]):
         done = subprocess.run(
             [*become, sys.executable, *arguments], cwd=open_folder, env=environment, capture_output=True, text=True
         )

@@ -26,7 +26,7 @@ import yaml
 from typer.testing import CliRunner
 
 from pywet import stages
-from pywet.cli import app
+from pywet.cli.app import app
 from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]

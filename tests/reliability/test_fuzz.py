@@ -23,19 +23,23 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from pywet import advisor, audit, bridge_query, config, showing, stages
-from pywet.cli import app
+from pywet import config, stages
+from pywet.bench import bridge_query
+from pywet.cli import showing
+from pywet.cli.app import app
 from pywet.collisions import spheres, sweep
 from pywet.collisions.nspheres import simulate
-from pywet.compare import digest, quantities
 from pywet.errors import PywetError
+from pywet.evidence.compare import digest, quantities
 from pywet.files import parse_json, write_json
+from pywet.plan import audit
+from pywet.plan import time_steps as advisor
+from pywet.report import collect, report, vtk
+from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
 from pywet.screening import cases, results, summary
-from pywet.screening.rundir import RunDir
-from pywet.view import collect, report, vtk
+from tests.report.test_report import REPLAY
 from tests.screening import synthetic
-from tests.view.test_report import REPLAY
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

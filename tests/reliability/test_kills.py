@@ -20,11 +20,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet import small
+from pywet.bench import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.errors import NotWhole, PywetError
 from pywet.scene import Scene
-from tests.engine import beds
+from tests.engines.liggghts import beds
 from tests.reliability.kills import Stopped, assert_same, tables_of
 
 pytestmark = pytest.mark.engine
@@ -449,7 +449,7 @@ def test_kills_at_random_moments_of_a_case(
 
 def called(config: Path, case: int, run_dir: Path) -> subprocess.Popen[bytes]:
     """`pywet run` in a process of its own."""
-    command = [sys.executable, "-m", "pywet.cli", "run", str(case), "--config", str(config), "--out", str(run_dir)]
+    command = [sys.executable, "-m", "pywet.cli.app", "run", str(case), "--config", str(config), "--out", str(run_dir)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
 

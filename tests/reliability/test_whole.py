@@ -12,10 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet import stages
-from pywet.cli import app
+from pywet.cli.app import app
 from pywet.errors import PywetError
-from reference_impl import command
-from reference_impl.replay import table
+from reference_impl.replay import command
+from reference_impl.replay.replay import table
 from tests.reference_impl import newton_scenes
 from tests.screening import synthetic
 

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 
 from pywet.files import write_json, write_table
-from pywet.history.schema import CONTACT, ENERGY, EVENT
-from pywet.history.tables import to_frame
+from pywet.runs.tables import to_frame
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
+from pywet.schema import CONTACT, ENERGY, EVENT
 
 UNIT = 1e-9
 STEPS = (0, 100, 200)

@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 
 from pywet.errors import PywetError
-from pywet.physics.contact import film_thickness
+from pywet.laws.contact import film_thickness
+from pywet.runs.rundir import RunDir
 from pywet.screening import results
-from pywet.screening.rundir import RunDir
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT
 

@@ -5,7 +5,7 @@
 # A source that fails leaves its reason in its file, and the page is made with its cells blank. What `engines` and the screening
 # cases have left in results/ is read where it is there, so run this target after them.
 
-from pywet.agreement.sources import SOURCES, found
+from pywet.evidence.agreement.sources import SOURCES, found
 
 AGREEMENT = "results/agreement"
 

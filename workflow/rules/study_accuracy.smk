@@ -7,7 +7,7 @@
 # A job is a round: a scene with one seed, all its settings in turn, so that what is compared is timed side by side. Every run in
 # it leaves its own file under runs/ when it is whole; a call that was cut off goes on with the run it was at.
 
-from pywet.study.accuracy import runs as accuracy_runs
+from pywet.evidence.accuracy import runs as accuracy_runs
 
 ACCURACY = "results/studies/accuracy"
 try:

@@ -5,7 +5,7 @@
 # One job for each scene and first arrangement: all choices of effects run in it one after the other, so that their times can
 # be laid side by side. A job that was cut off goes on behind the last run it finished.
 
-from pywet.study.effects.scenes import SCENES as EFFECT_SCENES
+from pywet.evidence.effects.scenes import SCENES as EFFECT_SCENES
 
 EFFECT_STUDY = "results/studies"
 EFFECT_SEEDS = range(4)

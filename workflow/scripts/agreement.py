@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.agreement import page
+from pywet.evidence.agreement import page
 
 with stages.logged(Path(snakemake.log[0])):
     page.make(Path(snakemake.output.page).parent)

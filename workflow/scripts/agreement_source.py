@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.agreement import sources
+from pywet.evidence.agreement import sources
 
 with stages.logged(Path(snakemake.log[0])):
     sources.run(snakemake.params.source, Path(snakemake.output.data).parent.parent)

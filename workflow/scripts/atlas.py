@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.atlas import page
+from pywet.evidence.atlas import page
 
 with stages.logged(Path(snakemake.log[0])):
     page.write(Path(snakemake.output.page).parent, lambda what, share: print(f"{100 * share:3.0f} % {what}", flush=True))

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.crosscheck import screening
+from pywet.evidence.engines import screening
 
 folder = Path(snakemake.output.verdict).parent
 runs = {engine: [Path(p).parent.parent for p in snakemake.input[engine]] for engine in screening.ENGINES}

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.crosscheck import small_scenes
+from pywet.evidence.engines import small_scenes
 
 with stages.logged(Path(snakemake.log[0]), echo=True):
     small_scenes.write(

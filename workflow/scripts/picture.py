@@ -10,6 +10,6 @@ with stages.logged(Path(snakemake.log[0])):
     if moist is None:
         out.touch()
     else:
-        from pywet.view import render
+        from pywet.report import render
 
         print(f"{moist.name} drawn by", render.write(moist, out))

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import config, stages
-from pywet.view import report
+from pywet.report import report
 
 out = Path(snakemake.output.report)
 with stages.logged(Path(snakemake.log[0])):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pywet import stages
 from pywet.files import write_json
-from pywet.study.accuracy import runs
+from pywet.evidence.accuracy import runs
 
 say = lambda name, done, of: print(f"{done + 1} of {of}: {name}", flush=True)
 with stages.logged(Path(snakemake.log[0])):

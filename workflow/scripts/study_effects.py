@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.study.effects import study
+from pywet.evidence.effects import study
 
 with stages.logged(Path(snakemake.log[0]), echo=True):
     out_dir = Path(snakemake.output.page).parent

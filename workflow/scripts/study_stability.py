@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.study.stability import hard, maps, report, sweep
+from pywet.evidence.stability import hard, maps, report, sweep
 
 if __name__ == "__main__":  # the server that engines are forked from reads this file too
     part = snakemake.params.part

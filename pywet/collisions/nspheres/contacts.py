@@ -14,16 +14,7 @@ import math
 from typing import Any
 
 from pywet.collisions.nspheres.dynamics import COS, SIN, WORKS, H, U, W, compiled, pair_geometry, slip
-from pywet.collisions.nspheres.steppers import (
-    IMPACT_LOSS,
-    IMPACTS,
-    LOGGED,
-    PAIRS,
-    SIZE,
-    SPEED,
-    TIME,
-    derivative,
-)
+from pywet.collisions.nspheres.steppers import IMPACT_LOSS, IMPACTS, LOGGED, PAIRS, SIZE, SPEED, TIME, derivative
 
 BURST = 500
 """Impacts of one pair after which its rest speed doubles."""

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from matplotlib import pyplot as plt
 
-from pywet import small
+from pywet.bench import small
 from pywet.collisions.nspheres.equal import three_equal_spheres
 from pywet.collisions.nspheres.plots import BLUE, GREY, RED, save
 from pywet.collisions.nspheres.simulate import Run, run

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pywet.collisions.nspheres import paper
 from pywet.files import atomic_write, write_json
-from pywet.view import page
+from pywet.report import page
 
 FIGURES = {
     "figure_05.png": "Fig. 5: snapshots for St 2, 5, 10",

@@ -37,14 +37,7 @@ WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in (
-        "laws/*.py",
-        "young_laplace/*.py",
-        "history/*.py",
-        "engines/*.py",
-        "engines/liggghts/*.py",
-        "motion.py",
-    )
+    for pattern in ("*.py", "laws/**/*.py", "apparatus/*.py", "runs/*.py", "engines/*.py", "engines/liggghts/*.py")
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.motion import engine_displacement, slide_displacement
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
-from pywet.history import tables
-from pywet.motion import engine_displacement, slide_displacement
+from pywet.runs import tables
 from pywet.scene import Scene, WallMesh
 
 TABLES = "tables"

@@ -11,15 +11,14 @@ import jinja2
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.motion import viblin_movers
+from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
 from pywet.engines.liggghts import windows
 from pywet.engines.liggghts.checkpoint import Checkpoint
 from pywet.errors import PywetError
 from pywet.files import atomic_write, read_table, shown
-from pywet.geometry.stl import write_first_triangle
-from pywet.laws import registry
-from pywet.motion import viblin_movers
-from pywet.physics import contact
+from pywet.laws import contact, registry
 from pywet.scene import ContactPair, Scene, WallMesh
 from pywet.shipped import place
 

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from pywet import advisor
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
@@ -27,7 +26,8 @@ from pywet.engines.liggghts.tables import prepare_laws
 from pywet.engines.process import Usage, alone, package_version, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.files import read_table, write_json, write_table
-from pywet.history import tables
+from pywet.plan import time_steps as advisor
+from pywet.runs import tables
 from pywet.scene import Scene
 
 PROGRAM = "liggghts"

@@ -1,6 +1,6 @@
 """The raw files that a run appends to, and how far each is whole: sizes and check sums up to a step.
 
-Trajectory and window dumps are the engine's text, the `.bin` logs the plugin's records (pywet/history/schema.py).
+Trajectory and window dumps are the engine's text, the `.bin` logs the plugin's records (pywet/schema.py).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pywet.engines.liggghts import windows
-from pywet.history.schema import RAW
+from pywet.schema import RAW
 
 TRAJECTORY = "trajectory.txt"
 DUMPS = (TRAJECTORY, *(f"{name}.txt" for name in (windows.STATES, *windows.SPRINGS)))

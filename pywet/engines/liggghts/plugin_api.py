@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.prisms import prism_of
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.liggghts.deck import drop_every
 from pywet.engines.schedule import checkpoint_every
 from pywet.errors import EngineError, PywetError
-from pywet.geometry.prisms import prism_of
-from pywet.history.schema import LARGE_WALL, SMALL_WALL, SPHERE
 from pywet.laws import registry
 from pywet.laws.batch import batch
 from pywet.laws.kinds import KINDS
 from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene, WallMesh
+from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
 
 SLOTS = {
     name: (name,) if kind.force else tuple(part.slot or name for part in kind.parts)

@@ -19,7 +19,7 @@ from pyarrow import csv
 from pywet.engines import schedule
 from pywet.errors import NotWhole
 from pywet.files import one_line, write_table
-from pywet.history.tables import read_raw, to_frame
+from pywet.runs.tables import read_raw, to_frame
 from pywet.scene import Scene
 
 STATES = "states"

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pywet.apparatus.surface import Floats
 from pywet.engines.liggghts.deck import damping
 from pywet.errors import PywetError
-from pywet.geometry.surface import Floats
-from pywet.physics.contact import pair_mass
+from pywet.laws.contact import pair_mass
 from pywet.scene import Scene
 
 LARGEST_MISS = 0.02

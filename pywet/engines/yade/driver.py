@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet import advisor
+from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
 from pywet.engines.process import OUTPUT, Report, alone, attend, package_version, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.files import read_json, read_table, write_json, write_table
-from pywet.geometry.stl import read_stl
-from pywet.history import tables
+from pywet.plan import time_steps as advisor
+from pywet.runs import tables
 from pywet.scene import Scene
 
 PROGRAM = "yade"

@@ -20,7 +20,7 @@ from pywet.engines.stock.yade import YADE_LAWS
 from pywet.engines.yade.driver import build_task, check_engine, execute, finish
 from pywet.errors import PywetError
 from pywet.files import read_json
-from pywet.physics.contact import pair_mass
+from pywet.laws.contact import pair_mass
 from pywet.scene import ContactPair, Scene
 
 

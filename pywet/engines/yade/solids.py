@@ -16,8 +16,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
+from pywet.apparatus.surface import Floats, Surface
 from pywet.errors import PywetError
-from pywet.geometry.surface import Floats, Surface
 
 SAME = 1e-6
 """Relative tolerance of volumes, and in metres over the size of the solid of distances: STL files are in single precision."""

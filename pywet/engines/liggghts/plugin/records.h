@@ -1,4 +1,4 @@
-// Records of the logs. Layout = pywet/history/schema.py, packed, little endian; a test compares the sizes.
+// Records of the logs. Layout = pywet/schema.py, packed, little endian; a test compares the sizes.
 #pragma once
 #include <cstdint>
 #include <cstdio>
@@ -62,14 +62,14 @@ struct WireContact {
   double spring[3];
 };
 #pragma pack(pop)
-static_assert(sizeof(Event) == 120, "records must match pywet/history/schema.py");
-static_assert(sizeof(Contact) == 400, "records must match pywet/history/schema.py");
-static_assert(sizeof(Ledger) == 88, "records must match pywet/history/schema.py");
-static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/history/schema.py");
-static_assert(sizeof(Energy) == 120, "records must match pywet/history/schema.py");
-static_assert(sizeof(Film) == 24, "records must match pywet/history/schema.py");
-static_assert(sizeof(Drop) == 112, "records must match pywet/history/schema.py");
-static_assert(sizeof(WireContact) == 48, "records must match pywet/history/schema.py");
+static_assert(sizeof(Event) == 120, "records must match pywet/schema.py");
+static_assert(sizeof(Contact) == 400, "records must match pywet/schema.py");
+static_assert(sizeof(Ledger) == 88, "records must match pywet/schema.py");
+static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/schema.py");
+static_assert(sizeof(Energy) == 120, "records must match pywet/schema.py");
+static_assert(sizeof(Film) == 24, "records must match pywet/schema.py");
+static_assert(sizeof(Drop) == 112, "records must match pywet/schema.py");
+static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 
 // A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.
 inline std::string number(double value) {

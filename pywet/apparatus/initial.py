@@ -1,0 +1,64 @@
+"""The tables a run starts from: history/spheres, triangles and parts; numbered as schema.py says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet.apparatus import Surface
+from pywet.files import write_table
+from pywet.laws.contact import film_volume
+from pywet.scene import Scene
+
+
+def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:
+    """id, type, radius [m], film [m3]; the same film thickness on every sphere."""
+    thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
+    table = spheres[["id", "type"]].copy()
+    table["radius"] = table["type"].map({c.type: c.radius_m for c in scene.classes})
+    table["film"] = table["type"].map({c.type: film_volume(thickness, c.radius_m) for c in scene.classes})
+    return table
+
+
+def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
+    """triangle, part, mesh, holder, area [m2], nodes at rest v0_x to v2_z [m]."""
+    tables, first = [], 0
+    for surface in surfaces:
+        rows = pd.DataFrame(
+            {"part": surface.part + first, "mesh": surface.name, "holder": surface.holder, "area": surface.area}
+        )
+        for k in range(3):
+            for m, axis in enumerate("xyz"):
+                rows[f"v{k}_{axis}"] = surface.corners[:, k, m]
+        tables.append(rows)
+        first += len(surface.part_half_width)
+    table = pd.concat(tables, ignore_index=True)
+    table.insert(0, "triangle", np.arange(len(table)))
+    return table
+
+
+def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
+    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2]."""
+    rows: list[tuple[int, str, str, float, float, float]] = []
+    for surface, wall in zip(surfaces, scene.walls, strict=True):
+        area = np.bincount(surface.part, weights=surface.area)
+        for half_width, a in zip(surface.part_half_width, area, strict=True):
+            width = math.nan if half_width is None else half_width
+            rows.append((len(rows), surface.name, surface.holder, width, wall.contact_angle_rad, float(a)))
+    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area"])
+
+
+def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
+    """Write the tables into `run_dir`/history; `surfaces` in the order of scene.walls."""
+    history = Path(run_dir) / "history"
+    write_table(sphere_table(scene, spheres), history / "spheres.parquet")
+    if surfaces:
+        write_table(triangle_table(surfaces), history / "triangles.parquet")
+        write_table(part_table(scene, surfaces), history / "parts.parquet")
+    else:  # what an earlier scene may have left
+        for name in ("triangles", "parts"):
+            (history / f"{name}.parquet").unlink(missing_ok=True)

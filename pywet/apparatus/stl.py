@@ -1,0 +1,48 @@
+"""Surfaces to and from binary STL, by meshio. The order of the triangles is kept; parts are not part of an STL file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from pywet.apparatus.surface import Motion, Surface, make_surface
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.scene import Holder
+
+
+def write_stl(surface: Surface, path: Path) -> None:
+    """Write the triangles in their order; coordinates are single precision already, so nothing is lost."""
+    mesh = meshio.Mesh(surface.vertices, [("triangle", surface.triangles)])
+    with atomic_write(Path(path)) as temporary:
+        meshio.write(temporary, mesh, file_format="stl", binary=True)
+
+
+def write_first_triangle(stl: Path, path: Path) -> None:
+    """Write a binary STL file that holds the first triangle of another one alone."""
+    head, count, record = 80, 4, 50  # bytes: text, number of triangles, one triangle
+    data = Path(stl).read_bytes()
+    with atomic_write(Path(path)) as temporary:
+        temporary.write_bytes(data[:head] + (1).to_bytes(count, "little") + data[head + count : head + count + record])
+
+
+def read_stl(
+    path: Path,
+    holder: Holder = "wall",
+    name: str | None = None,
+    motion: Motion = "fixed",
+    half_width: float | None = None,
+) -> Surface:
+    """Read an STL file (text or binary) as a checked surface of one part; open or damaged files raise `PywetError`."""
+    path = Path(path)
+    if not path.is_file():
+        raise PywetError(f"no STL file at {path}; give the path of a surface mesh")
+    try:
+        mesh = meshio.read(path, file_format="stl")
+        triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
+        corners = np.asarray(mesh.points, dtype=np.float64)[triangles]
+    except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
+        raise PywetError(f"{path} is not a readable STL file with triangles ({error}); export it again") from error
+    return make_surface(name or path.stem, holder, [(corners, half_width)], motion)

@@ -1,0 +1,106 @@
+"""One bridge measured inside the engine: two bodies drawn apart at constant speed, force over separation from the contact log.
+
+Each law has its own run, because laws act as a scene's effects. What is asked and the rest of the answer: `bridge_query.py`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from pywet.bench import small
+from pywet.bench.bodies import contacts, sphere_classes, water
+from pywet.bench.bridge_query import EXACT, Query, answer
+from pywet.errors import PywetError
+from pywet.files import read_table
+from pywet.laws import registry
+from pywet.laws.contact import film_volume
+from pywet.schema import FORMATION, RUPTURE
+
+STEPS = 4000
+"""Steps from touch to the largest separation; the log is interpolated between them by a cubic spline."""
+
+
+def measured(query: Query) -> dict[str, Any]:
+    """The answer with force, viscous force and rupture distance as the engine gives them."""
+    found = answer(query)
+    forces: dict[str, list[float | None]] = {}
+    viscous: dict[str, list[float | None]] = {}
+    distances: dict[str, float | None] = {}
+    rupture = query.rule
+    normal = query.named("viscous_normal")
+    runs = [(name, EXACT if name == EXACT else rupture, normal[0]) for name in query.named("capillary")]
+    runs += [(runs[0][0], runs[0][1], name) for name in normal[1:]]
+    for capillary, limit, drag in runs:
+        with tempfile.TemporaryDirectory(prefix="pywet-bridge-") as folder:
+            log, events = _pull(Path(folder), query, capillary, limit, drag)
+        forces.setdefault(capillary, _at(query, log, "capillary"))
+        viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
+        broken = events[events["kind"] == RUPTURE]
+        distances.setdefault(limit, float(broken["separation"].iloc[0]) if len(broken) else None)
+    found.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances)
+    found["volume_m3"] = float(events.loc[events["kind"] == FORMATION, "volume"].iloc[0])
+    found["measured_in"] = "liggghts"
+    return found
+
+
+def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Run the two bodies; contact log and events."""
+    ri, rj, ti, tj = query.pair
+    wall = query.bodies[1].wall is not None
+    radii, angles = ((ri,), (ti,)) if wall else ((ri, rj), (ti, tj))
+    speed = query.velocity_m_per_s if query.velocity_m_per_s > 0.0 else 1e-3
+    far = 1.02 * max(
+        *query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj)
+    )
+    liquid = water(_thickness(query), query.viscosity_Pa_s, query.surface_tension_N_per_m)
+    start = min(0.0, *query.separations_m) - 4.0 * far / STEPS  # a new bridge acts from the next step on
+    moving = small.Sphere(
+        1 if wall else 2, (0.0, 0.0, ri + start if wall else ri + rj + start), (0.0, 0.0, speed), driven=True
+    )
+    bodies = [moving] if wall else [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), moving]
+    step = (far - start) / speed / STEPS
+    dry = contacts(len(radii), 1.0, friction=0.0, restitution=0.5)  # some contact: bodies that are driven feel none
+    laws = {"capillary": capillary, "rupture": rupture, "viscous_normal": drag, "dynamic_rupture": None}
+    small.prepare(
+        folder, sphere_classes(*radii, angle_rad=angles, name="body {k}"), bodies, dry, liquid=liquid,
+        effects=small.PAPER.model_copy(update=laws), wall_angle_rad=tj, time_step_s=step, steps=STEPS + 10,
+        walls=[small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [], output_interval_s=STEPS * step,
+        box=20 * max(radii) + 2 * far,
+    )  # fmt: skip
+    small.run(folder, bodies)
+    history = folder / "history"
+    return read_table(history / "contacts.parquet"), read_table(history / "events.parquet")
+
+
+def _thickness(query: Query) -> float:
+    """Film on the spheres from which the law of formation draws the asked volume."""
+    ri, rj, *_ = query.pair
+    draw = registry.get("formation", "shi_mccarthy").functions[0]
+
+    def drawn(thickness: float) -> float:
+        volume = draw(film_volume(thickness, ri), ri, rj)
+        return volume if query.bodies[1].wall else volume + draw(film_volume(thickness, rj), rj, ri)
+
+    top = ri
+    while drawn(top) < query.volume_m3:
+        top *= 2.0
+    return float(brentq(lambda h: drawn(h) / query.volume_m3 - 1.0, 0.0, top, xtol=1e-18, rtol=1e-15))
+
+
+def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:
+    """A column of the log at the asked separations; None beyond the bridge's life."""
+    if len(log) < 4:
+        raise PywetError(
+            "the bridge lived for fewer than four steps in the engine; expected a larger volume or more steps"
+        )
+    gaps, values = log["separation"].to_numpy(), log[column].to_numpy()
+    apart = gaps > 0.0  # overlapping bodies have the values of touching ones
+    spline = CubicSpline([0.0, *gaps[apart]], [values[~apart][-1], *values[apart]])
+    reach = gaps[-1] + (gaps[-1] - gaps[-2])
+    return [float(spline(max(s, 0.0))) if s <= reach else None for s in query.separations_m]

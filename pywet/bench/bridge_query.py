@@ -1,0 +1,188 @@
+"""`pywet bridge FILE.json`: force over separation of one bridge by any laws and by the exact solution. JSON in, JSON out.
+
+The same inside the engine is in `bridge_engine.py`. No physics here: laws and the exact bridge are called.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from pywet.config.entries import Excusable
+from pywet.config.messages import mistake
+from pywet.errors import PywetError
+from pywet.files import read_json
+from pywet.laws import exact_bridge as young_laplace
+from pywet.laws import registry
+from pywet.laws.contact import bridge_radius
+from pywet.laws.kinds import PRESETS
+from pywet.schema import LARGE_WALL, SPHERE
+from pywet.strict import Strict
+
+EXACT = "young_laplace"
+DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_normal", "rupture")}
+"""Laws of each kind where the file names none."""
+
+
+LENGTH = {"ge": 1e-9, "le": 10.0}
+"""From the size of molecules to beyond every grain [m]."""
+Radius = Annotated[float, Field(**LENGTH)]
+Volume = Annotated[float, Field(ge=1e-30, le=1e3)]
+Coefficient = Annotated[float, Field(ge=0, le=1e6)]
+Speed = Annotated[float, Field(ge=-1e6, le=1e6)]
+Separation = Annotated[float, Field(ge=-10.0, le=10.0)]
+
+
+class Body(Strict):
+    """A sphere, or a large wall."""
+
+    radius_m: Radius | None = None
+    wall: Literal["large"] | None = None
+    contact_angle_deg: Annotated[float, Field(ge=0, lt=90)]
+
+    @model_validator(mode="after")
+    def _one(self) -> Body:
+        if (self.radius_m is None) == (self.wall is None):
+            raise ValueError('a body has either "radius_m" or "wall": "large"')
+        return self
+
+    @property
+    def radius(self) -> float:
+        """Radius [m], infinite for a wall."""
+        return math.inf if self.radius_m is None else self.radius_m
+
+    @property
+    def angle(self) -> float:
+        """Contact angle [rad]."""
+        return math.radians(self.contact_angle_deg)
+
+
+class Query(Excusable):
+    """What is asked: two bodies, the liquid between them, separations and laws."""
+
+    bodies: Annotated[tuple[Body, ...], Field(min_length=2, max_length=2)]
+    volume_m3: Volume
+    surface_tension_N_per_m: Coefficient
+    viscosity_Pa_s: Coefficient = 0.0
+    velocity_m_per_s: Speed = 0.0
+    separations_m: Annotated[tuple[Separation, ...], Field(min_length=1, max_length=100_000)]
+    laws: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _sphere_first(self) -> Query:
+        if self.bodies[0].wall is not None:
+            raise ValueError('the first body is a wall; expected the sphere first and "wall": "large" second')
+        return self
+
+    @property
+    def pair(self) -> tuple[float, float, float, float]:
+        """Radii [m] and contact angles [rad]."""
+        i, j = self.bodies
+        return i.radius, j.radius, i.angle, j.angle
+
+    def named(self, kind: str) -> list[str]:
+        """Laws of a kind that are asked for."""
+        wanted = [
+            name for name in self.laws if name in registry.names(kind) or (kind == "capillary" and ".py:" in name)
+        ]
+        return wanted or ([*registry.BUILT_IN[kind]] if not self.laws else [DEFAULT[kind]])
+
+    @property
+    def rule(self) -> str:
+        """Rupture law that ends the closed forms: the first named that is no force of the answer too, else the paper's."""
+        elsewhere = {name for kind in DEFAULT if kind != "rupture" for name in registry.names(kind)}
+        return next((n for n in self.named("rupture") if n not in elsewhere), DEFAULT["rupture"])
+
+
+def read(path: Path) -> Query:
+    """Read and check a query."""
+    given = read_json(path, "see the form in docs/bridge.md")
+    try:
+        query = Query.model_validate(given)
+    except ValidationError as error:
+        raise mistake(error, Query, str(path)) from error
+    known = {name for kind in DEFAULT for name in registry.names(kind)}
+    for name in query.laws:
+        if name not in known and ".py:" not in name:
+            raise PywetError(
+                f"{path}: there is no law named {name}; expected some of {', '.join(sorted(known))}: mend laws"
+            )
+    return query
+
+
+def answer(query: Query) -> dict[str, Any]:
+    """Everything the file asks, by the laws in Python and the exact solution."""
+    ri, rj, ti, tj = query.pair
+    volume, sigma = query.volume_m3, query.surface_tension_N_per_m
+    gaps = np.array(query.separations_m)
+    limit = young_laplace.rupture(volume, ri, rj, ti, tj)
+    ends = dict.fromkeys([*query.named("rupture"), query.rule])
+    distances = {
+        name: registry.get("rupture", name).functions[0](volume, ri, rj, ti, tj) for name in ends if name != EXACT
+    }
+    distances[EXACT] = limit.separation
+    bridges = [young_laplace.solve(s, volume, ri, rj, ti, tj) for s in query.separations_m]
+    angles = [b.half_filling_angles if b else (math.nan, math.nan) for b in bridges]
+    rule = query.rule
+    forces = {}
+    for name in query.named("capillary"):
+        if name == EXACT:
+            forces[name] = [None if b is None else b.force(sigma) for b in bridges]
+        else:
+            law = registry.get("capillary", name).functions[0]
+            forces[name] = _until(distances[rule], gaps, law(gaps, volume, ri, rj, ti, tj, sigma), name)
+    viscous = {}
+    for name in query.named("viscous_normal"):
+        law = registry.get("viscous_normal", name).functions[0]
+        values = -law(gaps, volume, ri, rj, query.velocity_m_per_s, query.viscosity_Pa_s)
+        viscous[name] = _until(distances[rule], gaps, values + 0.0, name)
+    factor = registry.get("dynamic_rupture", "pitois").functions[0]
+    return {
+        "force_N": forces,
+        "viscous_normal_N": viscous,
+        "rupture_distance_m": distances,
+        "rupture_kind": limit.kind,
+        "rupture_used_m": {name: distances[EXACT if name == EXACT else rule] for name in (*forces, *viscous)},
+        "dynamic_rupture_factor": _finite(
+            float(factor(abs(query.velocity_m_per_s), query.viscosity_Pa_s, sigma)), "of dynamic rupture"
+        ),
+        "transfer_ratio": {name: _share(query, name) for name in registry.TRANSFER},
+        "half_filling_angle_deg": {
+            "body_1": [_degrees(a) for a, _ in angles],
+            "body_2": None if math.isinf(rj) else [_degrees(a) for _, a in angles],
+        },
+    }
+
+
+def _until(rupture: float, gaps: np.ndarray, values: np.ndarray, name: str) -> list[float | None]:
+    """Values up to the rupture distance, None beyond."""
+    pairs = zip(gaps, np.broadcast_to(values, gaps.shape), strict=True)
+    return [None if s > rupture else _finite(float(v), name) for s, v in pairs]
+
+
+def _finite(value: float, name: str) -> float:
+    if not math.isfinite(value):
+        raise PywetError(
+            f"law {name} gives {value} for this bridge; expected a number: mend the bodies, or leave it out"
+        )
+    return value
+
+
+def _degrees(angle: float) -> float | None:
+    return None if math.isnan(angle) else math.degrees(angle)
+
+
+def _share(query: Query, model: str) -> float | None:
+    """Part of the liquid that body 1 keeps at rupture; None where the model has no solution."""
+    ri, rj, ti, tj = query.pair
+    wall = math.isinf(rj)
+    reduced = np.array([query.volume_m3 / bridge_radius(ri, rj) ** 3])
+    table = registry.transfer_model(model)
+    try:
+        return float(table(ri, ri if wall else rj, ti, tj, LARGE_WALL if wall else SPHERE, reduced)[0])
+    except PywetError:
+        return None

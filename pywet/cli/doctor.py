@@ -1,0 +1,161 @@
+"""What this machine has and what is missing: engine, compiler, MPI, Python packages, plugin, disk. It installs nothing."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import sys
+import tempfile
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from pywet import caches
+from pywet.engines import process
+from pywet.engines.liggghts import build
+from pywet.errors import PywetError
+
+MEND = "run `make setup`"
+LIBRARY = "libliggghts.so.3"
+FREE_GB = 2.0
+CONSTRAINTS = Path(__file__).parents[2] / "constraints.txt"
+MAIN_PACKAGES = (
+    "numpy", "scipy", "pandas", "pyarrow", "numba", "pydantic", "meshio", "pyvista", "matplotlib", "jinja2", "snakemake",
+    "typer", "rich",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that is needed: what was found, which version, what is needed, and how to mend it."""
+
+    name: str
+    found: str | None
+    version: str | None
+    needed: str
+    ok: bool
+    mend: str = MEND
+
+    def sentence(self) -> str:
+        """What is wrong, in one sentence."""
+        what = self.version if self.found and self.version else self.found or "nothing"
+        return f"{self.name}: {what} was found, {self.needed} is needed: {self.mend}"
+
+
+def checks() -> list[Check]:
+    """All checks, in the order in which they are needed."""
+    return [
+        _engine(),
+        _library(),
+        _headers(),
+        *(_program(name) for name in ("mpirun", "mpicxx", "g++")),
+        _python(),
+        *(_python_package(name, version) for name, version in pinned().items() if name in MAIN_PACKAGES),
+        _plugin(),
+        _disk(),
+    ]
+
+
+def pinned() -> dict[str, str]:
+    """Versions in constraints.txt by lower-case name; empty where the package is installed without its repository."""
+    if not CONSTRAINTS.exists():
+        return {}
+    lines = [line.strip() for line in CONSTRAINTS.read_text().splitlines()]
+    return {name.lower(): version for name, _, version in (line.partition("==") for line in lines if "==" in line)}
+
+
+def banner_version(program: str) -> str | None:
+    """Version in the first line that the engine prints; None when it says something else."""
+    with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
+        said = process.said([program, "-log", "none"], "\n", Path(folder))
+    found = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", said)
+    return found.group(1) if found else None
+
+
+def _engine() -> Check:
+    path = shutil.which("liggghts")
+    if path is None:
+        return Check("liggghts", None, None, build.ENGINE_VERSION, False)
+    try:
+        version, why = banner_version(path), "it does not start"
+    except PywetError as error:
+        version, why = None, str(error)
+    if version is None:
+        mend = f"{why}; run `liggghts -h` to see why, or apt-get install --reinstall liggghts"
+        return Check("liggghts", path, None, build.ENGINE_VERSION, False, mend)
+    return Check("liggghts", path, version, build.ENGINE_VERSION, version == build.ENGINE_VERSION, _other(path))
+
+
+def _library() -> Check:
+    try:
+        ctypes.CDLL(LIBRARY)
+    except OSError as error:
+        return Check(LIBRARY, None, None, "any", False, f"it does not load ({error}); {MEND}")
+    return Check(LIBRARY, "loads", process.package_version("libliggghts3"), "any", True)
+
+
+def _headers() -> Check:
+    version = process.package_version("libliggghts-dev")
+    found = str(build.INCLUDE) if build.INCLUDE.is_dir() else None
+    ok = found is not None and version is not None and version.startswith(build.ENGINE_VERSION)
+    return Check(
+        "engine headers", found, version, build.ENGINE_VERSION, ok, _other("libliggghts-dev") if version else MEND
+    )
+
+
+def _other(what: str) -> str:
+    return f"replace {what} by Debian 12's {build.ENGINE_VERSION}, the only version that the plugin is written for"
+
+
+def _program(name: str) -> Check:
+    path = shutil.which(name)
+    return Check(name, path, None, "any", path is not None)
+
+
+def _python() -> Check:
+    version = sys.version.split()[0]
+    return Check("python", sys.executable, version, "3.11", sys.version_info >= (3, 11), "install Python 3.11 or newer")
+
+
+def _python_package(name: str, needed: str) -> Check:
+    try:
+        version = metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return Check(name, None, None, needed, False)
+    return Check(name, "installed", version, needed, version == needed)
+
+
+def _plugin() -> Check:
+    try:
+        path = build.kept()
+    except PywetError as error:
+        return Check("plugin", None, None, "a built one", False, str(error))
+    return Check("plugin", str(path) if path.exists() else None, None, "a built one", caches.whole(path))
+
+
+def _disk() -> Check:
+    free = shutil.disk_usage(Path.cwd()).free / 1e9
+    return Check("free disk", f"{free:.1f} GB", None, f"{FREE_GB:g} GB", free >= FREE_GB, "free some space")
+
+
+def main() -> int:
+    """Print the checks; 0 when nothing that is needed is missing or of another version."""
+    from rich.console import Console
+    from rich.table import Table
+
+    found = checks()
+    table = Table("", "what", "version", "needed", "found", box=None, header_style="bold")
+    for c in found:
+        state = "ok" if c.ok else "WRONG" if c.found else "MISSING"
+        table.add_row(state, c.name, c.version or "", c.needed, c.found or "", style=None if c.ok else "red")
+    console = Console(highlight=False, width=max(Console().width, 120))  # whole paths in a pipe
+    console.print(table)
+    bad = [c for c in found if not c.ok]
+    for c in bad:
+        console.print(c.sentence(), soft_wrap=True, markup=False)
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

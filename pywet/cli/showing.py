@@ -1,0 +1,111 @@
+"""What the commands print of runs, and the few steps that several of them share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from pywet.errors import PywetError
+from pywet.files import read_json
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+
+def atlas(folder: Path, stock: bool) -> Path:
+    """The atlas with a progress bar."""
+    from rich.progress import Progress
+
+    from pywet.evidence.atlas import page
+
+    with Progress(console=err, transient=True) as bar:
+        task = bar.add_task("atlas", total=1.0)
+        return page.write(
+            folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
+        )
+
+
+def say_time(config: Any, case: int, scale: str) -> None:
+    """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
+    from pywet.evidence.accuracy import command
+
+    said = command.predicted(config, case, scale)
+    if said:
+        err.print(f"{config.case(case).name} at scale {scale}: {said}", soft_wrap=True)
+
+
+def need_run(run_dir: Path) -> None:
+    if not (run_dir / "scene.json").exists():
+        raise PywetError(
+            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it"
+        )
+
+
+def stage(folder: Path, stage: str, work: Any) -> None:
+    """Run a stage, leave its status, stop with its reason when it failed."""
+    from pywet import stages
+
+    status = stages.attempt(folder, stage, work)
+    if not status.ok:
+        raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
+
+
+def show_summary(folder: Path) -> None:
+    """A few lines on a run; exit code 1 when its checks, ledger or replay object."""
+
+    from pywet.runs.shapes import Replay, Summary
+    from pywet.screening import verdict
+
+    summary = read_json(folder / "summary.json", shape=Summary)
+    out.print(
+        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s",
+        markup=False,
+    )
+    end, coarse = summary["fraction_retained_end"], summary["coarse_share"]
+    out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
+    if summary["ledger_error"] is not None:
+        out.print(f"liquid ledger off by {summary['ledger_error']:.1e} of the liquid put in")
+    show_audit(folder)
+    replayed = folder / "replay.json"
+    if replayed.exists():
+        show_agreement(read_json(replayed, shape=Replay))
+    objections = verdict.objections(folder)
+    if objections:
+        raise PywetError("; ".join(objections))
+
+
+def show_audit(run_dir: Path) -> None:
+    """What each effect contributed against the effect plan, where the run has both."""
+    from pywet.plan import audit
+
+    found = audit.read(run_dir)
+    if found:
+        out.print("effects, plan against replay:")
+        for line in audit.lines(found):
+            out.print(line, soft_wrap=True, highlight=False)
+
+
+def show_agreement(replay_json: dict[str, Any]) -> None:
+    """Agreement table; exit code 1 when a quantity is beyond its tolerance."""
+    from pywet.screening.verdict import agreement
+    from reference_impl.replay import whole
+
+    table = Table("quantity", "values", "largest", "median", "", box=None, header_style="bold")
+    rows = agreement(replay_json)
+    for row in rows:
+        verdict = "[green]agrees" if row.ok else "[red]disagrees"
+        table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
+    out.print(table)
+    if "compared" in replay_json:
+        out.print(whole.said(replay_json["compared"]), soft_wrap=True)
+        for sentence in replay_json["not_checked"]:
+            out.print(f"not checked: {sentence}", soft_wrap=True, markup=False)
+    bad = [row.quantity for row in rows if not row.ok]
+    if bad:
+        for finding in (replay_json.get("diagnosis") or {}).get("findings", []):
+            out.print(finding["sentence"], soft_wrap=True, markup=False)
+        raise PywetError(f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json")

@@ -1,0 +1,175 @@
+"""From the stored table to settings: the cheapest combination whose errors add up to less than what one can live with.
+
+A level is charged, in each group of quantities, with the largest of its errors there. The burden of proof is on the cheaper
+level: one that is not dearer than the default in every round is charged with error and chance (its bound), the default and
+dearer ones with what is resolved. Charges of the knobs are added, prices multiplied. A looser accuracy allows all that a
+tighter one does, and so never costs more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from pywet.errors import PywetError
+from pywet.evidence.accuracy import knobs
+from pywet.evidence.accuracy.errors import GROUPS, WET_SCENES
+from pywet.files import read_json
+
+STORED = Path(__file__).with_name("table.json")
+WANTED = ("fraction retained", "liquid shares", "force", "restitution")
+"""Groups that count unless others are named."""
+NEAREST = ("reduced", "smoke")
+"""Whose table is taken for a scale without one."""
+CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
+"""Knobs that a choice turns; contact log and ranks change nothing but the price, and are the user's."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """One level of a knob as the choice sees it."""
+
+    knob: str
+    level: knobs.Level
+    price: float
+    charge: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The outcome: levels by knob, price over that of the default, error by group."""
+
+    levels: dict[str, knobs.Level]
+    price: float
+    error: dict[str, float]
+
+
+def parse(text: str) -> float:
+    """An accuracy such as `2%` or `0.02` as a share.
+
+    >>> parse("2%"), parse("0.5 %"), parse("0.02")
+    (0.02, 0.005, 0.02)
+    """
+    stripped = text.strip()
+    percent = stripped.endswith("%")
+    try:
+        value = float(stripped.rstrip("%")) * (0.01 if percent else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1.0:
+        raise PywetError(f"accuracy {text!r} given, expected more than 0 and below 100 per cent, such as 2% or 0.02")
+    return value
+
+
+@cache
+def stored(path: Path = STORED) -> dict[str, Any]:
+    """The stored table of the study; a knob that came after it has no levels there, and stays where it is."""
+    found: dict[str, Any] = read_json(
+        path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
+    )
+    return found
+
+
+def for_scale(scale: str, path: Path = STORED) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The table of a scale and the knobs it may turn; without one of its own the nearest, with springs and wires left alone."""
+    tables = stored(path)["scales"]
+    if scale in tables:
+        return tables[scale], CONFIGURABLE
+    nearest = next(tables[name] for name in NEAREST if name in tables)
+    return nearest, tuple(k for k in CONFIGURABLE if k not in ("stiffness", "wire_sides"))
+
+
+def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE) -> dict[str, list[Option]]:
+    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default."""
+    scenes = WET_SCENES if moist else ("dry", "pair_dry")
+    kind = "moist" if moist else "dry"
+    found: dict[str, list[Option]] = {}
+    for knob, rows in table["knobs"].items():
+        for row in rows:
+            price = row["price"].get(kind)
+            if price is None or knob not in CONFIGURABLE:
+                continue
+            if knob not in turned and row["level"] != table["default"][knob]:
+                continue
+            cheaper = price["low"] < 1.0 and row["level"] != table["default"][knob]
+            charge = dict.fromkeys(GROUPS, 0.0)
+            for error in row["errors"]:
+                if error["scene"] in scenes:
+                    size, limit = abs(error["value"]), error["limit"]
+                    counted = size + limit if cheaper else size if size > limit else 0.0
+                    charge[error["group"]] = max(charge[error["group"]], counted)
+            found.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"], charge))
+    return found
+
+
+def choose(
+    table: dict[str, Any],
+    accuracy: float,
+    moist: bool,
+    wanted: Sequence[str] = WANTED,
+    turned: Sequence[str] = CONFIGURABLE,
+) -> Chosen:
+    """The cheapest combination within the accuracy in all wanted groups; raises `PywetError` where there is none."""
+    best: Chosen | None = None
+    nearest = math.inf
+    for combination in combinations(options(table, moist, turned), wanted):
+        worst = max(combination.error.values(), default=0.0)
+        nearest = min(nearest, worst)
+        if worst <= accuracy and (best is None or (combination.price, worst) < (best.price, max(best.error.values()))):
+            best = combination
+    if best is None:
+        raise PywetError(
+            f"accuracy {100 * accuracy:g} % given, but the finest settings of the study come within {100 * nearest:.2g} % "
+            f"in {', '.join(wanted)}; expected at least that"
+        )
+    return best
+
+
+def combinations(found: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
+    """Every combination of levels that is not worse than another of its knob in price and in all wanted errors."""
+    for picked in product(*(_worth(levels, wanted) for levels in found.values())):
+        error = {group: sum(o.charge[group] for o in picked) for group in wanted}
+        yield Chosen({o.knob: o.level for o in picked}, math.prod(o.price for o in picked), error)
+
+
+def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
+    """Levels that no other of the same knob beats in everything; of equal ones the default's neighbour listed first."""
+    kept: list[Option] = []
+    for one in levels:
+        beaten = any(_beats(other, one, wanted) for other in levels if other is not one)
+        twin = any(_same(other, one, wanted) for other in kept)
+        if not beaten and not twin:
+            kept.append(one)
+    return kept
+
+
+def _beats(one: Option, other: Option, wanted: Sequence[str]) -> bool:
+    no_worse = one.price <= other.price and all(one.charge[g] <= other.charge[g] for g in wanted)
+    return no_worse and not _same(one, other, wanted)
+
+
+def _same(one: Option, other: Option, wanted: Sequence[str]) -> bool:
+    return one.price == other.price and all(one.charge[g] == other.charge[g] for g in wanted)
+
+
+def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTED) -> Chosen:
+    """The default itself, as it is charged."""
+    base = table["default"]
+    picked = [o for levels in options(table, moist).values() for o in levels if o.level == base[o.knob]]
+    error = {group: sum(o.charge[group] for o in picked) for group in wanted}
+    return Chosen({o.knob: o.level for o in picked}, 1.0, error)
+
+
+def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
+    """Group -> the largest error of any level that chance alone may make: what the study can tell apart."""
+    scenes = WET_SCENES if moist else ("dry", "pair_dry")
+    found = dict.fromkeys(GROUPS, 0.0)
+    for rows in table["knobs"].values():
+        for error in (e for row in rows for e in row["errors"] if e["scene"] in scenes):
+            found[error["group"]] = max(found[error["group"]], error["limit"])
+    return found

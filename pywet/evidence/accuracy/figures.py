@@ -1,0 +1,206 @@
+"""Pictures of the accuracy study: error against price of every knob, the fronts of all combinations, seeds, predicted times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pywet.evidence.accuracy import choice, front
+from pywet.evidence.accuracy.errors import WET_SCENES
+from pywet.evidence.accuracy.knobs import KNOBS
+from pywet.report.pictures import INK, STYLE, panels, plt
+
+DRY_SCENES = ("dry", "pair_dry")
+SCENES = {"moist": WET_SCENES, "dry": DRY_SCENES}
+KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
+KNOB_COLOUR = dict(
+    zip(
+        KNOBS,
+        ("#0b3c78", "#d98032", "#5d8a3a", "#b3261e", "#8b5fa5", "#4a9bd4", "#7f7463", "#c2185b", "#00796b"),
+        strict=True,
+    )
+)
+FLOOR = 1e-4
+"""Errors below this share are drawn at the foot of the picture."""
+SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
+
+
+def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
+    """Error against price, one small picture for each knob that was measured in this group; moist and dry in one."""
+    drawn = [(knob, _kinds(table, knob, group)) for knob in KNOBS if not KNOBS[knob].exact_twin]
+    drawn = [(knob, kinds) for knob, kinds in drawn if kinds]
+    if not drawn:
+        return None
+    with plt.rc_context(STYLE):
+        columns = min(3, len(drawn))
+        figure, axes = panels(len(drawn), columns, (4.0, 2.9), sharey=True)
+        for ax, (knob, kinds) in zip(axes, drawn, strict=False):
+            for kind, found in kinds.items():
+                _draw_levels(ax, found, table["default"][knob], kind)
+            _dress(ax, KNOBS[knob].title, kinds)
+        for first in axes[::columns]:
+            first.set_ylabel("error [%]")
+    return figure
+
+
+def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
+    """Levels of a knob for a moist and for a dry case, where they differ at all."""
+    found = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
+    return {kind: levels for kind, levels in found.items() if _tells(levels)}
+
+
+def _tells(found: list[dict[str, Any]]) -> bool:
+    return any(p["value"] > 0.0 for p in found)
+
+
+def _draw_levels(ax: Axes, found: list[dict[str, Any]], base: Any, kind: str) -> None:
+    colour = KIND_COLOUR[kind]
+    x = [p["price"] for p in found]
+    y = [100.0 * max(p["value"], FLOOR) for p in found]
+    ax.plot(x, y, color=colour, lw=1.0, alpha=0.5, zorder=2)
+    for k, p in enumerate(found):
+        zero = p["value"] < FLOOR
+        if p["limit"] > 0.0 and not zero:
+            ax.plot([x[k]] * 2, [y[k], 100.0 * (p["value"] + p["limit"])], color=colour, lw=0.9, alpha=0.6, zorder=2)
+        filled = colour if p["resolved"] else "white"
+        ax.plot(x[k], y[k], marker="v" if zero else "o", ms=5.5, color=colour, mfc=colour if zero else filled, zorder=3)
+        if p["level"] == base:
+            ax.plot(x[k], y[k], marker="o", ms=12, mfc="none", mec="#b3261e", mew=1.6, zorder=4)
+        text = SHORT.get(str(p["level"]), str(p["level"]))
+        ax.annotate(
+            text, (x[k], y[k]), xytext=(6, (5, -11)[(k + (kind == "dry")) % 2]), textcoords="offset points", fontsize=7.5,
+            color=colour,
+        )  # fmt: skip
+
+
+def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    prices = [p["price"] for found in kinds.values() for p in found]
+    ax.set_xlim(min(0.7, 0.8 * min(prices)), max(1.6, 1.9 * max(prices)))
+    ticks = [t for t in (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20) if ax.get_xlim()[0] <= t <= ax.get_xlim()[1]]
+    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.minorticks_off()
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    ax.set_title(title)
+    ax.set_xlabel("price, default = 1")
+    for k, kind in enumerate(kinds):
+        ax.text(
+            0.98, 0.97 - 0.09 * k, kind, transform=ax.transAxes, ha="right", va="top", fontsize=8,
+            color=KIND_COLOUR[kind], fontweight="bold",
+        )  # fmt: skip
+
+
+def fronts(table: dict[str, Any]) -> Figure:
+    """Cheapest price for each accuracy, over all combinations of settings; the default as a ring."""
+    wanted = {
+        "all of them": choice.WANTED,
+        "fraction retained, liquid": ("fraction retained", "liquid shares"),
+        "force": ("force",),
+        "restitution": ("restitution",),
+    }
+    colours = (INK, "#0b3c78", "#d98032", "#5d8a3a")
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(11.5, 4.4), sharey=True, layout="constrained")
+        for ax, kind in zip(axes, ("moist", "dry"), strict=True):
+            found = choice.options(table, kind == "moist")
+            ends = []
+            for (name, groups), colour in zip(wanted.items(), colours, strict=True):
+                if kind == "dry" and name == "force":
+                    continue
+                line = _front(found, groups)
+                x, y = [p for p, _ in line], [100.0 * max(e, FLOOR) for _, e in line]
+                ax.step(x, y, where="post", color=colour, lw=1.8)
+                ax.plot(x, y, "o", ms=3.5, color=colour)
+                ends.append((x[0], y[0], name, colour))
+                base = choice.of_default(table, kind == "moist", groups)
+                ax.plot(1.0, 100.0 * max(max(base.error.values()), FLOOR), "o", ms=11, mfc="none", mec=colour, mew=1.8)
+            _label_ends(ax, ends)
+            ax.set_xscale("log")
+            ax.set_yscale("log")
+            ax.set_xlim(0.08, 20.0)
+            ax.set_ylim(0.7 * 100.0 * FLOOR, 150.0)
+            ax.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], ["0.1", "0.2", "0.5", "1", "2", "5", "10"])
+            ax.minorticks_off()
+            ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+            ax.set_title(f"{kind} screening")
+            ax.set_xlabel("price, default = 1")
+        axes[0].set_ylabel("error, sum over the settings [%]")
+    return figure
+
+
+def _front(found: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
+    """Prices and errors that no other combination beats, from cheap to exact."""
+    pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(found, wanted))
+    line: list[tuple[float, float]] = []
+    for price, error in pairs:
+        if not line or error < line[-1][1] - 1e-12:
+            line.append((price, error))
+    return line
+
+
+def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
+    """Names at the cheap end of the lines, kept apart."""
+    last = np.inf
+    for x, y, name, colour in sorted(ends, key=lambda e: -e[1]):
+        at = min(y, last / 1.45, 100.0)
+        last = at
+        ax.annotate(name, (x, at), xytext=(-6, 2), textcoords="offset points", ha="right", fontsize=8, color=colour)
+
+
+def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
+    """Fraction retained of the default with every seed, and the mean over the seeds of the coarsest and finest settings."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
+        for ax, scene in zip(axes, ("moist", "dry"), strict=True):
+            runs = [r for r in kept if r["scene"] == scene and r.get("curve")]
+            own = [r for r in runs if r["knob"] == "default"]
+            for k, run in enumerate(own):
+                label = f"default, {len(own)} seeds" if k == 0 else None
+                ax.plot(run["curve"]["time_s"], run["curve"]["retained"], color="#b9c4ce", lw=3.0, label=label)
+            for knob in ("fraction", "stiffness", "wire_sides", "capillary"):
+                levels = KNOBS[knob].levels(runs[0]["size"]) if runs else ()
+                for level, style in ((levels[0], "--"), (levels[-1], "-")) if levels else ():
+                    of = [r for r in runs if (r["knob"], r["level"]) == (knob, level)]
+                    if of:
+                        mean = np.mean([r["curve"]["retained"] for r in of], axis=0)
+                        text = f"{KNOBS[knob].title} {SHORT.get(str(level), level)}"
+                        ax.plot(of[0]["curve"]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
+            ax.set_title(f"{scene}: the seeds beside the settings")
+            ax.set_xlabel("time since the slide opened [s]")
+            ax.set_xlim(left=0.0)
+            if ax.get_legend_handles_labels()[0]:
+                ax.legend(loc="lower left", fontsize=7)
+        axes[0].set_ylabel("fraction retained [-]")
+    return figure
+
+
+def times(pairs: Sequence[tuple[str, float, float]]) -> Figure:
+    """Predicted over measured seconds of the study's runs: (scene, measured, predicted)."""
+    with plt.rc_context(STYLE):
+        figure, ax = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
+        top = 1.6 * max(max(m, p) for _, m, p in pairs)
+        low = 0.6 * min(min(m, p) for _, m, p in pairs)
+        ax.fill_between([low, top], [low / 1.5, top / 1.5], [low * 1.5, top * 1.5], color="#e7eef5", lw=0)
+        ax.plot([low, top], [low, top], color="#9fb3c8", lw=1)
+        for scene in ("moist", "dry"):
+            of = [(m, p) for s, m, p in pairs if s == scene]
+            if of:
+                ax.plot(*zip(*of, strict=True), "o", ms=4.5, alpha=0.7, color=KIND_COLOUR[scene])
+                ax.text(
+                    0.04, 0.96 - 0.06 * (scene == "dry"), scene, transform=ax.transAxes, va="top", fontweight="bold",
+                    color=KIND_COLOUR[scene],
+                )  # fmt: skip
+        ax.text(top / 1.1, top / 1.9, "within 1.5", ha="right", va="top", color="#5c6b79", fontsize=8)
+        ax.set(xscale="log", yscale="log", xlim=(low, top), ylim=(low, top))
+        ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500) if low < t < top]
+        ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+        ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
+        ax.minorticks_off()
+        ax.set_xlabel("measured, processor time [s]")
+        ax.set_ylabel("predicted [s]")
+    return figure

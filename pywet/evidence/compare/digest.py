@@ -1,0 +1,179 @@
+"""Digest of a reference run: mean and spread of its quantities over several seeds, a few kilobytes of JSON with provenance.
+
+A digest is a regression alarm, not an oracle: it says that numbers have moved, not that they were right. A run is held against
+mean ± Student's quantile (two-sided, shared out over all numbers of the digest) × spread × √(1 + 1/n), plus a numerical
+tolerance of the quantity's scale.
+"""
+
+from __future__ import annotations
+
+import platform
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from pywet.bench.scenes import RESULT
+from pywet.errors import PywetError
+from pywet.evidence.compare.quantities import RunData, read
+from pywet.files import read_if_there, read_model, write_json
+
+TIMES = 5
+"""Places of a curve that are stored, evenly spaced, the start left out."""
+ALARM = 0.01
+"""Probability that an unchanged program raises the alarm, over all numbers of a digest together."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """One stored number: mean and standard deviation over the runs, and the scale of its numerical tolerance."""
+
+    mean: float
+    spread: float
+    scale: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Digest:
+    """Numbers by name, over how many runs, with which numerical tolerance, made how and with what."""
+
+    name: str
+    command: str
+    made: str
+    runs: int
+    tolerance: float
+    versions: dict[str, str]
+    numbers: dict[str, Number]
+    purpose: str = "regression alarm: says that numbers moved, not that they were right"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run's number against the digest."""
+
+    run: str
+    quantity: str
+    value: float
+    mean: float
+    allowed: float
+
+    @property
+    def ok(self) -> bool:
+        """Within what is allowed."""
+        return abs(self.value - self.mean) <= self.allowed
+
+
+def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
+    """Numbers of a run as (value, scale, unit): each quantity, a curve at TIMES of its span."""
+    found = {}
+    for q in run.quantities.values():
+        if len(q.times) == 0:
+            found[q.name] = (float(q.values[0]), q.scale, q.unit)
+            continue
+        for share in np.arange(1, TIMES + 1) / TIMES:
+            at = q.times[0] + share * (q.times[-1] - q.times[0])
+            found[f"{q.name} at {share:.0%}"] = (float(q.at(np.array([at]))[0]), q.scale, q.unit)
+    return found
+
+
+def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
+    """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
+    found, result = numbers_of(read(run_dir)), Path(run_dir) / RESULT
+    told = read_if_there(result, shape=dict[str, Any]) or {}
+    numbers = {
+        f"result {k}": (float(v), abs(float(v)) or 1.0, "") for k, v in told.items() if isinstance(v, int | float)
+    }
+    return {**found, **numbers}
+
+
+def make(name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], tolerance: float) -> Digest:
+    """Digest of the numbers of several runs of one scene."""
+    numbers = {}
+    for key, (_, scale, unit) in runs[0].items():
+        values = np.array([r[key][0] for r in runs])
+        spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+        mean, spread, scale = (float(f"{v:.10g}") for v in (values.mean(), spread, scale))
+        numbers[key] = Number(mean, spread, scale, unit)
+    return Digest(name, command, date.today().isoformat(), len(runs), tolerance, provenance(), numbers)
+
+
+def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) -> Digest:
+    """Digest of finished run directories; refused when one fails a check of its own, the replay above all."""
+    runs = [read(p) for p in paths]
+    for run in runs:
+        for check, (ok, value) in run.checks.items():
+            if not ok:
+                raise PywetError(
+                    f"{run.path} fails its check {check} ({value:.2g}); a digest is stored of good runs only"
+                )
+        if run.scene.effects.bridges and "replay" not in run.checks:
+            raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
+    return make(name, command, [numbers_in(p) for p in paths], tolerance)
+
+
+def provenance() -> dict[str, str]:
+    """Versions that the numbers depend on, and the commit."""
+    import numba
+    import scipy
+
+    from pywet.engines.liggghts.build import engine_version
+
+    git = shutil.which("git")
+    command = [str(git), "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude", "*"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False) if git else None
+    return {
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "numba": numba.__version__,
+        "liggghts": engine_version(),
+        "machine": platform.machine(),
+        "commit": done.stdout.strip() if done and done.returncode == 0 else "unknown",
+    }
+
+
+def save(digest: Digest, path: Path) -> Path:
+    """Write it; the path."""
+    write_json(path, asdict(digest))
+    return path
+
+
+def load(path: Path) -> Digest:
+    """Read one."""
+    if not Path(path).exists():
+        raise PywetError(f"there is no digest {path}; expected one of tests/data/digests/*.json")
+    return read_model(path, Digest, "make it again with `pywet digest`")
+
+
+def allowed(digest: Digest, number: Number) -> float:
+    """Largest deviation from the mean that is no alarm.
+
+    >>> one = Number(1.0, 0.0, 2.0, "1")
+    >>> allowed(Digest("x", "", "", 1, 1e-6, {}, {"a": one}), one)
+    2e-06
+    """
+    room = digest.tolerance * number.scale
+    if digest.runs > 1:
+        quantile = float(stats.t.isf(0.5 * ALARM / len(digest.numbers), digest.runs - 1))
+        room += quantile * number.spread * float(np.sqrt(1.0 + 1.0 / digest.runs))
+    return room
+
+
+def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:
+    """Each stored number against a run's; a number that the run lacks is NaN, which is never within."""
+    return [
+        Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n))
+        for key, n in digest.numbers.items()
+    ]
+
+
+def check(digest: Digest, run_dir: Path) -> list[Row]:
+    """A run directory against a digest."""
+    return against(digest, Path(run_dir).name, numbers_in(run_dir))

@@ -1,0 +1,205 @@
+"""What is compared of a run: curves over time and single numbers, from whatever tables its run directory has.
+
+Reads only the tables that every engine writes (results, history, trajectory, summary.json, replay.json); a run of which its
+scene planned more than is there is refused. Each quantity has a scale [its unit], against which deviations are measured.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pywet.bench.bodies import coordination, last
+from pywet.errors import PywetError
+from pywet.files import read_if_there, read_table
+from pywet.runs.shapes import Replay, Summary
+from pywet.scene import Scene
+from reference_impl.replay import whole
+from reference_impl.replay.io import ReplayError
+
+Floats = NDArray[np.float64]
+RESULTS = ("results/fraction_retained", "results/liquid_by_holder")
+HASHED = ("trajectory", "history/events", "history/contacts", "history/films", "results/fraction_retained")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number or a curve; `times` [s] is empty for a number. `scale` is the size that deviations are relative to."""
+
+    name: str
+    unit: str
+    values: Floats
+    times: Floats
+    scale: float
+
+    def at(self, times: Floats) -> Floats:
+        """Values at other times, linear between outputs; a number as it is."""
+        return self.values if len(self.times) == 0 else np.interp(times, self.times, self.values)
+
+
+@dataclass(frozen=True)
+class RunData:
+    """One run: where it is, what it simulated, its quantities and the checks it must pass by itself."""
+
+    path: Path
+    scene: Scene
+    quantities: dict[str, Quantity]
+    checks: dict[str, tuple[bool, float]] = field(default_factory=dict)
+    """Name -> (passed, value); not a matter of statistics."""
+    held: dict[str, Any] = field(default_factory=dict)
+    """What the run holds, all that its scene planned: steps, outputs, windows, rows of each table."""
+
+    def fingerprint(self) -> dict[str, str]:
+        """Hash of the content of each table (not of its file)."""
+        found = {}
+        for name in HASHED:
+            table = _table(self.path, name)
+            if table is not None:
+                rows = pd.util.hash_pandas_object(table, index=False).to_numpy()
+                found[name] = hashlib.sha256(rows.tobytes()).hexdigest()[:16]
+        return found
+
+
+def read(run_dir: Path) -> RunData:
+    """Read a finished run."""
+    run_dir = Path(run_dir)
+    if not (run_dir / "scene.json").exists():
+        raise PywetError(
+            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it"
+        )
+    scene = Scene.read(run_dir / "scene.json")
+    held = _whole(run_dir)
+    found = [
+        *_retained(run_dir),
+        *_liquid(run_dir, scene),
+        *_counts(run_dir),
+        *_energies(run_dir),
+        *_bed(run_dir, scene),
+    ]
+    if not found:
+        raise PywetError(f"{run_dir} has no results; expected a finished run: run it again")
+    return RunData(run_dir, scene, {q.name: q for q in found}, dict(_checks(run_dir)), held)
+
+
+def _whole(run_dir: Path) -> dict[str, Any]:
+    """What the run holds; refused where its scene planned more, or its results are of fewer outputs."""
+    try:
+        held = whole.check(run_dir)
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
+    for name in RESULTS:
+        table = _table(run_dir, name)
+        if table is not None:
+            held["rows"][name] = len(table)
+            if len(table) != held["outputs"]:
+                raise PywetError(f"{run_dir / name}.parquet holds {len(table)} rows; expected one for each of the "
+                                 f"{held['outputs']} output steps: run the case again")  # fmt: skip
+    return held
+
+
+def _table(run_dir: Path, name: str) -> pd.DataFrame | None:
+    path = run_dir / f"{name}.parquet"
+    return read_table(path) if path.exists() else None
+
+
+def _json(run_dir: Path, name: str) -> Any:
+    return read_if_there(run_dir / name, shape={"summary.json": Summary, "replay.json": Replay}[name])
+
+
+def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
+    return Quantity(name, unit, np.array([float(value)]), np.array([]), max(abs(scale), 1e-300))
+
+
+def _curve(name: str, unit: str, table: pd.DataFrame, column: str, time: str, scale: float) -> Quantity:
+    return Quantity(name, unit, table[column].to_numpy(float), table[time].to_numpy(float), max(abs(scale), 1e-300))
+
+
+def _retained(run_dir: Path) -> Iterator[Quantity]:
+    """Fraction retained over time, in all and per class."""
+    table = _table(run_dir, "results/fraction_retained")
+    if table is None:
+        return
+    for column in table.columns:
+        if column.startswith("fraction_retained"):
+            yield _curve(column.replace("_", " "), "1", table, column, "time_s", 1.0)
+
+
+def _liquid(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
+    """Liquid by holder over time, over the liquid put in; of a small scene films, bridges and walls from the ledger."""
+    table, ledger = _table(run_dir, "results/liquid_by_holder"), _table(run_dir, "history/ledger")
+    if not scene.effects.bridges:
+        return
+    if table is not None:
+        for column in table.columns:
+            if column.endswith("_m3") and column not in ("initial_m3", "total_m3"):
+                share = pd.DataFrame({"t": table["time_s"], "v": table[column] / table["initial_m3"]})
+                yield _curve(f"liquid {column.removesuffix('_m3').replace('_', ' ')}", "of all", share, "v", "t", 1.0)
+    elif ledger is not None:
+        for column in ("films", "bridges", "walls"):
+            share = pd.DataFrame({"t": ledger["time"], "v": ledger[column] / ledger["initial"]})
+            yield _curve(f"liquid {column}", "of all", share, "v", "t", 1.0)
+
+
+def _counts(run_dir: Path) -> Iterator[Quantity]:
+    """Formations and ruptures in all, standing bridges over time."""
+    ledger = _table(run_dir, "history/ledger")
+    if ledger is None:
+        return
+    end = ledger.sort_values("step").iloc[-1]
+    for name in ("formations", "ruptures"):
+        yield _number(name, "events", end[name], max(float(end["formations"]), 1.0))
+    yield _curve("standing bridges", "bridges", ledger, "bridge_count", "time", max(ledger["bridge_count"].max(), 1.0))
+
+
+def _energies(run_dir: Path) -> Iterator[Quantity]:
+    """Energies and works at the end, over the largest of them."""
+    table, summary = _table(run_dir, "history/energy"), _json(run_dir, "summary.json")
+    if table is not None and not table.empty:
+        end = table.sort_values("step").iloc[-1].drop(["step", "time"])
+        values = {str(k): float(v) for k, v in end.items() if k != "half_kick"}
+    elif summary is not None:
+        values = {k: float(v) for k, v in (summary.get("energy_J") or {}).items() if v is not None}
+    else:
+        return
+    scale = max([abs(v) for v in values.values()], default=0.0)
+    for name, value in values.items():
+        yield _number(f"energy {name.replace('_', ' ')}", "J", value, scale)
+
+
+def _bed(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
+    """Where the spheres are at the end: mean height, height of the upper tenth, neighbours in touch per sphere."""
+    if not (run_dir / "trajectory.parquet").exists():
+        return
+    end = last(run_dir)
+    if end.empty:
+        return
+    radius = end["type"].map({c.type: c.radius_m for c in scene.classes}).to_numpy(float)
+    up = -np.asarray(scene.gravity_m_per_s2)
+    up = up / np.linalg.norm(up) if up.any() else np.array([0.0, 0.0, 1.0])
+    at = end[["x", "y", "z"]].to_numpy(float)
+    height = at @ up
+    yield _number("mean height at the end", "m", height.mean(), float(radius.max()))
+    yield _number("upper tenth at the end", "m", np.quantile(height + radius, 0.9), float(radius.max()))
+    yield _number("neighbours per sphere at the end", "1", coordination(at, radius), 1.0)
+
+
+def _checks(run_dir: Path) -> Iterator[tuple[str, tuple[bool, float]]]:
+    """Liquid ledger and replay: each run passes or not, whatever the other does."""
+    ledger = _table(run_dir, "history/ledger")
+    if ledger is not None:
+        held = ledger[["films", "bridges", "walls", "left"]].sum(axis=1)
+        error = float(((held - ledger["initial"]).abs() / ledger["initial"].clip(lower=1e-300)).max())
+        yield "liquid ledger", (error <= 1e-12, error)
+    replay = _json(run_dir, "replay.json")
+    if replay is not None:
+        worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
+        yield "replay", (bool(replay.get("ok")), float(worst))
+    for check in (_json(run_dir, "summary.json") or {}).get("checks", []):
+        yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

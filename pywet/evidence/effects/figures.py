@@ -1,0 +1,175 @@
+"""Pictures of the effects study: the matrix of scenes and effects, error against time saved, what a scene does not pay for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from pywet.evidence.effects.runs import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
+from pywet.evidence.effects.scenes import SCENES
+from pywet.evidence.effects.verdict import SHORTEST, Choice, planned, step_time
+from pywet.report.pictures import plt
+
+WORDS = {
+    "capillary": "capillary\nforce", "viscous_normal": "squeeze\ndrag", "viscous_tangential": "shear\ndrag",
+    "dynamic_rupture": "bridges stretch\nwith speed", "wall_films": "bridges\nto walls", "sharing_by_size": "sharing\nby size",
+    "rolling": "rolling\nresistance", "tangential_history": "static\nfriction", "gravity": "gravity",
+    "bridges": "the whole\nliquid",
+}  # fmt: skip
+"""Effect -> its name for a process engineer."""
+NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
+ABSENT = "#f1f3f5"
+
+
+def planned_on(records: Sequence[dict[str, Any]], effect: str) -> bool:
+    """Whether the plan keeps an effect in a scene."""
+    effects = next(r for r in records if r["variant"] == PLANNED)["effects"]
+    if not effects["bridges"] and effect not in ("rolling", "tangential_history", "gravity"):
+        return False
+    if effect == "sharing_by_size":
+        return bool(effects["transfer"] != "half")
+    return bool(effects[effect])
+
+
+def colour(choice: Choice, kept: bool) -> str:
+    """Needed and kept, kept though it could go, left out rightly, left out wrongly."""
+    if kept:
+        return SPARE if choice.harmless else NEEDED
+    return SAFE if choice.harmless else WRONG
+
+
+def percent(value: float) -> str:
+    """A change in per cent, short."""
+    size = abs(100 * value)
+    return f"{size:.0f} %" if size >= 9.5 else f"{size:.1f} %" if size >= 0.05 else "< 0.1 %"
+
+
+def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choice]]) -> Figure:
+    """Scenes by effects: what leaving the effect out changes most, and what the plan decided."""
+    names = list(judged)
+    figure, axes = plt.subplots(figsize=(13.2, 0.86 * len(names) + 1.5))
+    for row, name in enumerate(names):
+        found = {c.variant.removeprefix("no "): c for c in judged[name]}
+        for column, effect in enumerate(SWITCHED):
+            choice = found.get(effect)
+            if choice is None:
+                face, ink, text = ABSENT, "#9aa5b1", "–"
+            else:
+                face = colour(choice, planned_on(records[name], effect))
+                ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
+                resolved = choice.worst.sure > 0
+                shown = choice.worst if resolved else choice.largest
+                least = f"< {percent(max(abs(shown.change), shown.spread, 0.001))}"
+                text = percent(shown.change) if resolved else least
+                if math.isfinite(choice.saving):
+                    text += f"\ntime {-100 * choice.saving:+.0f} %"
+            axes.add_patch(Rectangle((column, row), 0.96, 0.92, facecolor=face))
+            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9.5, "color": ink, "linespacing": 1.35}
+            axes.text(column + 0.48, row + 0.46, text, **look)
+    axes.set_xlim(0, len(SWITCHED))
+    axes.set_ylim(len(names), 0)
+    axes.set_xticks(np.arange(len(SWITCHED)) + 0.48, [WORDS[e] for e in SWITCHED], fontsize=9.5)
+    axes.set_yticks(np.arange(len(names)) + 0.46, [SCENES[n].title for n in names], fontsize=11)
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    keys = [
+        (NEEDED, "needed, and the plan keeps it"), (SPARE, "kept; no harm seen without it"), (SAFE, "left out, rightly"),
+        (WRONG, "left out, wrongly"), (ABSENT, "not in this scene"),
+    ]  # fmt: skip
+    handles = [Rectangle((0, 0), 1, 1, facecolor=c) for c, _ in keys]
+    place: dict[str, Any] = {
+        "loc": "upper center",
+        "bbox_to_anchor": (0.46, -0.01),
+        "ncol": 5,
+        "frameon": False,
+        "fontsize": 9.5,
+    }
+    axes.legend(handles, [t for _, t in keys], **place)
+    return figure
+
+
+def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
+    """For each scene: largest change by the plan's choice, and the time of a run with and without what it leaves out."""
+    names = list(judged)
+    plans = [planned(judged[n]) for n in names]
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 0.5 * len(names) + 1.4), sharey=True)
+    at = np.arange(len(names))
+    changes = [100 * abs(p.worst.change) for p in plans]
+    left.barh(at, changes, color=["#2f7d4f" if p.harmless else WRONG for p in plans], height=0.55)
+    spreads = [0.0 if p.same_as_everything else 100 * p.worst.spread for p in plans]
+    left.errorbar(changes, at, xerr=spreads, fmt="none", ecolor="#5c6b79", capsize=3)
+    left.axvline(100 * TOLERANCE, color="#b3261e", lw=1.2, ls="--")
+    left.text(100 * TOLERANCE, -0.75, " tolerance", color="#b3261e", fontsize=9)
+    left.set_xlim(0, max(2.6 * 100 * TOLERANCE, 1.1 * max(changes)))
+    left.set_yticks(at, [SCENES[n].title for n in names])
+    left.invert_yaxis()
+    left.set_xlabel("largest change of a wanted quantity [%]\n(whisker: scatter of the seeds)")
+    for shift, which, tint, said in ((-0.19, 0, SPARE, "everything on"), (0.19, 1, NEEDED, "the plan's choice")):
+        right.barh(at + shift, [p.cpu_s[which] for p in plans], color=tint, height=0.36, label=said)
+    right.set_xlabel("processor time of the whole run [s]")
+    right.legend(frameon=False, fontsize=9, loc="lower right")
+    for axes in (left, right):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(axis="y", length=0)
+    figure.tight_layout()
+    return figure
+
+
+def shares(records: dict[str, list[dict[str, Any]]]) -> Figure:
+    """Predicted against measured shares of impulse, with the factor that each prediction claims."""
+    marks = {"gravity": "s", "capillary": "o", "viscous_normal": "^", "viscous_tangential": "v"}
+    figure, axes = plt.subplots(figsize=(6.6, 5.4))
+    colours = dict(zip(records, plt.get_cmap("tab10")(range(10)), strict=False))
+    for name, of in records.items():
+        measured = next((r["shares"] for r in of if r["variant"] == EVERYTHING and r["shares"]), None)
+        if measured is None:
+            continue
+        rows = {r["effect"]: r for r in of[0]["plan"]}
+        for effect, mark in marks.items():
+            x, y = rows[effect]["predicted_share"], measured[effect]
+            if x and y:
+                axes.loglog(x, y, mark, color=colours[name], ms=8, alpha=0.85)
+    line = np.array([3e-6, 1.0])
+    axes.loglog(line, line, color="#5c6b79", lw=1)
+    for factor, style in ((3.0, "--"), (15.0, ":")):
+        for f in (factor, 1 / factor):
+            axes.loglog(line, line * f, color="#9aa5b1", lw=0.9, ls=style)
+    for effect, mark in marks.items():
+        axes.plot([], [], mark, color="#5c6b79", label=WORDS[effect].replace("\n", " "))
+    for name in records:
+        if any(r["shares"] for r in records[name]):
+            axes.plot([], [], "o", color=colours[name], label=SCENES[name].title)
+    axes.set_xlim(3e-5, 1.5)
+    axes.set_ylim(3e-6, 1.5)
+    axes.set_xlabel("predicted share of impulse")
+    axes.set_ylabel("share in the log of all bridges")
+    axes.legend(fontsize=8.5, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def unused(records: dict[str, list[dict[str, Any]]]) -> list[tuple[str, str, float, float, float, int, bool]]:
+    """Rows (scene, choice, ms per step, time over everything on, memory [MB], plugin arrays [B], plugin loaded)."""
+    rows = []
+    for name, of in records.items():
+        for variant in (EVERYTHING, PLANNED, "no bridges", IDLE):
+            runs = [r for r in of if r["variant"] == variant]
+            if not runs or (variant == "no bridges" and not runs[0]["plugin"] and variant == PLANNED):
+                continue
+            full = {r["seed"]: step_time(r) for r in of if r["variant"] == EVERYTHING}
+            ratio = float(np.median([step_time(r) / full[r["seed"]] for r in runs if r["seed"] in full]))
+            if min(full.values()) < SHORTEST:
+                ratio = math.nan
+            memory = [r["peak_memory_B"] for r in runs if r["peak_memory_B"]]
+            step_ms = 1e3 * float(np.median([step_time(r) / r["steps"] for r in runs]))
+            megabytes = float(np.median(memory)) / 1e6 if memory else math.nan
+            arrays = int(np.median([r["plugin_arrays_B"] for r in runs]))
+            rows.append((name, variant, step_ms, ratio, megabytes, arrays, bool(runs[0]["plugin"])))
+    return rows

@@ -1,0 +1,180 @@
+"""A small moist bed that settles in a box, in every engine: how dense it lies, how many contacts and bridges it has.
+
+Capillary forces alone (viscosity zero) and no rolling resistance: what all engines have. Our engine draws each bridge from the
+films; YADE gets the mean volume of our bridges for all of its own; `washino` and `easo` get the same liquid per sphere and make
+of it what they do.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet import stages
+from pywet.bench import small
+from pywet.bench.bodies import contacts, coordination, last, loose_box
+from pywet.bench.scenes import Choice
+from pywet.engines.liggghts import deck, process
+from pywet.engines.liggghts.collecting import read_trajectory
+from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
+from pywet.engines.yade import moist
+from pywet.errors import PywetError
+from pywet.evidence.engines.rows import TWO_ERRORS, row
+from pywet.files import read_table, write_table
+from pywet.laws.kinds import SWITCHED
+from pywet.scene import Output, Scene
+
+OURS, DRY = "LIGGGHTS+pywet", "LIGGGHTS, dry"
+EFFECTS = small.PAPER.model_copy(
+    update={**dict.fromkeys(SWITCHED), "capillary": small.PAPER.capillary, "rolling": False}
+)
+STIFFNESS = 500.0
+COHESION = """fix             p_surfaceTension all property/global surfaceTension scalar {tension}
+fix             p_fluidViscosity all property/global fluidViscosity scalar 0
+fix             p_contactAngle all property/global contactAngle peratomtype {angle} {angle}
+fix             p_liquid all property/global surfaceLiquidContentInitial scalar 0
+fix             p_closest all property/global minSeparationDistanceRatio scalar 0.01
+fix             p_farthest all property/global maxSeparationDistanceRatio scalar {farthest}
+fix             liquidtransfer all transportequation/scalar equation_id liquidtransfer quantity surfaceLiquidContent \
+default_value 0 flux_quantity liquidFlux source_quantity liquidSource capacity_quantity none
+"""
+
+
+@dataclass(frozen=True)
+class Bed:
+    """What is settled."""
+
+    spheres: int = 150
+    moisture_percent: float = 1.0
+    seconds: float = 0.25
+    seed: int = 1
+
+    @property
+    def choice(self) -> Choice:
+        """The bed as a scene of `pywet scene`."""
+        return Choice(spheres=self.spheres, moisture_percent=self.moisture_percent, seed=self.seed, viscosity_Pa_s=0.0)
+
+
+def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
+    """Spheres on a loose lattice above the floor of a box; the same places for every engine."""
+    choice = bed.choice
+    sphere = choice.glass(bed.spheres)
+    poured, vessel = loose_box(bed.spheres, choice.radius_m, bed.seed)
+    step = choice.time_step(sphere, STIFFNESS)
+    steps = round(bed.seconds / step)
+    return small.prepare(
+        run_dir, [sphere], poured, contacts(1, STIFFNESS), liquid=choice.liquid(sphere),
+        effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}), walls=(vessel,),
+        wall_angle_rad=sphere.contact_angle_rad,  # one contact angle, which is all that YADE takes
+        time_step_s=step, steps=steps, gravity=(0.0, 0.0, -9.81), box=1.1 * float(np.abs(vessel.corners).max()),
+        output=Output(interval_s=max(1, steps // 10) * step, contact_windows=0),
+    )  # fmt: skip
+
+
+def settle(folder: Path, bed: Bed) -> pd.DataFrame:
+    """Run the bed in every engine; one row per engine with its numbers. Each run directory is folder/ENGINE."""
+    found = []
+    ours = folder / "pywet"
+    scene = prepare(ours, bed)
+    small.run(ours, [])
+    ledger = read_table(ours / "history" / "ledger.parquet").iloc[-1]
+    standing = int(ledger["bridge_count"])
+    volume = float(ledger["bridges"]) / max(standing, 1)
+    found.append({"engine": OURS, **measure(ours), "bridges_per_sphere": 2.0 * standing / bed.spheres})
+    prepare(folder / "yade", bed)
+    assert scene.liquid is not None
+    liquid = moist.Bridges(
+        "Rabinovich", volume, scene.liquid.surface_tension_N_per_m, scene.classes[0].contact_angle_rad
+    )
+    bridges = moist.run(folder / "yade", liquid, progress=False)
+    found.append({"engine": "YADE", **measure(folder / "yade"), "bridges_per_sphere": 2.0 * len(bridges) / bed.spheres})
+    for model in LIGGGHTS_MODELS:
+        dry = prepare(folder / model, bed, wet=False)
+        stock(folder / model, dry, bed, model)
+        found.append({"engine": model, **measure(folder / model), "bridges_per_sphere": math.nan})
+    for name, engine in ((DRY, "liggghts"), ("YADE, dry", "yade")):
+        path = folder / f"dry_{engine}"
+        prepare(path, bed, wet=False)
+        stages.simulate(path, 1, False, engine)
+        found.append({"engine": name, **measure(path), "bridges_per_sphere": math.nan})
+    return pd.DataFrame(found).assign(seed=bed.seed)
+
+
+def measure(run_dir: Path) -> dict[str, float]:
+    """Mean height of the centres over the radius, contacts per sphere, speed at the end of a settled bed.
+
+    Two spheres count as in contact at a gap below a hundredth of the radius.
+    """
+    scene = Scene.read(run_dir / "scene.json")
+    end = last(run_dir)
+    r = scene.classes[0].radius_m
+    at = end[["x", "y", "z"]].to_numpy(float)
+    return {
+        "mean_height_over_radius": float(at[:, 2].mean() / r),
+        "contacts_per_sphere": coordination(at, np.full(len(at), r)),
+        "mean_speed_m_per_s": float(np.linalg.norm(end[["vx", "vy", "vz"]].to_numpy(float), axis=1).mean()),
+    }
+
+
+def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
+    """Run a dry scene of one class with a stock cohesion model of LIGGGHTS, the same liquid on every sphere."""
+    if model not in LIGGGHTS_MODELS:
+        raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
+    folder = run_dir / "engine.partial"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    deck.write_deck(scene, run_dir, folder, cohesion=_cohesion(scene, bed, LIGGGHTS_MODELS[model]))
+    command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
+    process.execute(command, folder, scene, lambda done, total: None)
+    write_table(read_trajectory(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
+    (folder / "trajectory.txt").unlink()
+    shutil.rmtree(run_dir / "engine", ignore_errors=True)
+    folder.rename(run_dir / "engine")
+
+
+def _cohesion(scene: Scene, bed: Bed, model: str) -> deck.Cohesion:
+    """The cohesion model with its numbers, as the deck of a dry scene takes it."""
+    sphere = bed.choice.glass(bed.spheres)
+    content = 0.01 * bed.moisture_percent * sphere.density_kg_per_m3 / 1000.0
+    # both models' longest bridge, (1 + theta/2) V^(1/3), with all liquid of two spheres in it
+    length = 2.0 * (2.0 * content * sphere.mass_kg / sphere.density_kg_per_m3) ** (1 / 3)
+    numbers = COHESION.format(
+        tension=bed.choice.liquid(sphere).surface_tension_N_per_m,
+        angle=math.degrees(sphere.contact_angle_rad),
+        farthest=repr(1.0 + 0.5 * length / sphere.radius_m),
+    )
+    return deck.Cohesion(
+        f" cohesion {model}", numbers, f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
+    )
+
+
+def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
+    """Settled beds of several seeds: moist ones against ours, dry ones against LIGGGHTS.
+
+    `spread` is two standard errors of the difference.
+    """
+    table = pd.concat(tables, ignore_index=True)
+    found = []
+    for engine in table["engine"].unique():
+        reference = DRY if engine.endswith("dry") else OURS
+        if engine == reference:
+            continue
+        its, other = (table[table["engine"] == name] for name in (engine, reference))
+        for quantity in ("mean_height_over_radius", "contacts_per_sphere", "bridges_per_sphere"):
+            one, two = other[quantity], its[quantity]
+            if two.isna().all():
+                continue
+            value = float(one.mean())
+            error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
+            scene = f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds"
+            spread = 2.0 * error / value
+            found.append(
+                row(scene, quantity.replace("_", " "), engine, two.mean(), reference, value, spread, TWO_ERRORS)
+            )
+    return found

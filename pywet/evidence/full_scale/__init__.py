@@ -1,0 +1,1 @@
+"""The paper's cases at full scale: campaign, kept tables, statements, page."""

@@ -1,0 +1,221 @@
+"""`make full`: the screening cases at full scale on the cores there are; what was begun goes on, what is kept is not run again.
+
+Each case is `pywet run` in a process of its own, so that a kill costs at most the time since its last checkpoint. The small
+tables of a finished case are stored at once.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pywet import config as settings
+from pywet.config import Config
+from pywet.engines.liggghts.checkpoint import last_step
+from pywet.engines.process import die_with_parent
+from pywet.errors import PywetError
+from pywet.evidence.accuracy import choice, edit
+from pywet.evidence.accuracy.command import calibrated, habit
+from pywet.evidence.accuracy.cost import Coefficients, predict
+from pywet.evidence.accuracy.counts import Load
+from pywet.evidence.accuracy.knobs import Level
+from pywet.evidence.full_scale import kept
+from pywet.files import one_line
+
+ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
+SETTINGS: dict[str, dict[str, Level]] = {"": {"fraction": 0.1, "stiffness": 0.1}, "paper": {}}
+"""Variant -> what of the configuration is turned: the campaign's settings, and the paper's own stiffness."""
+BELIEVED_S = 600.0
+"""Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
+SPHERE_B, BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
+"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
+STATE_B, CONTACT_B = 140.0, 240.0
+"""The same of a sphere and of a bridge at a step of a window."""
+EVERY_S = 30.0
+"""Time between two lines of progress [s]."""
+
+
+@dataclass
+class Job:
+    """One case with one seed."""
+
+    number: int
+    seed: int
+    folder: Path
+    name: str
+    steps: int
+    seconds: float
+    """Processor time it is predicted to take on this machine, by the study of accuracy."""
+    load: Load
+    disk_B: float
+    process: subprocess.Popen[bytes] | None = None
+    begun: tuple[float, int] = (0.0, 0)
+    """Time and step at which this process began."""
+    failed: str | None = None
+    done: bool = False
+
+    @property
+    def step(self) -> int:
+        """Last step that the engine has shown."""
+        if (self.folder / "engine.partial").exists():
+            return last_step(self.folder / "engine.partial")
+        return self.steps if (self.folder / "engine").exists() else 0
+
+
+@dataclass
+class Campaign:
+    """Jobs over `cores` processes."""
+
+    jobs: list[Job]
+    data: Path
+    command: list[str]
+    about: dict[str, str]
+    cores: int = 1
+
+    def run(self) -> list[Job]:
+        """Run all jobs; returns those that failed."""
+        waiting, shown = [j for j in self.jobs if not j.done], 0.0
+        running: list[Job] = []
+        while waiting or running:
+            while waiting and len(running) < self.cores:
+                running.append(self._start(waiting.pop(0)))
+            time.sleep(0.5)
+            for job in [j for j in running if j.process is not None and j.process.poll() is not None]:
+                running.remove(job)
+                self._end(job)
+            if time.monotonic() - shown > EVERY_S:
+                shown = time.monotonic()
+                self._say(waiting, running)
+        return [j for j in self.jobs if j.failed]
+
+    def _start(self, job: Job) -> Job:
+        job.folder.mkdir(parents=True, exist_ok=True)
+        job.begun = time.monotonic(), job.step
+        command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
+        with open(job.folder / "campaign.log", "ab") as log:
+            job.process = subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)
+        return job
+
+    def _end(self, job: Job) -> None:
+        assert job.process is not None
+        log = (job.folder / "campaign.log").read_text(errors="replace").strip().splitlines()
+        if job.process.returncode != 0:
+            job.failed = one_line(log[-1] if log else f"exit code {job.process.returncode}")
+        else:
+            try:
+                kept.keep(job.folder, self.data, job.name, {"case": job.number, **self.about})
+                job.done = True
+            except PywetError as error:
+                job.failed = str(error)
+        print(f"{job.name}: {job.failed or f'kept in {self.data / job.name}'}", flush=True)
+
+    def _say(self, waiting: Sequence[Job], running: Sequence[Job]) -> None:
+        for job in running:
+            print(f"{job.name}: {100.0 * job.step / job.steps:5.1f} %", flush=True)
+        print(f"{len(waiting)} cases wait; about {self.to_go(waiting, running) / 3600.0:.1f} h to go", flush=True)
+
+    def to_go(self, waiting: Sequence[Job], running: Sequence[Job]) -> float:
+        """Time to go [s]: what is predicted, at the pace of what has been done of it in this call."""
+        moved = sum(j.seconds * (j.step - j.begun[1]) / j.steps for j in running) + BELIEVED_S
+        spent = sum(time.monotonic() - j.begun[0] for j in running) + BELIEVED_S
+        left = [j.seconds for j in waiting] + [j.seconds * (1.0 - j.step / j.steps) for j in running]
+        return max([sum(left) / self.cores, *left]) * spent / moved
+
+
+def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name: str, machine: Coefficients) -> Job:
+    """What a case will ask for, from its configuration alone."""
+    seconds, load = predict(config, number, scale, machine, habit(choice.for_scale(scale)[0]))
+    size, windows = config.scale(scale), config.settings.output
+    outputs = size.duration_s.value / size.output_interval_s.value
+    disk = outputs * (SPHERE_B * load.spheres + BRIDGE_B * load.bridges) + EVENT_B * load.events
+    disk += windows.contact_windows * windows.contact_window_steps * (STATE_B * load.spheres + CONTACT_B * load.bridges)
+    return Job(number, seed, out / name, name, round(load.steps), seconds, load, disk)
+
+
+def prepare(
+    config: Config,
+    wanted: Sequence[int],
+    seeds: Sequence[int],
+    scale: str,
+    out: Path,
+    variant: str,
+    machine: Coefficients,
+) -> list[Job]:
+    """The jobs of a campaign: all cases with the first seed, then with the others."""
+    tail = f"-{variant}" if variant else ""
+    name = "{case}{tail}-{seed}"
+    return [
+        plan_job(config, n, seed, scale, out, name.format(case=config.case(n).name, tail=tail, seed=seed), machine)
+        for seed in seeds
+        for n in wanted
+    ]
+
+
+def table(jobs: Sequence[Job]) -> list[str]:
+    """What each case asks for and takes, as lines."""
+    lines = ["case    spheres    steps [1e6]    lists    bridges    processor time [h]    disk [GB]"]
+    for j in jobs:
+        lines.append(f"{j.number:4d}{j.load.spheres:11.0f}{1e-6 * j.load.steps:15.2f}{j.load.lists:9.0f}{j.load.bridges:11.0f}"
+                     f"{j.seconds / 3600.0:22.2f}{1e-9 * j.disk_B:13.2f}")  # fmt: skip
+    total = sum(j.seconds for j in jobs) / 3600.0, 1e-9 * sum(j.disk_B for j in jobs)
+    return [*lines, f" all{total[0]:68.1f}{total[1]:13.1f}"]
+
+
+def main(
+    cores: Annotated[int, typer.Option(min=1, help="Cases at a time.")] = 1,
+    case: Annotated[list[int] | None, typer.Option("--case", help="Only this case; may be repeated.")] = None,
+    seed: Annotated[list[int] | None, typer.Option("--seed", help="Seeds; default that of config.yaml.")] = None,
+    scale: Annotated[str, typer.Option(help="Scale of scales.yaml.")] = "full",
+    variant: Annotated[str, typer.Option(help="paper: its own stiffness; other names say what is in --config.")] = "",
+    config_dir: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
+    out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("results/full_scale"),
+    data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
+) -> None:
+    """Run the screening cases at full scale, keep their tables, and say how long and how much disk it takes."""
+    if scale == "full" and variant in SETTINGS:
+        config_dir = turned(config_dir, out, variant)
+    config = settings.load(config_dir)
+    wanted = case or [n for n in ORDER if n in config.cases]
+    jobs = prepare(config, wanted, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
+    for job in jobs:
+        job.done = (data / job.name / "run.json").exists()
+    todo = [j for j in jobs if not j.done]
+    print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are kept; the others take {sum(j.disk_B for j in todo) / 1e9:.1f} GB "
+          f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB and, while it is made, three times "
+          "as much", flush=True)  # fmt: skip
+    if dry_run:
+        print("\n".join(table(jobs)))
+        return
+    command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", scale, "--config", str(config_dir)]
+    about = {"variant": variant, "scale": scale, "commit": _commit()}
+    failed = Campaign(jobs, data, command, about, cores).run()
+    for job in failed:
+        print(f"{job.name} failed: {job.failed}", file=sys.stderr)
+    raise typer.Exit(1 if failed else 0)
+
+
+def turned(config_dir: Path, out: Path, variant: str) -> Path:
+    """A copy of the configuration with the settings of a variant, beside the runs."""
+    target = out / f"settings{f'-{variant}' if variant else ''}"
+    shutil.rmtree(target, ignore_errors=True)
+    edit.write(config_dir, target, "full", SETTINGS[variant])
+    return target
+
+
+def _commit() -> str:
+    """State of the checkout the runs came from; empty outside one."""
+    found = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False)
+    return found.stdout.strip()
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,203 @@
+"""The exact bridge for users: force, angles, neck, stability, rupture distance and split of one bridge.
+
+Two spheres or a sphere and a plate (radius infinite), contact angles from 0 to below 90°, no gravity, axisymmetric. Overlapping
+bodies count as touching. Tables for engines are in `table.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pywet.errors import PywetError
+from pywet.laws.exact_bridge import branch
+from pywet.laws.exact_bridge.meridian import (
+    CURVATURE,
+    GAP,
+    LENGTH,
+    PHI_I,
+    PHI_J,
+    Floats,
+    contact,
+    integrals,
+    slope,
+    square,
+    start,
+)
+from pywet.laws.exact_bridge.split import neck_position, parts
+
+KINDS = {branch.FOLD: "fold", branch.ASYMMETRY: "asymmetry"}
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Two bodies; an infinite radius_j is a plate [m, rad]."""
+
+    radius_i: float
+    radius_j: float
+    theta_i: float
+    theta_j: float
+
+    def __post_init__(self) -> None:
+        for name, radius in (("radius_i", self.radius_i), ("radius_j", self.radius_j)):
+            if not radius > 0.0:
+                raise PywetError(f"{name} = {radius:g} m given to the exact bridge; expected a positive length")
+        if math.isinf(self.radius_i):
+            raise PywetError("radius_i is infinite; expected the sphere first: the plate is body j")
+        for name, angle in (("contact_angle_i", self.theta_i), ("contact_angle_j", self.theta_j)):
+            if not 0.0 <= angle < math.pi / 2:
+                raise PywetError(
+                    f"{name} = {math.degrees(angle):g} deg given to the exact bridge; expected an angle from 0 to below 90 deg"
+                )
+
+    @property
+    def unit(self) -> float:
+        """Length the equations are solved in: the smaller radius."""
+        return min(self.radius_i, self.radius_j)
+
+    @property
+    def symmetric(self) -> bool:
+        """Equal bodies."""
+        return self.radius_i == self.radius_j and self.theta_i == self.theta_j
+
+    def scaled(self) -> tuple[float, float, float, float]:
+        """Radii in that unit, and angles."""
+        return self.radius_i / self.unit, self.radius_j / self.unit, self.theta_i, self.theta_j
+
+
+@dataclass(frozen=True)
+class Bridge:
+    """A bridge in equilibrium; `state` holds the unknowns of `meridian.py` in units of the smaller radius."""
+
+    bodies: Bodies
+    volume: float
+    state: Floats
+
+    @property
+    def separation(self) -> float:
+        """Separation of the surfaces [m]."""
+        return float(self.state[GAP]) * self.bodies.unit
+
+    def force(self, surface_tension: float) -> float:
+        """Attraction [N]: 2πσ (r cos α − H r²), the same at every section."""
+        _, _, _, f = start(self.state, self.bodies.scaled()[0], self.bodies.theta_i)
+        return 2.0 * math.pi * surface_tension * f * self.bodies.unit
+
+    @property
+    def half_filling_angles(self) -> tuple[float, float]:
+        """Half-filling angles [rad]; nan on a plate."""
+        plate = math.isinf(self.bodies.radius_j)
+        return float(self.state[PHI_I]), math.nan if plate else float(self.state[PHI_J])
+
+    @property
+    def contact_radii(self) -> tuple[float, float]:
+        """Radii of the two contact lines [m]."""
+        ri, rj, ti, tj = self.bodies.scaled()
+        unit = self.bodies.unit
+        return contact(self.state[PHI_I], ri, ti)[0] * unit, contact(self.state[PHI_J], rj, tj)[0] * unit
+
+    @property
+    def mean_curvature(self) -> float:
+        """Mean curvature H [1/m]; the liquid's pressure exceeds the gas's by 2σH."""
+        return float(self.state[CURVATURE]) / self.bodies.unit
+
+    @property
+    def neck_radius(self) -> float:
+        """Smallest radius between the contact lines [m]."""
+        ri, _, ti, _ = self.bodies.scaled()
+        w0, w1, w2, _ = start(self.state, ri, ti)
+        t = neck_position(self.state, *self.bodies.scaled())
+        return math.sqrt(square(t, self.state[CURVATURE], w0, w1, w2)) * self.bodies.unit
+
+    @property
+    def parts(self) -> tuple[float, float]:
+        """Liquid on either side of the narrowest section [m3]."""
+        share = parts(self.state, *self.bodies.scaled())
+        return share[0] * self.bodies.unit**3, share[1] * self.bodies.unit**3
+
+    def meridian(self, points: int = 201) -> tuple[Floats, Floats, Floats]:
+        """z from the contact line on body i [m], r [m], angle α between tangent and axis [rad]; each (points,)."""
+        ri, _, ti, _ = self.bodies.scaled()
+        w0, w1, w2, f = start(self.state, ri, ti)
+        h = self.state[CURVATURE]
+        rows = []
+        for t in np.linspace(0.0, self.state[LENGTH], points):
+            w = square(t, h, w0, w1, w2)
+            rows.append(
+                (
+                    integrals(t, h, w0, w1, w2, f)[0],
+                    math.sqrt(w),
+                    math.atan2(0.5 * slope(t, h, w1, w2), f + h * w),
+                )
+            )
+        z, r, angle = np.array(rows).T
+        return z * self.bodies.unit, r * self.bodies.unit, angle
+
+
+@dataclass(frozen=True)
+class Rupture:
+    """Limit of stability: the bridge there, and whether it is a fold or the loss of symmetry of equal bodies."""
+
+    bridge: Bridge
+    kind: str
+
+    @property
+    def separation(self) -> float:
+        """Rupture distance [m]."""
+        return self.bridge.separation
+
+    @property
+    def transfer_ratio(self) -> float:
+        """Part of the liquid on body i's side of the narrowest section; 1/2 for equal bodies."""
+        i, j = self.bridge.parts
+        return i / (i + j)
+
+
+def solve(
+    separation: float, volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float
+) -> Bridge | None:
+    """The stable bridge at a separation; None beyond its rupture distance. Arguments in m, m3, rad."""
+    bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
+    wanted = max(separation, 0.0) / bodies.unit
+    _, points = _trace(bodies, volume, wanted)
+    if points[-1, GAP] < wanted:
+        return None
+    if wanted == 0.0:
+        return Bridge(bodies, volume, points[0])
+    k = int(np.searchsorted(points[:, GAP], wanted))
+    ok, state = branch.between(
+        points[k - 1], points[k], wanted, points[-1, GAP], volume / bodies.unit**3, *bodies.scaled(), bodies.symmetric
+    )
+    if not ok:
+        raise PywetError(_lost(bodies, volume))
+    return Bridge(bodies, volume, state)
+
+
+def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float) -> Rupture:
+    """Where the stable branch of a bridge ends. Arguments in m3, m, rad."""
+    bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
+    kind, points = _trace(bodies, volume, math.inf)
+    return Rupture(Bridge(bodies, volume, points[-1]), KINDS[kind])
+
+
+def _trace(bodies: Bodies, volume: float, stop: float) -> tuple[int, Floats]:
+    if not (volume > 0.0 and math.isfinite(volume)):
+        raise PywetError(f"volume {volume:g} m3 given to the exact bridge; expected a positive number")
+    reduced = volume / bodies.unit**3
+    ok, touching = branch.touching(reduced, *bodies.scaled(), bodies.symmetric)
+    kind, points = branch.LOST, touching[None, :]
+    if ok:
+        kind, points = branch.trace(touching, reduced, *bodies.scaled(), bodies.symmetric, stop)
+    if kind == branch.LOST:
+        raise PywetError(_lost(bodies, volume))
+    return kind, points
+
+
+def _lost(bodies: Bodies, volume: float) -> str:
+    return (
+        f"the exact bridge of {volume:g} m3 between radii {bodies.radius_i:g} and {bodies.radius_j:g} m with contact angles "
+        f"{math.degrees(bodies.theta_i):g} and {math.degrees(bodies.theta_j):g} deg could not be followed; expected a volume "
+        f"below half the cube of the effective radius"
+    )

@@ -1,0 +1,68 @@
+"""Where a bridge parts, and how much liquid stays on either side. Compiled; lengths in any one unit."""
+
+from __future__ import annotations
+
+import math
+
+from pywet.laws.exact_bridge.meridian import (
+    CURVATURE,
+    LENGTH,
+    PHI_I,
+    PHI_J,
+    Floats,
+    contact,
+    integrals,
+    jit,
+    slope,
+    square,
+    start,
+)
+
+LOOKS = 64
+"""Sections of the meridian that are compared to find the narrowest."""
+
+
+@jit
+def neck_position(y: Floats, ri: float, rj: float, ti: float, tj: float) -> float:
+    """Arc length of the narrowest section; the narrower contact line where the profile has no minimum between them."""
+    h, t = y[CURVATURE], y[LENGTH]
+    w0, w1, w2, _ = start(y, ri, ti)
+    least, at = w0, 0
+    for k in range(1, LOOKS + 1):  # a meridian that meets a body beyond its equator widens before it narrows
+        width = square(k * t / LOOKS, h, w0, w1, w2)
+        if width < least:
+            least, at = width, k
+    low, high = max(at - 1, 0) * t / LOOKS, min(at + 1, LOOKS) * t / LOOKS
+    if slope(low, h, w1, w2) < 0.0 and slope(high, h, w1, w2) > 0.0:
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            if slope(middle, h, w1, w2) < 0.0:
+                low = middle
+            else:
+                high = middle
+        return 0.5 * (low + high)
+    return at * t / LOOKS
+
+
+@jit
+def cap_part(angle: float, radius: float, theta: float, depth: float) -> float:
+    """Volume of a body between its contact plane and a plane `depth` further into the bridge."""
+    if math.isinf(radius) or depth <= 0.0:
+        return 0.0
+    _, _, _, height, cap = contact(angle, radius, theta)
+    left = height - depth
+    return cap if left <= 0.0 else cap - math.pi / 3.0 * left * left * (3.0 * radius - left)
+
+
+@jit
+def parts(y: Floats, ri: float, rj: float, ti: float, tj: float) -> tuple[float, float]:
+    """Liquid on either side of the plane through the narrowest section, bodies taken out."""
+    h, t = y[CURVATURE], y[LENGTH]
+    w0, w1, w2, f = start(y, ri, ti)
+    length, whole = integrals(t, h, w0, w1, w2, f)
+    z, left = integrals(neck_position(y, ri, rj, ti, tj), h, w0, w1, w2, f)
+    cap_i, cap_j = contact(y[PHI_I], ri, ti)[4], contact(y[PHI_J], rj, tj)[4]
+    own_i = cap_part(y[PHI_I], ri, ti, z)
+    own_j = cap_part(y[PHI_J], rj, tj, length - z)
+    volume_i = left - own_i - (cap_j - own_j)
+    return volume_i, whole - cap_i - cap_j - volume_i

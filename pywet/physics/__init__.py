@@ -1,1 +1,0 @@
-"""What two bodies and a liquid do to each other."""

@@ -1,0 +1,151 @@
+"""The effect plan held against what the replay measured: per effect predicted, measured, and whether the plan was right.
+
+Reads plan.json and contributions.json of a run directory, writes audit.json beside them. A plan is wrong where it left out or
+called negligible what contributes more than its tolerance, or where a predicted share and the measured one differ by more than
+the tolerance and by more than the factor to which the prediction claims to hold. (The number that decides an effect is held
+against the measure only where no share was predicted: it need not be a share itself.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from pywet.files import read_if_there, read_model, write_json
+from pywet.laws.kinds import FORCES
+from pywet.plan import OPT_IN
+from pywet.runs.shapes import Contributions, Plan
+
+FILE = "audit.json"
+WITHIN = 3.0
+"""Factor to which a predicted share holds where its row states none."""
+MEASURES = {
+    "dynamic_rupture": ("mean_stretch", "mean stretch of the rupture distance"),
+    "wall_films": ("liquid_share", "liquid drawn from and given to walls, over all that moved"),
+    "sharing_by_size": ("liquid_share", "liquid moved against equal sharing, over all that was shared out"),
+    "shedding": ("liquid_share", "liquid that let go as drops, over all"),
+}
+"""Effect -> what of contributions.json is its measure; all others: their share of impulse."""
+IMPULSE = "share of impulse"
+OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
+Verdict = Literal["as planned", "small", "wrong", "not measured"]
+OK: Verdict = "as planned"
+SMALL: Verdict = "small"
+WRONG: Verdict = "wrong"
+UNKNOWN: Verdict = "not measured"
+
+
+@dataclass(frozen=True)
+class AuditRow:
+    """One effect: `verdict` is one of OK, SMALL (on, yet below the tolerance), WRONG, UNKNOWN; `text` says it in words."""
+
+    effect: str
+    on: bool
+    measure: str
+    predicted: float | None
+    within: float | None
+    measured: float | None
+    tolerance: float
+    verdict: Verdict
+    text: str
+
+
+@dataclass(frozen=True)
+class _Audit:
+    """The content of audit.json."""
+
+    plan_right: bool
+    rows: list[AuditRow]
+
+
+def rows(plan: dict[str, Any], contributions: dict[str, Any]) -> list[AuditRow]:
+    """One row per effect of the plan."""
+    return [_row(row, contributions["effects"]) for row in plan["rows"]]
+
+
+def _row(row: dict[str, Any], measured: dict[str, Any]) -> AuditRow:
+    effect, on = row["effect"], bool(row["on"])
+    value, measure = _measured(effect, measured)
+    predicted, tolerance = row.get("predicted_share"), float(row["threshold"])
+    # a share of impulse can be laid beside a prediction only where that is one too
+    within = float(row.get("predicted_within") or WITHIN) if predicted is not None and measure == IMPULSE else None
+    verdict, text = _judge(row, value, predicted if within else None, within, tolerance)
+    return AuditRow(effect, on, measure, predicted if within else None, within, value, tolerance, verdict, text)
+
+
+def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]:
+    """The measure of an effect; for the bridges as a whole the forces that acted in them together."""
+    if effect == "bridges":
+        shares = [measured[name]["impulse_share"] or 0.0 for name in FORCES if measured[name]["acting"]]
+        return sum(shares), IMPULSE
+    entry = measured.get(OTHER_NAMES.get(effect, effect))
+    key, name = MEASURES.get(effect, ("impulse_share", IMPULSE))
+    # without liquid there is nothing that walls, sizes or stretched bridges could have done
+    return (entry.get(key) if entry is not None else 0.0 if effect in MEASURES else None), name
+
+
+def _judge(
+    row: dict[str, Any], value: float | None, predicted: float | None, within: float | None, tolerance: float
+) -> tuple[Verdict, str]:
+    if value is None:
+        return UNKNOWN, "the replay measured nothing of it"
+    if not row["on"]:
+        if row["effect"] in OPT_IN:
+            said = f"would contribute {value:.2g}" if value else "what it would do was not measured"
+            return OK, f"in no preset, left out; {said}"
+        if value > tolerance:
+            return WRONG, f"plan wrong: left out but contributes {value:.2g}, more than the tolerance {tolerance:g}"
+        return OK, f"left out, would contribute {value:.2g}" if value else "left out"
+    if predicted is not None and within is not None:
+        low, high = sorted((value, predicted))
+        if high - low > tolerance and high > within * low:
+            return (
+                WRONG,
+                f"predicted {predicted:.2g}, measured {value:.2g}: beyond the stated factor {within:g}",
+            )
+    if value < tolerance:
+        if float(row["number"]) < tolerance:
+            return OK, f"negligible as its number says ({value:.2g}), on all the same"
+        return SMALL, f"on but contributes only {value:.2g}, less than the tolerance {tolerance:g}"
+    if float(row["number"]) < tolerance and predicted is None:
+        return WRONG, f"plan wrong: called negligible but contributes {value:.2g}, more than {tolerance:g}"
+    return OK, f"contributes {value:.2g}"
+
+
+def write(run_dir: Path) -> list[AuditRow] | None:
+    """Write audit.json; None (and no file) where there is no plan or nothing was measured."""
+    folder = Path(run_dir)
+    if not folder.is_dir():
+        return None
+    (folder / FILE).unlink(missing_ok=True)
+    plan, measured = (
+        read_if_there(folder / name, f"run `pywet replay {folder}` again", shape)
+        for name, shape in (("plan.json", Plan), ("contributions.json", Contributions))
+    )
+    if plan is None or measured is None:
+        return None
+    found = rows(plan, measured)
+    write_json(
+        folder / FILE, {"plan_right": all(r.verdict != WRONG for r in found), "rows": [asdict(r) for r in found]}
+    )
+    return found
+
+
+def read(run_dir: Path) -> list[AuditRow] | None:
+    """The rows of audit.json, None where there is none."""
+    path = Path(run_dir) / FILE
+    return read_model(path, _Audit, f"run `pywet replay {run_dir}` again").rows if path.exists() else None
+
+
+def lines(found: list[AuditRow]) -> list[str]:
+    """One line of text per effect."""
+    return [
+        f"{r.effect:<19}{'on ' if r.on else 'off'}  predicted {_number(r.predicted):>8}  measured {_number(r.measured):>8}  "
+        f"{'<-- ' if r.verdict == WRONG else ''}{r.text}"
+        for r in found
+    ]
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"

@@ -1,0 +1,146 @@
+"""What an estimator knows of a scene beside spheres and liquid: how it moves, where its walls are, what is wanted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from pywet.errors import PywetError
+from pywet.laws.contact import S_MIN, film_volume
+from pywet.scene import ContactPair, Liquid, SphereClass
+
+GRAVITY = 9.81
+BRIDGE_SHARE = 0.5 * (1.0 - math.sqrt(0.75))
+"""Share of its film that a sphere gives to a bridge with an equal sphere or a large wall, E (8), (9)."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """State `moving`: a dense bed kept in motion; `at_rest`: touching spheres that stay; `dilute`: single collisions.
+
+    The default is the one in which nothing can be left out for the place alone.
+    """
+
+    state: Literal["moving", "at_rest", "dilute"] = "moving"
+    gravity_m_per_s2: float = GRAVITY
+    duration_s: float = 1.0
+    solid_fraction: float = 0.6
+    """Solids over the room they have; in a dilute scene it sets how often a sphere collides, 0: once."""
+    wall_share: float = 1.0
+    """Contacts with walls over all contacts; 0: there are no walls."""
+    liquid_wanted: bool = True
+    """Whether it is asked where the liquid is; if not, a liquid whose forces are negligible need not be simulated."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.wall_share <= 1.0 or not 0.0 <= self.solid_fraction < 0.75 or self.duration_s <= 0:
+            raise PywetError(
+                f"wall_share {self.wall_share:g} must be within 0 and 1, solid_fraction {self.solid_fraction:g} within 0 "
+                f"and 0.75, duration_s {self.duration_s:g} above 0; mend the scene's surroundings"
+            )
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Forces, lengths and speeds of two equal spheres of one class, from which all estimates are made; SI units."""
+
+    radius: float
+    mass: float
+    weight: float
+    grip: float
+    """Friction under its own weight."""
+    friction: float
+    rolling_friction: float
+    stiffness: float
+    speed: float
+    film: float
+    film_volume: float
+    bridge_volume: float
+    surface_force: float
+    """Capillary force at touch, 2 pi r sigma cos(theta)."""
+    rupture: float
+    """Rupture distance (1 + theta/2) V^(1/3)."""
+    normal_drag_gap: float
+    """6 pi eta r_red^2: the normal viscous force is this times v/S."""
+    tangential_drag: float
+    """Coefficient of sliding at the smallest gap (Lian, E 27)."""
+    capillary_number: float
+    liquid_mass: float
+    surface_tension: float
+
+    @property
+    def smallest_gap(self) -> float:
+        """S_min [m]."""
+        return S_MIN * self.radius
+
+    @property
+    def pass_impulse(self) -> float:
+        """Normal viscous impulse of one way in [N s]: 6 pi eta r_red^2 (ln(1 + 2 h/S_min) + overlap/S_min).
+
+        The second term is the way of the overlap, on which the law stays at its smallest gap; soft springs make it large.
+        """
+        return self.normal_drag_gap * (
+            math.log1p(2.0 * self.film / self.smallest_gap) + self.overlap / self.smallest_gap
+        )
+
+    @property
+    def overlap(self) -> float:
+        """Overlap of an impact without losses, v sqrt(m_eff/k) [m]."""
+        return self.speed * math.sqrt(0.5 * self.mass / self.stiffness)
+
+    @property
+    def speed_lost(self) -> float:
+        """Speed lost on one way in over the speed: (ln(1 + 2 h/S_min) + overlap/S_min)/St, at most 1."""
+        if self.pass_impulse == 0.0:
+            return 0.0
+        return min(self.pass_impulse / (0.5 * self.mass * self.speed), 1.0) if self.speed > 0 else 1.0
+
+    @property
+    def bridge_energy(self) -> float:
+        """Work to draw a bridge to rupture, at most surface_force S_rup/2 [J]."""
+        return 0.5 * self.surface_force * self.rupture
+
+    @property
+    def slip_time(self) -> float:
+        """Time of a passage, in and out, and of the contact between [s]."""
+        contact = math.pi * math.sqrt(0.5 * self.mass / self.stiffness)
+        return 4.0 * self.film / self.speed + contact if self.speed > 0 else math.inf
+
+
+def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, speed: float, gravity: float) -> Groups:
+    """The groups of a class against itself; zero liquid where there is none."""
+    own = next(p for p in pairs if p.a == p.b == c.type)
+    r, m = c.radius_m, c.mass_kg
+    sigma, eta, h = 0.0, 0.0, 0.0
+    if liquid is not None:
+        sigma, eta, h = liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s, liquid.initial_film_thickness_m
+    film = film_volume(h, r)
+    volume = 2.0 * BRIDGE_SHARE * film
+    r_red = 0.5 * r
+    slide = 6.0 * math.pi * eta * r_red * (8.0 / 15.0 * math.log(r_red / (S_MIN * r)) + 0.9588)
+    return Groups(
+        radius=r,
+        mass=m,
+        weight=m * gravity,
+        grip=own.friction * m * gravity,
+        friction=own.friction,
+        rolling_friction=own.rolling_friction_m,
+        stiffness=own.normal_stiffness_N_per_m,
+        speed=speed,
+        film=h,
+        film_volume=film,
+        bridge_volume=volume,
+        surface_force=abs(2.0 * math.pi * r * sigma * math.cos(c.contact_angle_rad)) if h > 0 else 0.0,
+        rupture=(1.0 + 0.5 * c.contact_angle_rad) * volume ** (1.0 / 3.0),
+        normal_drag_gap=6.0 * math.pi * eta * r_red**2 if h > 0 else 0.0,
+        tangential_drag=slide if h > 0 else 0.0,
+        capillary_number=speed * eta / sigma if sigma > 0 and h > 0 else 0.0,
+        liquid_mass=film * liquid.density_kg_per_m3 if liquid is not None else 0.0,
+        surface_tension=sigma,
+    )
+
+
+def collisions(g: Groups, s: Surroundings) -> float:
+    """Collisions of one sphere in a dilute scene, v t 6 sqrt(2) phi/d (kinetic theory of hard spheres), at least one."""
+    return max(1.0, g.speed * s.duration_s * 6.0 * math.sqrt(2.0) * s.solid_fraction / (2.0 * g.radius))

@@ -1,0 +1,238 @@
+"""Time step advisor: the largest steps that contact, capillary and viscous forces allow, and which of them governs.
+
+A pair of relative mass m with a spring k, a dashpot γ and a drag c, stepped as the engine does (speeds half a step back), is
+stable while, with κ = k Δt²/m, y = γ Δt/m, x = c Δt/m,
+
+    explicit:       κ < 4 − 2 (x + y)          (c alone: Δt < 2 m/c, the limit of Washino et al. 2016 up to their factor)
+    semi-implicit:  κ < 4 − 2 (y − x)          (never below the dry contact's limit, whatever the viscosity)
+
+In a dense packing the largest eigenvalue of springs or dashpots is four times that of a pair (face-centred cubic: 8 k/m against
+2 k/m), so that a drag allows a quarter and a spring half of a pair's step. Sliding and spinning count with 7/2 of the inverse
+mass. The capillary force has a negative slope: its limit is one of resolution, not of stability, and is not refused.
+
+Where bridges act every n-th step for n steps at once (`bridges_every`), all limits of bridges are taken for n Δt, with the spring
+and the dashpot as if they, too, were stepped by n Δt. This is more than is needed (their own step is Δt) and keeps clear of the
+resonance of impulses with the swing of a contact, at n Δt of half its period (Biesiadecki & Skeel 1993, J. Comput. Phys. 109,
+318).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from pywet.apparatus.motion import peak_speed
+from pywet.errors import PywetError, UnstableStep
+from pywet.laws import contact, registry
+from pywet.scene import ContactPair, Scene
+
+PACKED = 4.0
+"""Largest eigenvalue in a dense packing over that of a pair."""
+DENSE = 13
+"""Spheres from which a scene counts as a packing."""
+IMPULSES = "impulses of bridges"
+"""The limit that springs set to bridges which act every few steps."""
+SPIN = 2.5
+"""r²/I of a sphere in units of 1/m: tangential forces also spin the bodies."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One limit: the largest time step [s] that `effect` allows between `bodies`; `stability` False: only resolution."""
+
+    effect: str
+    bodies: str
+    time_step_s: float
+    stability: bool = True
+
+
+@dataclass(frozen=True)
+class Advice:
+    """All limits, the smallest first."""
+
+    time_step_s: float
+    limits: tuple[Limit, ...]
+
+    @property
+    def governs(self) -> Limit:
+        """The smallest limit."""
+        return self.limits[0]
+
+    @property
+    def elastic_step_s(self) -> float:
+        """Step [s] at which an elastic collision keeps its energy to 1 %: a tenth of the contact's stability limit.
+
+        A collision that begins between two steps makes or loses up to κ/4 of its energy, κ = k Δt²/m; at the limit κ is 4.
+        """
+        return 0.1 * min((m.time_step_s for m in self.limits if m.effect == "contact"), default=math.inf)
+
+    @property
+    def lines(self) -> list[str]:
+        """As text, one line for each effect's smallest limit."""
+        shown: dict[str, Limit] = {}
+        for limit in (limit for limit in self.limits if math.isfinite(limit.time_step_s)):
+            shown.setdefault(limit.effect, limit)
+        lines = [
+            f"{limit.effect:<20}{limit.time_step_s:9.2e} s  {limit.bodies}{'' if limit.stability else ' (resolution)'}"
+            for limit in shown.values()
+        ]
+        if math.isfinite(self.elastic_step_s):
+            lines.append(f"{'energy to 1 %':<20}{self.elastic_step_s:9.2e} s  of an elastic contact (resolution)")
+        part = self.time_step_s / self.governs.time_step_s
+        return [
+            *lines,
+            f"time step {self.time_step_s:.3g} s is {part:.2g} of the smallest, which is: {self.governs.effect}",
+        ]
+
+
+def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, crowd: float = 1.0) -> float:
+    """Largest stable step [s] of relative mass m [kg], spring k [N/m], dashpot gamma and drag c [kg/s]; inf without any.
+
+    `crowd` multiplies all of them, as PACKED does. With `implicit` the drag is taken at the end of the step, with the mass
+    shared among the bridges, so that the crowd does not make it stiffer.
+    """
+    if max(k, gamma, c) <= 0.0:
+        return math.inf
+
+    def margin(step: float) -> float:
+        set_up = gamma / (1.0 + gamma * step / (4.0 * m))  # the deck's dashpot for this step, see its `damping`
+        kappa, y, x = crowd * k * step**2 / m, crowd * set_up * step / m, c * step / m
+        if implicit:
+            return 4.0 - 2.0 * (y - x) - kappa
+        return 4.0 - 2.0 * (crowd * x + y) - kappa
+
+    bounds = [value for value in (math.sqrt(m / k) if k > 0 else 0.0, m / gamma if gamma > 0 else 0.0) if value > 0]
+    if implicit and (k <= 0.0 or c >= 1e3 * math.sqrt(m * k)):
+        return math.inf  # no limit, or one far beyond any use
+    high = 4.0 * max([*bounds, m / c if c > 0 else 0.0])
+    while margin(high) > 0.0:
+        high *= 2.0
+    return float(brentq(margin, 0.0, high, rtol=1e-12))
+
+
+def advise(scene: Scene) -> Advice:
+    """Every limit of a scene."""
+    found = _limits(scene)
+    if not found:
+        raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")
+    return Advice(scene.time_step_s, tuple(sorted(found, key=lambda limit: limit.time_step_s)))
+
+
+def refuse_unstable(scene: Scene) -> None:
+    """Raise `UnstableStep` when the scene's time step is beyond a stability limit."""
+    for limit in sorted(_limits(scene), key=lambda limit: limit.time_step_s):
+        if limit.stability and scene.time_step_s > limit.time_step_s:
+            implicit = scene.viscous_integration == "semi_implicit"
+            alone = implicit or limit.effect in ("contact", IMPULSES)
+            remedy = "lower it" if alone else "lower it or set viscous_integration to semi_implicit"
+            if scene.bridges_every > 1 and limit.effect != "contact":
+                remedy = f"{remedy}, or bridges_every, which is {scene.bridges_every}"
+            raise UnstableStep(
+                f"the time step of scene {scene.name}, {scene.time_step_s:.3g} s, would be unstable: the {limit.effect} of "
+                f"{limit.bodies} allows at most {limit.time_step_s:.3g} s; {remedy}",
+                step_s=scene.time_step_s,
+                largest_s=limit.time_step_s,
+            )
+
+
+def _limits(scene: Scene) -> list[Limit]:
+    crowd = PACKED if sum(c.count for c in scene.classes) >= DENSE else 1.0
+    return [limit for pair in _present(scene) for limit in _pair_limits(scene, pair, crowd)]
+
+
+def _present(scene: Scene) -> list[ContactPair]:
+    count = {c.type: c.count for c in scene.classes}
+    alone = [t for t, n in count.items() if n == 1]
+    walls = bool(scene.walls)
+    return [
+        p
+        for p in scene.pairs
+        if count[p.a] and (walls if p.b == 0 else count[p.b] and not (p.a == p.b and p.a in alone and len(count) > 1))
+    ]
+
+
+def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limit]:
+    one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
+    m = contact.pair_mass(scene.classes, pair)
+    bodies = f"{one.name} and {two.name if two else 'a wall'}"
+    k = pair.normal_stiffness_N_per_m
+    gamma = contact.damping(pair.restitution, m, k)
+    implicit = scene.viscous_integration == "semi_implicit"
+    k_t = (1.0 + SPIN) * pair.tangential_stiffness_N_per_m
+    dry = min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
+    yield Limit("contact", bodies, dry)
+    speed = _speed(scene)
+    if scene.effects.bridges and scene.liquid is not None:
+        bridge, every = _Bridge(scene, pair), scene.bridges_every
+        if every > 1:
+            yield Limit(IMPULSES, bodies, dry / every)
+        normal, tangential = bridge.drags()
+        if normal > 0.0:
+            yield Limit("viscous normal", bodies, largest_step(m, k, gamma, normal, implicit, crowd) / every)
+        if tangential > 0.0:
+            step = largest_step(m, k_t, 0.0, tangential, implicit, crowd) / every
+            yield Limit("viscous tangential", bodies, step)
+        slope = bridge.steepest()
+        if slope > 0.0:
+            yield Limit("capillary", bodies, 2.0 * math.sqrt(m / (crowd * slope)) / every, stability=False)
+        yield Limit("passing a bridge", bodies, 0.1 * bridge.rupture() / speed / every, stability=False)
+
+
+def _speed(scene: Scene) -> float:
+    """Speed that bodies meet at [m/s]: the fastest wall, at least 0.1."""
+    fastest = 0.1
+    if scene.vibration is not None:
+        fastest = max(fastest, peak_speed(scene.vibration))
+    if scene.slide is not None:
+        fastest = max(fastest, math.hypot(*scene.slide.velocity_m_per_s))
+    return fastest
+
+
+class _Bridge:
+    """The bridge that the first films give to a pair of types, by the scene's laws."""
+
+    def __init__(self, scene: Scene, pair: ContactPair) -> None:
+        assert scene.liquid is not None
+        self._scene, self._liquid = scene, scene.liquid
+        one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
+        self._radii = contact.pair_radii(scene.classes, pair)
+        self._angles = (one.contact_angle_rad, two.contact_angle_rad if two else _wall_angle(scene))
+        films = [contact.film_volume(self._liquid.initial_film_thickness_m, r) for r in self._radii if math.isfinite(r)]
+        draw = self._law("formation")
+        i, j = self._radii
+        self._volume = draw(films[0], i, j) + (draw(films[1], j, i) if two else 0.0)
+
+    def _law(self, kind: str, number: int = 0) -> Callable[..., float]:
+        return registry.get(kind, str(getattr(self._scene.effects, kind))).functions[number]
+
+    def drags(self) -> tuple[float, float]:
+        """Largest drag coefficients [kg/s], normal and tangential (sliding and spinning): those at contact."""
+        i, j = self._radii
+        normal = tangential = 0.0
+        if self._scene.effects.viscous_normal and self._volume > 0.0:
+            normal = -self._law("viscous_normal")(0.0, self._volume, i, j, 1.0, self._liquid.viscosity_Pa_s)
+        if self._scene.effects.viscous_tangential and self._volume > 0.0:
+            slide, roll = (self._law("viscous_tangential", n)(0.0, i, j, self._liquid.viscosity_Pa_s) for n in (0, 1))
+            tangential = slide + SPIN * roll
+        return normal, tangential
+
+    def rupture(self) -> float:
+        """Static rupture distance [m]."""
+        return self._law("rupture")(self._volume, *self._radii, *self._angles) if self._volume > 0.0 else math.inf
+
+    def steepest(self) -> float:
+        """Largest |dF/dS| of the capillary force between contact and rupture [N/m], by differences on 200 gaps."""
+        if not self._scene.effects.capillary or self._volume <= 0.0:
+            return 0.0
+        gaps = np.linspace(0.0, self.rupture(), 201)
+        law, sigma = self._law("capillary"), self._liquid.surface_tension_N_per_m
+        force = np.array([law(float(s), self._volume, *self._radii, *self._angles, sigma) for s in gaps])
+        return float(np.abs(np.diff(force) / np.diff(gaps)).max())
+
+
+def _wall_angle(scene: Scene) -> float:
+    return max((w.contact_angle_rad for w in scene.walls), default=0.0)

@@ -1,0 +1,101 @@
+"""Everything the report needs of all cases at one scale, read once; a case that failed is kept with its reason."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet.config.cases import Case
+from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there, read_table
+from pywet.plan import audit
+from pywet.runs.shapes import Contributions, Plan, Replay, Summary
+from pywet.screening import status, verdict
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """One case; what a failed case does not have is None."""
+
+    case: Case
+    problems: tuple[str, ...]
+    summary: dict[str, Any] | None = None
+    plan: dict[str, Any] | None = None
+    agreement: tuple[verdict.Agreement, ...] = field(default=())
+    retained: pd.DataFrame | None = None
+    liquid: pd.DataFrame | None = None
+    contributions: dict[str, Any] | None = None
+    audit: tuple[audit.AuditRow, ...] = field(default=())
+
+    @property
+    def done(self) -> bool:
+        """Run to the end and nothing to object."""
+        return not self.problems
+
+    @property
+    def moist(self) -> bool:
+        """Liquid was put in."""
+        return self.case.liquid_percent > 0
+
+    @property
+    def bridged(self) -> bool:
+        """Bridges were simulated, or will be: a moist case may have them switched off by hand."""
+        return bool(self.summary["effects"]["bridges"]) if self.summary else self.moist
+
+    @property
+    def cross_checked(self) -> bool:
+        """The replay reproduces every quantity."""
+        return bool(self.agreement) and all(row.ok for row in self.agreement)
+
+    @property
+    def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
+        """What cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
+        return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
+
+
+def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:
+    """Read the run directories `folder`/<case name> of the cases given."""
+    return [collect_run(Path(folder) / case.name, case) for case in cases]
+
+
+def collect_run(run_dir: Path, case: Case) -> CaseResult:
+    """Read one run directory; one that cannot be read is a failed case."""
+    try:
+        return _collect_run(Path(run_dir), case)
+    except PywetError as error:
+        return CaseResult(case, (str(error),))
+
+
+def _collect_run(run_dir: Path, case: Case) -> CaseResult:
+    found = tuple(status.problems(run_dir))
+    summary = _json(run_dir / "summary.json", Summary)
+    if summary is None or not status.results_made(run_dir):
+        return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan))
+    if case.liquid_percent > 0 and (
+        not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
+    ):
+        raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
+    replay = _json(run_dir / "replay.json", Replay)
+    return CaseResult(
+        case,
+        found,
+        summary=summary,
+        plan=_json(run_dir / "plan.json", Plan),
+        agreement=tuple(verdict.agreement(replay)) if replay else (),
+        retained=_table(run_dir / "results" / "fraction_retained.parquet"),
+        liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
+        contributions=_json(run_dir / "contributions.json", Contributions),
+        audit=tuple(audit.read(run_dir) or ()),
+    )
+
+
+def _json(path: Path, shape: Any) -> Any:
+    return read_if_there(path, AGAIN, shape)
+
+
+def _table(path: Path) -> pd.DataFrame | None:
+    return read_table(path) if path.exists() else None

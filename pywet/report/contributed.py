@@ -1,0 +1,91 @@
+"""Table of the report: what each effect contributed in each case, beside what the effect plan said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pywet.plan import audit
+from pywet.report.collect import CaseResult
+
+CLASS = {audit.OK: "fits", audit.SMALL: "small", audit.WRONG: "wrong", audit.UNKNOWN: "off"}
+"""Verdict -> colour of its cell."""
+FORCES = {
+    "weight": "weight",
+    "contact_normal": "dry contacts, normal",
+    "contact_tangential": "dry contacts, tangential",
+}
+"""Rows that no plan decides, first in the table."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Measured value, what was predicted, colour, and the words behind it."""
+
+    value: str
+    predicted: str
+    colour: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """One effect over all cases."""
+
+    name: str
+    measure: str
+    cells: tuple[Cell | None, ...]
+
+
+def rows(results: Sequence[CaseResult]) -> list[Row]:
+    """Forces that always act, then the effects of the plan; empty where no case was measured."""
+    if not any(r.contributions for r in results):
+        return []
+    found = [Row(name, audit.IMPULSE, tuple(_force(r, key) for r in results)) for key, name in FORCES.items()]
+    names = list(dict.fromkeys(row.effect for r in results for row in r.audit))
+    for name in names:
+        if name == "gravity":  # the first row
+            continue
+        of_case = [next((row for row in r.audit if row.effect == name), None) for r in results]
+        measure = next(row.measure for row in of_case if row is not None)
+        cells = tuple(_judged(row, r.contributions) for row, r in zip(of_case, results, strict=True))
+        found.append(Row(name.replace("_", " "), measure, cells))
+    return found
+
+
+def wrong(results: Sequence[CaseResult]) -> list[str]:
+    """A sentence for every wrong plan."""
+    return [
+        f"Case {r.case.case}, {row.effect.replace('_', ' ')}: {row.text}."
+        for r in results
+        for row in r.audit
+        if row.verdict == audit.WRONG
+    ]
+
+
+def _force(result: CaseResult, key: str) -> Cell | None:
+    if not result.contributions:
+        return None
+    entry = result.contributions["effects"][key]
+    return Cell(_percent(entry["impulse_share"]), "", "", _energy(entry))
+
+
+def _judged(row: audit.AuditRow | None, contributions: dict[str, Any] | None) -> Cell | None:
+    if row is None or not contributions:
+        return None
+    entry = contributions["effects"].get(row.effect, {})
+    colour = "off" if not row.on and row.verdict == audit.OK else CLASS[row.verdict]
+    predicted = f"predicted {_percent(row.predicted)}" if row.predicted is not None else ""
+    return Cell(_percent(row.measured), predicted, colour, "; ".join(t for t in (row.text, _energy(entry)) if t))
+
+
+def _energy(entry: dict[str, Any]) -> str:
+    share = entry.get("energy_share")
+    return "" if share is None else f"{_percent(share)} of the energy turned over"
+
+
+def _percent(share: float | None) -> str:
+    if share is None:
+        return "–"
+    return "0" if share == 0 else f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

@@ -1,0 +1,225 @@
+"""The report: one HTML file with everything in it, from the run directories of all cases at one scale.
+
+Gathers what the template `workflow/report/report.html.j2` shows; reads only what the stages wrote and computes nothing anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+import pywet
+from pywet.config import Config
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.report import contributed, page, plots, presets
+from pywet.report.collect import CaseResult, collect, collect_run
+from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
+
+TEMPLATE = "report.html.j2"
+PAPER_SECONDS = 20.0
+"""Duration of the paper's runs, section 5.2."""
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One assumed number of the configuration."""
+
+    name: str
+    value: str
+    reason: str
+
+
+def write(
+    config: Config,
+    scale: str,
+    cases: Sequence[int],
+    folder: Path,
+    template_dir: Path,
+    picture: Path | None,
+    out: Path,
+    twins: Mapping[str, tuple[int, str]] | None = None,
+) -> None:
+    """Write the report on `cases` run in `folder`/<case name>; `picture` is a PNG of one moist case, where there is one.
+
+    `twins`: folder name of a run with another preset -> number of its case and that preset.
+    """
+    results = collect(folder, [config.case(number) for number in cases])
+    pairs = [
+        presets.Pair(
+            next(r for r in results if r.case.case == number), collect_run(folder / name, config.case(number)), preset
+        )
+        for name, (number, preset) in (twins or {}).items()
+    ]
+    environment = page.templates(template_dir)
+    environment.filters.update({"sig": _significant, "power": _power})
+    try:
+        text = environment.get_template(TEMPLATE).render(
+            {
+                **context(config, scale, results, picture),
+                "presets": presets.shown(pairs),
+                "table_of_agreement": _beside(out),
+                "pages": _pages(out),
+            }
+        )
+    except jinja2.TemplateNotFound as error:
+        raise PywetError(
+            f"no {TEMPLATE} in {template_dir}; expected the repository's workflow/report folder"
+        ) from error
+    with atomic_write(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+PAGES = {
+    "studies/accuracy.html": "what accuracy costs",
+    "studies/stability.html": "what stays stable",
+    "studies/effects.html": "which effects count",
+    "atlas/atlas.html": "which capillary law to take",
+    "wall_collision/index.html": "wet collisions with a wall",
+    "sphere_collisions/index.html": "collisions of wet spheres",
+}
+"""Page under results/ and what it is about."""
+
+
+def _pages(report: Path) -> list[tuple[str, str]]:
+    """Links to the pages that were made, with their titles."""
+    folder = report.parent.parent
+    return [(f"../{name}", title) for name, title in PAGES.items() if (folder / name).exists()]
+
+
+def _beside(out: Path) -> str | None:
+    """Link to the table of agreement when it has been made beside the report's folder."""
+    return "../agreement/index.html" if (out.parent.parent / "agreement" / "index.html").exists() else None
+
+
+def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
+    """What the template shows."""
+    moist = [r for r in results if r.bridged]
+    replayed = [r for r in results if r.agreement]
+    return {
+        "scale": scale,
+        "results": results,
+        "moist": moist,
+        "done": sum(r.done for r in results),
+        "checked": sum(r.cross_checked for r in moist),
+        "worst_replay": max(
+            (a.largest for r in replayed for a in r.agreement if a.limit <= REPLAY_TOLERANCE), default=None
+        ),
+        "replay_ok": all(a.ok for r in replayed for a in r.agreement),
+        "replayed": replayed,
+        "worst_ledger": max((r.summary["ledger_error"] for r in moist if r.summary), default=None),
+        "wall_s": sum(r.summary["wall_s"] for r in results if r.summary),
+        "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
+        "ledger_tolerance": LEDGER_TOLERANCE,
+        "replay_tolerance": REPLAY_TOLERANCE,
+        "quantities": _quantities(replayed),
+        "contributed": contributed.rows(results),
+        "wrong_plans": contributed.wrong(results),
+        "effects": _effects(results),
+        "statement": scale_statement(config, scale),
+        "assumptions": list(assumptions(config, scale)),
+        "figures": _figures(results),
+        "picture": _picture(picture),
+        "versions": next((r.summary["versions"] for r in results if r.summary), {}),
+        "version": pywet.__version__,
+    }
+
+
+def scale_statement(config: Config, name: str) -> list[str]:
+    """In sentences, how the scale departs from the paper's experiment."""
+    scale = config.scale(name)
+    factor, width = scale.stiffness_factor.value, scale.width_mm.value
+    sieve = "round sieve" if scale.shape == "cylinder" else "square sieve, its side rounded to whole screen pitches"
+    whole = config.materials.feed.sieve_diameter_mm.value
+    found = [
+        f"The screen is a {width:g} mm {sieve}; the feed goes with its area, so the bed is as deep as the paper's feed "
+        f"on a {whole:g} mm sieve."
+    ]
+    if factor < 1:
+        found.append(
+            f"Contact springs are softened to {factor:g} of table 1's stiffness, so collisions take "
+            f"{factor**-0.5:.3g} times as long and overlaps are larger; "
+            "restitution, friction and all liquid forces are unchanged."
+        )
+    else:
+        found.append("Contact springs have the stiffness of table 1.")
+    length, opening = scale.duration_s.value, scale.slide_opens_at_s.value
+    text = f"Each run lasts {length:g} s, of which {opening:g} s pass before the slide opens"
+    found.append(
+        text
+        + ("." if length >= PAPER_SECONDS else f"; the paper screens for {PAPER_SECONDS:g} s, so curves end early.")
+    )
+    if name != "full":
+        found.append(
+            "This scale shows that the whole line works and that it is right; the curves of the paper are for the full scale."
+        )
+    return found
+
+
+def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
+    """Every number of the configuration that is not from the paper, with its reason."""
+    parts = {
+        "apparatus": config.apparatus.model_dump(exclude_none=True),
+        f"scale {scale}": config.scale(scale).model_dump(exclude_none=True),
+        "materials": config.materials.model_dump(exclude_none=True),
+        "settings": config.settings.model_dump(exclude_none=True),
+    }
+    for name, data in parts.items():
+        yield from _assumed(name, data)
+
+
+def _assumed(name: str, data: Any) -> Iterator[Assumption]:
+    if isinstance(data, dict):
+        if data.get("source") == "assumption":
+            value = data.get("value", data.get("material", ""))
+            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), data["reason"])
+            return
+        for key, value in data.items():
+            yield from _assumed(f"{name} · {key}", value)
+    elif isinstance(data, list | tuple):
+        for k, value in enumerate(data):
+            yield from _assumed(f"{name} {k + 1}", value)
+
+
+def _quantities(replayed: Sequence[CaseResult]) -> list[Agreement]:
+    """The replayed quantities in the order they first appear, each by one of its rows."""
+    return list({a.quantity: a for r in replayed for a in r.agreement}.values())
+
+
+def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
+    """One row per effect: what is compared, threshold, and per case the plan's row (None where there is no plan)."""
+    plans = [{row["effect"]: row for row in r.plan["rows"]} if r.plan else {} for r in results]
+    names = list(dict.fromkeys(name for plan in plans for name in plan))
+    first = {name: next(plan[name] for plan in plans if name in plan) for name in names}
+    return [{**first[name], "effect": name, "cells": [plan.get(name) for plan in plans]} for name in names]
+
+
+def _figures(results: Sequence[CaseResult]) -> dict[str, str]:
+    """The figures as data URIs; isolated images, so that names inside one SVG cannot meet those of another."""
+    drawn = {
+        "dry": plots.dry_curves(results),
+        "moisture": plots.moisture_curves(results),
+        "classes": plots.class_curves(results),
+        "liquid": plots.liquid_curves(results),
+    }
+    return {name: page.uri(svg.encode(), "svg") for name, svg in drawn.items() if svg}
+
+
+def _picture(path: Path | None) -> str | None:
+    return page.uri(path.read_bytes(), "png") if path is not None and path.exists() and path.stat().st_size else None
+
+
+def _significant(value: float | None, digits: int = 3) -> str:
+    """A number with some significant digits; a dash for None."""
+    return "–" if value is None else f"{value:.{digits}g}"
+
+
+def _power(value: float | None) -> str:
+    """A small number as 3.2e−16; zero as 0; a dash for None."""
+    if value is None:
+        return "–"
+    return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")

@@ -1,0 +1,61 @@
+"""The picture for machines on which VTK cannot draw: shaded discs and wires in a slanted parallel projection, by matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pywet.report import vtk
+from pywet.runs.rundir import Floats, RunDir
+
+TURN, TILT = np.radians(18.0), np.radians(24.0)
+"""The view is turned about the vertical and tilted downwards by these angles."""
+
+
+def project(points: Floats) -> Floats:
+    """Points (…, 3) [m] -> right, up and depth (larger is nearer) in the same unit."""
+    x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
+    right = np.cos(TURN) * x + np.sin(TURN) * y
+    back = -np.sin(TURN) * x + np.cos(TURN) * y
+    return np.stack([right, np.cos(TILT) * z + np.sin(TILT) * back, np.sin(TILT) * z - np.cos(TILT) * back], axis=-1)
+
+
+def draw(run: RunDir, step: int, picture: Path) -> None:
+    """Draw the run at an output step into a PNG file."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+
+    from pywet.report.render import BACKGROUND, BRIDGE_COLOUR, blues, colour_limit
+
+    spheres, bridges = vtk.particles(run, step), vtk.bridges(run, step)
+    figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)
+    corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
+    faces = project(corners)
+    axes.add_collection(
+        PolyCollection(list(faces[..., :2]), facecolors="#aab3bb", edgecolors="#8b959e", linewidths=0.2)
+    )
+    place, diameter = project(spheres.points), 2.0 * spheres.point_data["radius"]
+    order = np.argsort(place[:, 2])
+    colours = blues()(spheres.point_data["film_thickness"][order] / colour_limit(run, step))
+    # Three discs per sphere, drawn from back to front: rim, body, highlight.
+    for scale, shift, tint in ((1.0, 0.0, 0.75), (0.93, 0.02, 1.0), (0.35, 0.18, 1.25)):
+        size = scale * diameter[order]
+        shade = np.clip(colours * [tint, tint, tint, 1.0], 0.0, 1.0)
+        offsets = place[order, :2] + shift * diameter[order, None] * np.array([-0.7, 0.7])
+        zeros = np.zeros_like(size)
+        discs = EllipseCollection(
+            size, size, zeros, units="xy", offsets=offsets, offset_transform=axes.transData, facecolors=shade
+        )
+        axes.add_collection(discs)
+    if len(bridges.points):
+        lines = project(bridges.points.reshape(-1, 2, 3))[..., :2]
+        axes.add_collection(LineCollection(list(lines), colors=BRIDGE_COLOUR, linewidths=1.0))
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_axis_off()
+    figure.savefig(picture, format="png", bbox_inches="tight", facecolor=BACKGROUND)
+    plt.close(figure)

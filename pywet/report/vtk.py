@@ -1,0 +1,126 @@
+"""VTK files of a run for ParaView: vtk/{particles,bridges,walls}.pvd, one time series each of VTK XML files (.vtu).
+
+Particles are points with radius, class, film thickness, velocity and whether they are in the bin; bridges are lines with
+volume and separation; walls are triangles at their place at that time with their film thickness. Lengths in m, times in s.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+import pandas as pd
+
+from pywet.files import atomic_write
+from pywet.laws.contact import film_thickness
+from pywet.runs.rundir import Floats, RunDir
+
+Cells = list[tuple[str, Any]]
+
+
+def particles(run: RunDir, step: int) -> meshio.Mesh:
+    """The spheres in the box at one output step as points."""
+    line = run.timeline
+    here = run.trajectory[run.trajectory["step"] == step]
+    row = int(np.searchsorted(line.steps, step))
+    index = np.searchsorted(line.ids, here["id"].to_numpy())
+    radius = run.spheres["radius"].to_numpy(dtype=float)[index]
+    data = {
+        "id": here["id"].to_numpy(dtype=np.int32),
+        "class": here["type"].to_numpy(dtype=np.int32),
+        "radius": radius,
+        "film_thickness": film_thickness(line.film[row, index], radius),
+        "liquid": line.liquid[row, index],
+        "velocity": here[["vx", "vy", "vz"]].to_numpy(dtype=float),
+        "in_bin": line.passed[row, index].astype(np.int32),
+    }
+    points = here[["x", "y", "z"]].to_numpy(dtype=float)
+    cells: Cells = [("vertex", np.arange(len(points)).reshape(-1, 1))]
+    return meshio.Mesh(points, cells, point_data=data)
+
+
+def bridges(run: RunDir, step: int) -> meshio.Mesh:
+    """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
+    here = run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
+    count = len(here)
+    points = np.zeros((2 * count, 3))
+    data: dict[str, list[Any]] = {}
+    if count:
+        for k, end in enumerate(("xi", "xj")):
+            points[k::2] = here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float)
+        data = {
+            "volume": [here["volume"].to_numpy(dtype=float)],
+            "separation": [here["separation"].to_numpy(dtype=float)],
+            "partner_kind": [here["partner_kind"].to_numpy(dtype=np.int32)],
+        }
+    cells: Cells = [("line", np.arange(2 * count).reshape(-1, 2))] if count else []
+    return meshio.Mesh(points, cells, cell_data=data)
+
+
+def wall_corners(run: RunDir, step: int) -> Floats:
+    """Corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
+    table = run.triangles
+    corners = table[[f"v{n}_{axis}" for n in range(3) for axis in "xyz"]].to_numpy(dtype=float).reshape(-1, 3, 3)
+    motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
+    shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
+    return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
+
+
+def wall_thickness(run: RunDir, step: int) -> Floats:
+    """Film thickness of every triangle [m]: its film volume over its area."""
+    film = np.zeros(len(run.triangles))
+    if run.moist:
+        wet = run.wall_films[run.wall_films["step"] == step]
+        film[wet["triangle"].to_numpy(dtype=np.int64)] = wet["film"]
+    return film / run.triangles["area"].to_numpy(dtype=float)
+
+
+def walls(run: RunDir, step: int) -> meshio.Mesh:
+    """All wall triangles at one output step; `holder` numbers the holders in the order they appear."""
+    corners = wall_corners(run, step)
+    holder = pd.factorize(run.triangles["holder"])[0].astype(np.int32)
+    data = {
+        "film_thickness": [wall_thickness(run, step)],
+        "part": [run.triangles["part"].to_numpy(dtype=np.int32)],
+        "holder": [holder],
+    }
+    cells: Cells = [("triangle", np.arange(3 * len(corners)).reshape(-1, 3))]
+    return meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=data)
+
+
+KINDS = {"particles": particles, "bridges": bridges, "walls": walls}
+
+
+def write(run_dir: Path) -> list[Path]:
+    """Write the time series of a run anew and return the three .pvd files."""
+    run = RunDir(Path(run_dir))
+    folder, partial = run.path / "vtk", run.path / "vtk.partial"
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    for kind in KINDS:
+        _write_series(kind, list(_series(run, kind, partial)), partial)
+    shutil.rmtree(folder, ignore_errors=True)
+    partial.rename(folder)
+    return [folder / f"{kind}.pvd" for kind in KINDS]
+
+
+def _series(run: RunDir, kind: str, folder: Path) -> Iterator[tuple[float, str]]:
+    for step, time in zip(run.timeline.steps.tolist(), run.timeline.times.tolist(), strict=True):
+        name = f"{kind}_{step:09d}.vtu"
+        meshio.write(folder / name, KINDS[kind](run, step), file_format="vtu")
+        yield time, name
+
+
+def _write_series(kind: str, files: list[tuple[float, str]], folder: Path) -> None:
+    rows = "\n".join(f'    <DataSet timestep="{time:.9g}" part="0" file={quoteattr(name)}/>' for time, name in files)
+    head = (
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
+    )
+    text = f"{head}{rows}\n  </Collection>\n</VTKFile>\n"
+    with atomic_write(folder / f"{kind}.pvd") as temporary:
+        temporary.write_text(text)

@@ -1,0 +1,1 @@
+"""A run directory: raw files to tables, its reader, the shapes of its JSON."""

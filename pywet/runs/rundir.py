@@ -1,0 +1,208 @@
+"""A run directory, read back: scene, tables, and the liquid and place of every sphere at every output step.
+
+Reads only; what is computed from it is in results.py. Which liquid belongs to whom: a sphere owns its film and its side of
+every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there, read_parts, read_table
+from pywet.scene import Scene
+from pywet.schema import SPHERE
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class RunDir:
+    """One run directory `results/<scale>/<case>/`; tables are read on first use and kept."""
+
+    path: Path
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that was run."""
+        path = self.path / "scene.json"
+        if not path.exists():
+            raise PywetError(
+                f"no scene.json in {self.path}; expected a run directory as `pywet run CASE --out DIR` writes it"
+            )
+        return Scene.read(path)
+
+    @property
+    def moist(self) -> bool:
+        """Whether bridges were simulated, so that the liquid tables exist."""
+        return self.scene.effects.bridges
+
+    def table(self, name: str) -> pd.DataFrame:
+        """A Parquet table by its path without suffix, such as `history/films`."""
+        path = self.path / f"{name}.parquet"
+        if not path.exists():
+            raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
+        return read_table(path)
+
+    def json(self, name: str, shape: Any) -> Any:
+        """A JSON file by its path with suffix, that fits the type `shape`; None where it does not exist."""
+        return read_if_there(self.path / name, AGAIN, shape)
+
+    @cached_property
+    def trajectory(self) -> pd.DataFrame:
+        """trajectory.parquet in the order step, id."""
+        return self.table("trajectory").sort_values(["step", "id"], ignore_index=True)
+
+    @cached_property
+    def spheres(self) -> pd.DataFrame:
+        """history/spheres.parquet: id, type, radius, film at the start, in the order of ids."""
+        return self.table("history/spheres").sort_values("id", ignore_index=True)
+
+    @cached_property
+    def triangles(self) -> pd.DataFrame:
+        """history/triangles.parquet in the order of triangle numbers."""
+        return self.table("history/triangles").sort_values("triangle", ignore_index=True)
+
+    @cached_property
+    def mesh_motion(self) -> pd.DataFrame:
+        """Translation of each mesh at the output steps: step, mesh, dx, dy, dz [m]."""
+        table = self.table("mesh_motion")
+        if table.duplicated(["step", "mesh"]).any():
+            raise PywetError(f"{self.path}: mesh_motion.parquet holds a step of a mesh twice; run the case again")
+        return table
+
+    def parts(self, name: str, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
+        """Some columns of a table that is too long to be held in memory, part by part."""
+        path = self.path / f"{name}.parquet"
+        if not path.exists():
+            raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
+        return read_parts(path, columns)
+
+    def at_step(self, name: str, step: int) -> pd.DataFrame:
+        """The rows of such a table at one step."""
+        return read_table(self.path / f"{name}.parquet", step=step)
+
+    @cached_property
+    def wall_films(self) -> pd.DataFrame:
+        """Wet triangles at the output steps, with their holder."""
+        films = self.table("history/wall_films")
+        return films.assign(holder=self.holders(films["triangle"].to_numpy()))
+
+    def holders(self, triangle: Ints) -> NDArray[np.object_]:
+        """Holder of each triangle number."""
+        known, wanted = np.asarray(self.triangles["holder"], dtype=object), np.asarray(triangle, dtype=np.int64)
+        if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
+            raise PywetError(
+                f"{self.path}: the liquid is on triangles that history/triangles.parquet does not have; run the case again"
+            )
+        return known[wanted]
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        """Place and liquid of every sphere at every output step."""
+        return Timeline.read(self)
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Arrays over S output steps and N spheres (spheres in the order of ids)."""
+
+    steps: Ints
+    times: Floats
+    """Time of each output [s], shape (S,)."""
+    ids: Ints
+    types: Ints
+    mass: Floats
+    """Dry mass of each sphere [kg], shape (N,)."""
+    present: Bools
+    """In the simulated box, shape (S, N)."""
+    passed: Bools
+    """In the collecting bin: at this output or an earlier one the centre was below the scene's `bin_z_m`, shape (S, N)."""
+    came_back: int
+    """Spheres that bounced above `bin_z_m` again after they had passed (they stay counted as passed)."""
+    film: Floats
+    """Liquid held as film [m3], shape (S, N)."""
+    in_bridges: Floats
+    """The sphere's side of its standing bridges [m3], shape (S, N)."""
+    initial_film: Floats
+    """Film at the start [m3], shape (N,)."""
+
+    @property
+    def liquid(self) -> Floats:
+        """Liquid assigned to each sphere: film and its side of standing bridges [m3], shape (S, N)."""
+        return self.film + self.in_bridges
+
+    @classmethod
+    def read(cls, run: RunDir) -> Timeline:
+        """Assemble the arrays from the tables of a run."""
+        spheres, scene = run.spheres, run.scene
+        trajectory = pd.concat(list(run.parts("trajectory", ["step", "id", "z"])), ignore_index=True)
+        ids = spheres["id"].to_numpy(dtype=np.int64)
+        steps = np.unique(trajectory["step"].to_numpy(dtype=np.int64))
+        row = np.searchsorted(steps, trajectory["step"].to_numpy())
+        column = _index(ids, trajectory["id"].to_numpy(), "trajectory.parquet")
+        z = np.full((len(steps), len(ids)), np.nan)
+        z[row, column] = trajectory["z"].to_numpy()
+        below = z < scene.bin_z_m
+        passed = np.logical_or.accumulate(below, axis=0)
+        present = np.isfinite(z)
+        types = spheres["type"].to_numpy(dtype=np.int64)
+        if not set(types) <= {c.type for c in scene.classes}:
+            raise PywetError(
+                f"{run.path}: history/spheres.parquet names types of spheres that scene.json does not have; "
+                "run the case again"
+            )
+        initial = spheres["film"].to_numpy(dtype=float) if "film" in spheres else np.zeros(len(ids))
+        film, shares = _liquid(run, steps, ids, initial)
+        return cls(
+            steps=steps,
+            times=steps * scene.time_step_s,
+            ids=ids,
+            types=types,
+            mass=np.array([c.mass_kg for c in scene.classes])[types - 1],
+            present=present,
+            passed=passed,
+            came_back=int((passed & ~below & present).any(axis=0).sum()),
+            film=film,
+            in_bridges=shares,
+            initial_film=initial,
+        )
+
+
+def _index(ids: Ints, wanted: Ints, where: str) -> Ints:
+    """Position of each wanted id in the sorted ids."""
+    position = np.minimum(np.searchsorted(ids, wanted), len(ids) - 1)
+    if not np.array_equal(ids[position], wanted):
+        raise PywetError(f"{where} names spheres that history/spheres.parquet does not have; run the case again")
+    return position
+
+
+def _liquid(run: RunDir, steps: Ints, ids: Ints, initial: Floats) -> tuple[Floats, Floats]:
+    """Film and bridge share of each sphere at each output; without bridges the films stay as they were."""
+    shares = np.zeros((len(steps), len(ids)))
+    if not run.moist:
+        return np.tile(initial, (len(steps), 1)), shares
+    film = np.zeros((len(steps), len(ids)))
+    for films in run.parts("history/films", ["step", "id", "film"]):
+        films = films[films["step"].isin(steps)]
+        column = _index(ids, films["id"].to_numpy(), "history/films.parquet")
+        film[np.searchsorted(steps, films["step"].to_numpy()), column] = films["film"]
+    for bridges in run.parts("history/bridges", ["step", "partner_kind", "i", "j", "volume", "share_i"]):
+        bridges = bridges[bridges["step"].isin(steps)]
+        row, volume, share = (bridges[c].to_numpy() for c in ("step", "volume", "share_i"))
+        row = np.searchsorted(steps, row)
+        np.add.at(shares, (row, _index(ids, bridges["i"].to_numpy(), "history/bridges.parquet")), share)
+        pair = bridges["partner_kind"].to_numpy() == SPHERE
+        other = _index(ids, bridges["j"].to_numpy()[pair], "history/bridges.parquet")
+        np.add.at(shares, (row[pair], other), (volume - share)[pair])
+    return film, shares

@@ -1,1 +1,0 @@
-"""Studies of the whole workflow: what accuracy costs, where runs stay stable, what each effect contributes."""

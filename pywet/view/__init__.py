@@ -1,1 +1,0 @@
-"""What a person looks at: VTK files, pictures, curves and the report."""

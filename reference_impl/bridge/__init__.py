@@ -1,0 +1,1 @@
+"""The exact capillary bridge, solved a second way."""

@@ -1,0 +1,1 @@
+"""Names the fault behind a replay that disagrees."""

@@ -1,0 +1,250 @@
+"""What ties the events of a log to each other and to the snapshots, with the faults that would break it (see diagnosis.py).
+
+The life of each bridge (formed, ruptured, formed …), the film of each sphere and triangle from event to event, and the ledger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.suspects import factor
+from reference_impl.replay import laws
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import Run
+from reference_impl.replay.liquid import at_step
+from reference_impl.replay.lives import FORMATION, RUPTURE
+
+MISSING_FORMATION = "a formation is missing from the log"
+MISSING_RUPTURE = "a rupture is missing from the log"
+CHANGES = "it changes while the bridge stands"
+TWICE = "an event is in the log twice"
+Pair = tuple[Floats, Floats]
+
+
+def sides(table: pd.DataFrame, moves: Pair) -> pd.DataFrame:
+    """Two rows an event, first all of i, then all of j: holder (a triangle t counts as -1 - t), films, liquid moved."""
+    wall = table["partner_kind"].to_numpy() != laws.SPHERE
+    j = np.where(wall, -1 - table["triangle"].to_numpy(), table["j"].to_numpy())
+    columns = {
+        "holder": np.concatenate([table["i"].to_numpy(), j]).astype(np.int64),
+        "step": np.tile(table["step"].to_numpy(), 2),
+        "move": np.concatenate(moves),
+        "row": np.tile(np.arange(len(table)), 2),
+    }
+    films = {when: np.concatenate([table[f"film_{s}_{when}"] for s in "ij"]) for when in ("before", "after")}
+    return pd.DataFrame({**columns, **films})
+
+
+def histories(run: Run) -> pd.DataFrame:
+    """Events and, as a last row of each bridge, whether it stands in the last snapshot; with the kind before of each."""
+    events, last = run.table("events"), int(run.table("ledger")["step"].max())
+    columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
+    parts = [events[columns]]
+    if not len(events) or int(events["step"].max()) <= last:
+        standing = at_step(run.table("bridges"), last)
+        keys = pd.concat([events[columns[2:]], standing[columns[2:]]])
+        keys = keys.assign(wall=keys["partner_kind"] != laws.SPHERE).drop_duplicates(["wall", "i", "j"])
+        here = standing.assign(wall=standing["partner_kind"] != laws.SPHERE)[["wall", "i", "j"]].assign(kind=RUPTURE)
+        ends = keys.merge(here, on=["wall", "i", "j"], how="left")
+        # a bridge that stands is as if it ruptured now, one that does not as if it were to form
+        parts.append(ends.assign(kind=ends["kind"].fillna(FORMATION).astype(int), step=last)[columns])
+    rows = pd.concat(parts, ignore_index=True)
+    rows["wall"] = rows["partner_kind"] != laws.SPHERE
+    groups = rows.groupby(["wall", "i", "j"])
+    rows["kind_before"], rows["step_before"] = groups["kind"].shift(1), groups["step"].shift(1)
+    return rows
+
+
+def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
+    """Rows of `histories` that cannot follow what was before, by what must have happened."""
+    rows = histories(run)
+    rows = rows[rows["step"] > run.since]
+    real = rows.index < len(run.table("events"))
+    twice = real & (rows["kind"] == rows["kind_before"]) & (rows["step"] == rows["step_before"])
+    without = (rows["kind"] == RUPTURE) & (rows["kind_before"] != FORMATION) & ~twice
+    again = (rows["kind"] == FORMATION) & (rows["kind_before"] == FORMATION) & ~twice
+    return {TWICE: rows[twice], MISSING_FORMATION: rows[without], MISSING_RUPTURE: rows[again]}
+
+
+def of_lives(run: Run, holder: pd.Series, logged: Floats) -> Iterator[Suspect]:
+    """Films of those whose bridges have a broken life are wrong for the same reason."""
+    for fault, found in broken_lives(run).items():
+        touched = {*found["i"], *found.loc[~found["wall"], "j"], *(-1 - found.loc[found["wall"], "triangle"])}
+        yield Suspect(fault, np.where(holder.isin(touched), logged, np.nan))
+
+
+def life(run: Run) -> Iterator[Link]:
+    """Formation and rupture take turns; and the volume at rupture is that at formation."""
+    rows, faults = histories(run), broken_lives(run)
+    wrong = np.zeros(len(rows))
+    for found in faults.values():
+        wrong[found.index] = 1.0
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        for fault, found in faults.items():
+            yield Suspect(fault, np.where(rows.index.isin(found.index), 1.0, np.nan))
+
+    one = np.ones(len(rows))
+    yield Link("bridge_life", "life of the bridges", rows, wrong, 0.0 * one, one, suspects)
+
+
+def at_formation(run: Run) -> Floats:
+    """Row of the formation that belongs to each rupture, -1 for the others."""
+    events = run.table("events")
+    rows = events.assign(wall=events["partner_kind"] != laws.SPHERE, row=np.arange(len(events)))
+    groups = rows.groupby(["wall", "i", "j"])
+    paired = (rows["kind"] == RUPTURE) & (groups["kind"].shift(1) == FORMATION)
+    return groups["row"].shift(1).where(paired).fillna(-1).to_numpy(int)
+
+
+def kept(run: Run, own: Pair) -> Link:
+    """A bridge's volume at rupture against that at its formation; `own` are the shares as they should be."""
+    events, at = run.table("events"), at_formation(run)
+    logged = events["volume"].to_numpy(float)
+    formed = np.where(at >= 0, logged[at], logged)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from factor(logged, formed, rows)
+        yield Suspect(CHANGES, np.where(at >= 0, logged, np.nan), general=True)
+
+    excuse = np.where(at >= 0, (own[0] + own[1])[at], logged)
+    return Link("volume", "volume at rupture", events, logged, formed, formed, suspects, excuses=(excuse,))
+
+
+def carried(run: Run, both: pd.DataFrame) -> Link:
+    """The film at the start of a step is what the last event of this holder has left."""
+    first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
+    ends = both.drop_duplicates(["holder", "step"], keep="last").sort_values("step", kind="stable")
+    before = ends.groupby("holder")["after"].shift(1)
+    start = ends["holder"].map(first).where(ends["holder"] > 0, 0.0)
+    known = ends.assign(own=before.fillna(start))[["holder", "step", "own"]]
+    rows = both.merge(known, on=["holder", "step"], how="left")
+    logged, own = rows["before"].to_numpy(float), rows["own"].to_numpy(float)
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        yield from of_lives(run, rows["holder"], logged)
+        yield Suspect("liquid has gone between two events", np.where(logged < own, logged, np.nan), general=True)
+        yield Suspect("liquid has come between two events", np.where(logged > own, logged, np.nan), general=True)
+
+    return Link("film_before", "film between events", rows, logged, own, _typical(run, len(rows)), suspects)
+
+
+def _typical(run: Run, n: int) -> Floats:
+    return np.full(n, max(float(run.table("spheres")["film"].mean()), 1e-300))
+
+
+def booked(run: Run, own: Pair) -> Link:
+    """The film after a step is that before it, less what its formations took, plus what its ruptures gave back."""
+    events = run.table("events")
+    formation = events["kind"].to_numpy() == FORMATION
+    share_i, share_j = (events[f"share_{s}"].to_numpy(float) for s in "ij")
+
+    def after(i: Floats, j: Floats) -> Floats:
+        both = sides(events, (i, j))
+        moved = both.groupby(["holder", "step"])["move"].transform("sum").to_numpy()
+        return np.asarray(both["before"].to_numpy() + moved)
+
+    sign = np.where(formation, -1.0, 1.0)
+    i, j, back = sign * share_i, sign * share_j, ~formation
+    both = sides(events, (i, j))
+    logged, n = both["after"].to_numpy(float), len(events)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from of_lives(run, both["holder"], logged)
+        yield Suspect("the volume is drawn twice", after(np.where(back, i, 2 * i), np.where(back, j, 2 * j)))
+        yield Suspect("liquid given back to j is lost", after(i, np.where(back, 0.0, j)))
+        yield Suspect("liquid given back to i is lost", after(np.where(back, 0.0, i), j))
+        yield Suspect("liquid given back is lost", after(np.where(back, 0.0, i), np.where(back, 0.0, j)))
+        yield Suspect("liquid given back counts twice", after(np.where(back, 2 * i, i), np.where(back, 2 * j, j)))
+        yield Suspect("what is given back goes to the other side", after(np.where(back, j, i), np.where(back, i, j)))
+        yield Suspect("what is drawn from j is taken from i", after(np.where(back, i, i + j), np.where(back, j, 0.0)))
+        yield Suspect("what is drawn from i is taken from j", after(np.where(back, i, 0.0), np.where(back, j, i + j)))
+        yield Suspect("liquid drawn from j is not taken from it", after(i, np.where(back, j, 0.0)))
+        yield Suspect("liquid drawn from i is not taken from it", after(np.where(back, i, 0.0), j))
+        yield Suspect("events of one step overwrite each other", both["before"].to_numpy() + both["move"].to_numpy())
+        yield from factor(logged, after(i, j), rows)
+
+    marks = {"films of i": np.arange(2 * n) < n, "films of j": np.arange(2 * n) >= n, "on walls": (both["holder"] < 0).to_numpy(),
+             "steps with a rupture": np.tile(back, 2)}  # fmt: skip
+    return Link("film_after", "film after an event", both, logged, after(i, j), _typical(run, 2 * n), suspects,
+                excuses=(after(sign * own[0], sign * own[1]),), marks=marks)  # fmt: skip
+
+
+def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
+    """Films in the snapshots against the event log."""
+    ends = both.drop_duplicates(["holder", "step"], keep="last").sort_values("step", kind="stable")
+    first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
+    for name, turn in (("films", 1), ("wall_films", -1)):
+        table = run.table(name)
+        rows = table.assign(holder=table["id" if turn > 0 else "triangle"])
+        rows["holder"] = (rows["holder"] if turn > 0 else -1 - rows["holder"]).astype(np.int64)
+        rows = rows.sort_values("step", kind="stable").reset_index(drop=True)
+        if not len(rows):
+            continue
+        found = pd.merge_asof(rows, ends[["holder", "step", "after"]], on="step", by="holder")
+        own = found["after"].fillna(rows["holder"].map(first).fillna(0.0)).to_numpy(float)
+        logged = rows["film"].to_numpy(float)
+
+        def suspects(
+            broken: Floats, logged: Floats = logged, own: Floats = own, rows: pd.DataFrame = rows
+        ) -> Iterator[Suspect]:
+            yield from of_lives(run, rows["holder"], logged)
+            yield from factor(logged, own, broken)
+
+        yield Link(f"snapshot_{name}", "film in a snapshot", rows, logged, own, _typical(run, len(rows)), suspects)
+
+
+def by_events(run: Run, steps: Floats) -> Floats:
+    """Liquid that the events alone have brought up to some steps: changes of the films, and of the bridges' volumes."""
+    events = run.table("events")
+    events = events[events["step"] > run.since]
+    both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
+    films = both.drop_duplicates(["holder", "step"])
+    sign = np.where(events["kind"].to_numpy() == FORMATION, 1.0, -1.0)
+    at = np.concatenate([films["step"], events["step"]])
+    gain = np.concatenate([films["after"] - films["before"], sign * events["volume"].to_numpy(float)])
+    order = np.argsort(at, kind="stable")
+    sums = np.concatenate([[0.0], np.cumsum(gain[order])])
+    return np.asarray(sums[np.searchsorted(at[order], steps, side="right")])
+
+
+def ledger(run: Run) -> Link:
+    """Films, bridges, walls and what left are what was put in; what events create or destroy is their fault."""
+    table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
+    parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left")}
+    held, own = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for name, part in parts.items():
+            yield Suspect(f"the liquid of {name} is left out", own - part)
+            yield Suspect(f"the liquid of {name} counts twice", own + part)
+        lost = held - own
+        amount = float(np.median(lost[rows]))
+        words = f"{abs(amount) * 1e9:.4g} mm³ are {'lost' if amount < 0 else 'too much'}"
+        yield Suspect(words, np.where(rows, own + amount, own), amount)
+        grows = np.sign(amount) * np.diff(lost, prepend=0.0) >= 0.0
+        word = "liquid leaks away" if amount < 0 else "liquid comes from nowhere"
+        yield Suspect(word, np.where(grows | ~rows, held, np.nan), float(lost[-1]))
+
+    moved = own + by_events(run, table["step"].to_numpy())
+    seen = np.where(np.abs(moved - own) > 1e-9 * own, moved, np.nan)
+    # sums of many events lose digits
+    excuse = np.where(np.abs(held - seen) < 1e-9 * own, held, np.nan)
+    return Link("ledger", "ledger of the liquid", table, held, own, own, suspects, 1e-12, excuses=(excuse,))
+
+
+def links(run: Run, own: Pair) -> Iterator[Link]:
+    """All of these but the lives; `own`: the shares of each event as they should be."""
+    events = run.table("events")
+    if len(events):
+        both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
+        yield kept(run, own)
+        if "drops" not in run.tables:  # these change films between the events
+            yield carried(run, both)
+            yield from snapshots(run, both)
+        yield booked(run, own)
+    yield ledger(run)

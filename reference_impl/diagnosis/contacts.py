@@ -1,0 +1,227 @@
+"""The equations of the contact log, each with the faults that would break it (see diagnosis.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis import chain as links_chain
+from reference_impl.diagnosis import viscous as links_viscous
+from reference_impl.diagnosis.diagnosis import Link, Suspect, length
+from reference_impl.diagnosis.suspects import Formula, factor, formulas, middle
+from reference_impl.replay import capillary, coverage, forces, laws, standing
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.forces import Contacts
+from reference_impl.replay.io import Run, vectors
+
+
+def marks(c: Contacts) -> dict[str, Floats]:
+    """Groups of contacts by name."""
+    kind = c.table["partner_kind"].to_numpy()
+    unlike = ~c.wall & (c.ri != c.rj)
+    return {
+        "between spheres": ~c.wall, "between unequal spheres": unlike, "at walls": c.wall,
+        "at large walls": kind == laws.LARGE_WALL, "at wires": kind == laws.SMALL_WALL,
+        "apart (S > 0)": c.gap > 0.0, "in overlap (S < 0)": c.gap < 0.0,
+    }  # fmt: skip
+
+
+def separation(c: Contacts) -> Link:
+    """S = |x_i - x_j| - r_i - r_j; at a wall without r_j."""
+    logged, distance = c.column("separation"), c.gap + c.ri + np.where(c.wall, 0.0, c.rj)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        arm = np.where(c.wall, 0.0, c.rj)
+        yield Suspect("a wall is treated as a sphere of the particle's size", c.gap - np.where(c.wall, c.ri, 0.0))
+        yield Suspect("the radii are left out (distance of the centres)", distance)
+        yield Suspect("the radius of j is left out", distance - c.ri)
+        yield Suspect("diameters stand in place of radii", distance - 2.0 * (c.ri + arm))
+        yield Suspect("the radius is halved", distance - (c.ri + arm) / 2.0)
+        yield Suspect("overlaps are cut to zero", np.maximum(c.gap, 0.0))
+        yield from factor(logged, c.gap, rows)
+
+    return Link("separation", "gap", c.table, logged, c.gap, c.ri, suspects, marks=marks(c))
+
+
+def limit(run: Run, c: Contacts, formed: pd.DataFrame) -> Link:
+    """Static distance of the event log times the dynamic factor."""
+    static, logged = formed["rupture_distance"].to_numpy(float), c.column("rupture_distance")
+    on, eta, sigma = coverage.law(run, "dynamic_rupture"), run.meta["viscosity"], run.meta["surface_tension"]
+
+    def of(speed: Floats) -> Floats:
+        return static * laws.pitois_factor(speed, eta, sigma)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("dynamic rupture is ignored", static)
+        yield Suspect("dynamic rupture counts though it is off", of(c.speed))
+        yield Suspect("dynamic rupture takes the speed along n only", of(np.abs(c.vn)))
+        yield Suspect("the dynamic factor is applied twice", static * laws.pitois_factor(c.speed, eta, sigma) ** 2)
+        yield Suspect(links_chain.MISSING_FORMATION, np.where(np.isfinite(static), np.nan, logged))
+        times = middle((((logged / static - 1.0) ** 2) * sigma / (c.speed * eta))[rows])
+        words = f"viscosity over surface tension is {times:.6g} times what it should be"
+        yield Suspect(words, of(times * c.speed), times)
+        yield from factor(logged, own, rows)
+
+    own = of(c.speed) if on else static
+    name, excuses = coverage.law(run, "rupture"), []
+    if name in laws.RUPTURE:
+        mine = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
+        excuses = [mine * own / static]
+    return Link("rupture_limit", "rupture limit", c.table, logged, own, own, suspects, excuses=tuple(excuses),
+                marks=marks(c))  # fmt: skip
+
+
+def volume(c: Contacts, formed: pd.DataFrame, drawn: Floats) -> Link:
+    """A bridge keeps the volume of its formation; `drawn` are the volumes as they should be."""
+    own = formed["volume"].to_numpy(float)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect(links_chain.MISSING_FORMATION, np.where(np.isfinite(own), np.nan, c.volume))
+        # a volume that changes by one factor in each step: log(V/V0) grows with the age of the bridge
+        age = c.table["step"].to_numpy(float) - formed["formed"].to_numpy(float)
+        rate = middle((np.log(c.volume / own) / age)[rows & (age > 0)])
+        if len(np.unique(age[rows & (age > 0)])) > 1:
+            grown = own * np.exp(rate * age)
+            # the logarithm of a ratio near one has few digits
+            steady = np.where(np.abs(c.volume - grown) < 1e-6 * own, c.volume, np.nan)
+            yield Suspect(links_chain.CHANGES, steady, rate, "of itself a step")
+        yield from factor(c.volume, own, rows)
+        yield Suspect(links_chain.CHANGES, np.where(c.volume != own, c.volume, np.nan), general=True)
+
+    return Link("contact_volume", "volume of a standing bridge", c.table, c.volume, own, own, suspects, 0.0,
+                excuses=(np.where(np.abs(drawn - own) > 1e-9 * own, drawn, np.nan),), marks=marks(c))  # fmt: skip
+
+
+def beyond(c: Contacts, static: Floats, limits: Floats) -> Link:
+    """No bridge stands beyond both its limits."""
+    far = np.fmax(static, limits)
+    stands = (c.gap >= far * (1.0 + 1e-9)).astype(float)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        ratio = float((c.gap / far)[rows].max())
+        yield Suspect(f"it is made too late (a bridge still stands at {ratio:.4g} of its limit)", stands, ratio)
+
+    one = np.ones(len(stands))
+    return Link("standing_beyond_limit", "rupture", c.table, stands, 0.0 * one, one, suspects, marks=marks(c))
+
+
+def inputs(c: Contacts, formed: pd.DataFrame) -> list[Contacts]:
+    """The contacts with the logged gap first, then with what the log's other columns say of gap and volume."""
+    same = replace(c, gap=c.column("separation"))
+    own = formed["volume"].to_numpy(float)
+    return [same, c, replace(same, volume=own), replace(c, volume=own)]
+
+
+def pull(run: Run, sets: list[Contacts]) -> Link | None:
+    """Capillary force of a closed form."""
+    c, name, sigma = sets[0], coverage.law(run, "capillary"), run.meta["surface_tension"]
+    if name is not None and name not in capillary.LAWS:
+        return None
+    logged, zero = c.column("capillary"), np.zeros(len(c.table))
+
+    def formula(law: str | None) -> Formula:
+        def of(k: Contacts) -> Floats:
+            if law is None:
+                return zero
+            return capillary.LAWS[law](k.gap, k.volume, k.ri, k.rj, k.wall, k.ti, k.tj, sigma)
+
+        return of
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from formulas(c, formula(name), {n: formula(n) for n in capillary.LAWS}, str(name))
+        yield from factor(logged, own, rows)
+
+    with np.errstate(all="ignore"):
+        own, *rest = (formula(name)(k) for k in sets)
+        least = 1e-3 * capillary.limit_at_touch(c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
+    size = np.maximum(np.abs(own), least)
+    return Link(
+        "capillary", "capillary force", c.table, logged, own, size, suspects, excuses=tuple(rest), marks=marks(c)
+    )
+
+
+def total(c: Contacts, own_terms: list[Floats]) -> Link:
+    """Force on i from the logged terms; a term that is wrong in the log alone is a fault of its own link."""
+    names, logged = ("capillary", "normal viscous", "tangential viscous"), vectors(c.table, "force_i")
+    terms = [-c.column("capillary")[:, None] * c.n, c.column("viscous_normal")[:, None] * c.n]
+    terms.append(vectors(c.table, "viscous_tangential"))
+    own = terms[0] + terms[1] + terms[2]
+    size = length(terms[0]) + length(terms[1]) + length(terms[2])
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for name, term in zip(names, terms, strict=True):
+            yield Suspect(f"the {name} term is left out", own - term)
+            yield Suspect(f"the {name} term has the wrong sign", own - 2.0 * term)
+            yield Suspect(f"the {name} term counts twice", own + term)
+        yield from factor(logged, own, rows)
+
+    mixed = [a + b + d for a, b, d in product(*zip(terms, own_terms, strict=True))][1:]
+    return Link("force", "total force", c.table, logged, own, size, suspects, excuses=tuple(mixed), marks=marks(c))
+
+
+def torque(c: Contacts, side: str, own_drag: Floats) -> Link:
+    """Arm times n x F_t, with F_t as logged."""
+    drag, ri, rj = vectors(c.table, "viscous_tangential"), c.ri, np.where(c.wall, 0.0, c.rj)
+    logged, turn = vectors(c.table, f"torque_{side}"), -np.cross(c.n, drag)
+    mine, other = (ri, rj) if side == "i" else (rj, ri)
+    both, none = c.gap + ri + rj, c.wall if side == "j" else np.zeros_like(c.wall)
+    arms = {
+        "the arm reaches to the middle of the gap": mine + c.gap / 2.0,
+        "the arm reaches across the gap": mine + c.gap,
+        "the arm is half the distance of the centres": both / 2.0,
+        "the arm is the radius of the other sphere": other,
+        "the arm is r_eff": laws.harmonic_radius(ri, c.rj, c.wall),
+        "the arm is r_red": laws.reduced_radius(ri, c.rj, c.wall),
+        "the arm is a diameter": 2.0 * mine,
+        "a wall is treated as a sphere of the particle's size": np.where(c.wall, ri, mine),
+    }
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for fault, arm in arms.items():
+            yield Suspect(fault, np.where(none & ("wall" not in fault), 0.0, arm)[:, None] * turn)
+        yield from factor(logged, mine[:, None] * turn, rows)
+
+    own, size = mine[:, None] * turn, np.maximum(ri, rj) * np.maximum(length(drag), forces.TINY)
+    excuse = -mine[:, None] * np.cross(c.n, own_drag)
+    return Link(f"torque_{side}", f"torque on {side}", c.table, logged, own, size, suspects, excuses=(excuse,),
+                marks=marks(c))  # fmt: skip
+
+
+def own_or_logged(link: Link | None, logged: Floats) -> Floats:
+    """A term as it should be; as logged where its law is not known here."""
+    return logged if link is None else link.own
+
+
+def links(run: Run, drawn: Floats) -> Iterator[Link]:
+    """All equations of the contact log, causes before what follows; `drawn`: what each event's volume should be."""
+    c, formed = forces.contacts(run), standing.formed(run)
+    if len(c.table) == 0:
+        return
+    sets = inputs(c, formed)
+    same = sets[0]
+    yield separation(c)
+    event = formed["event"].fillna(-1).to_numpy(int)
+    yield volume(c, formed, np.where(event >= 0, np.append(drawn, np.nan)[event], np.nan))
+    limits = c.column("rupture_distance")
+    if coverage.known(run, "dynamic_rupture"):
+        yield (link := limit(run, c, formed))
+        limits = link.own
+    yield beyond(c, formed["rupture_distance"].to_numpy(float), limits)
+    terms = {
+        "capillary": pull(run, sets),
+        "viscous_law": links_viscous.normal_law(run, sets, marks(c)),
+        "viscous_normal": links_viscous.acting(run, same, marks(c)),
+        "viscous_tangential": links_viscous.tangential(run, sets, marks(c)),
+    }
+    yield from links_viscous.shares(run, same, marks(c))
+    yield from (link for link in terms.values() if link is not None)
+    pulls = own_or_logged(terms["capillary"], c.column("capillary"))
+    normal = own_or_logged(terms["viscous_normal"], c.column("viscous_normal"))
+    drag = own_or_logged(terms["viscous_tangential"], vectors(c.table, "viscous_tangential"))
+    yield total(c, [-pulls[:, None] * c.n, normal[:, None] * c.n, drag])
+    yield torque(same, "i", drag)
+    yield torque(same, "j", drag)

@@ -1,0 +1,249 @@
+"""Names the fault behind a replay that disagrees.
+
+Every equation of the log is a `Link`: what was logged, and what the papers give from the *other logged values of the same
+record*, so that one fault breaks one link and what follows from it does not. For a broken link the reference's formula is
+tried with one piece changed at a time (a `Suspect`): the change that brings the records back within tolerance is named, with
+where, since when, how many records it explains, and the next-best. Not here: the links and suspects themselves (links_*.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay.compare import Floats, plain
+
+MATCH = 1e-9
+"""Deviation within which values agree where a link does not say otherwise."""
+BITWISE = 1e-12
+"""Deviation within which a changed formula counts as the one used, for a link without any tolerance."""
+ROUNDS = 3
+"""Faults that are looked for in one link, each in the records that those before it do not explain."""
+LEAST = 0.5
+"""Share of a link's broken records that a suspect must explain to be named; below, the link counts as not explained."""
+TINY = 1e-300
+NOTHING = np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A fault, and what would have been logged with it."""
+
+    fault: str
+    value: Floats
+    number: float | None = None
+    """A factor or amount that was estimated from the records."""
+    per: str = ""
+    """What the number is, to be said with it."""
+    general: bool = False
+    """Describes what is seen without saying what causes it; named only where nothing else explains as much."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """One equation of the log; arrays run over the rows of `table`."""
+
+    quantity: str
+    what: str
+    table: pd.DataFrame
+    logged: Floats
+    own: Floats
+    size: Floats
+    suspects: Callable[[Floats], Iterator[Suspect]]
+    """Given the broken records (a mask), the changed formulas in the order in which ties are decided."""
+    tolerance: float = MATCH
+    excuses: tuple[Floats, ...] = ()
+    """Values that count as right too: they follow from another link that is broken."""
+    marks: dict[str, Floats] = field(default_factory=dict)
+    """Named groups of records, to say where."""
+    since: int = -1
+    """Records up to this step are not judged: they are there because others follow from them."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One named fault (or a link that nothing explains: `fault` is None)."""
+
+    quantities: tuple[str, ...]
+    what: str
+    fault: str | None
+    number: float | None
+    where: str
+    since: str
+    first: dict[str, Any]
+    explained: int
+    broken: int
+    records: int
+    tried: int
+    next_best: tuple[str, float] | None
+    per: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """What, where, since when, how sure, and the next-best."""
+        what = f"{self.what}: {self.fault or f'none of the {self.tried} faults tried explains it'}"
+        what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
+        share = f"explains {self.explained} of {self.broken} records that disagree" if self.fault else ""
+        place = f"{self.where}, {self.since}" + (f"; {share}" if share else f"; {self.broken} records disagree")
+        if self.next_best is None:
+            return f"{what} ({place})"
+        name, part = self.next_best
+        also = "cannot be told apart from" if self.fault and part >= self.explained / self.broken else "next best"
+        return f"{what} ({place}; {also}: {name}, {100.0 * part:.3g} %)"
+
+    def as_dict(self) -> dict[str, Any]:
+        """For replay.json."""
+        other = None if self.next_best is None else {"fault": self.next_best[0], "share": self.next_best[1]}
+        return {
+            "sentence": self.sentence, "what": self.what, "quantities": list(self.quantities), "fault": self.fault,
+            "number": self.number,
+            "where": self.where, "since": self.since, "first": self.first, "explained": self.explained,
+            "disagree": self.broken, "records": self.records, "share": self.explained / max(self.broken, 1),
+            "tried": self.tried, "next_best": other,
+        }  # fmt: skip
+
+
+def length(a: Floats) -> Floats:
+    """Size of each record's value, scalar or vector."""
+    return np.abs(a) if a.ndim == 1 else np.sqrt((a**2).sum(axis=1))
+
+
+def within(link: Link, value: Floats, tolerance: float) -> Floats:
+    """Records where a value agrees with what was logged."""
+    with np.errstate(all="ignore"):
+        difference = length(link.logged - value)
+        allowed = tolerance * np.fmax(np.fmax(link.size, length(value)), TINY)
+        return np.asarray((difference <= allowed) & np.isfinite(difference))
+
+
+def broken(link: Link) -> Floats:
+    """Records that disagree and do not follow from another link."""
+    right = within(link, link.own, link.tolerance)
+    for value in link.excuses:
+        if right.all():
+            break
+        right |= within(link, value, link.tolerance or BITWISE)
+    return ~right & (link.table["step"].to_numpy() > link.since)
+
+
+def place(link: Link, rows: Floats) -> tuple[str, str]:
+    """Where (the smallest named group that holds all rows) and since when."""
+    where, group = "everywhere", np.ones(len(rows), dtype=bool)
+    for name, mark in link.marks.items():
+        if (mark | ~rows).all() and mark.sum() < group.sum():
+            where, group = name, mark
+    steps, first = link.table["step"].to_numpy(), int(np.argmax(rows))
+    later = group & (steps >= steps[first])
+    row = link.table.iloc[first]
+    who = ", ".join(f"{k} {int(row[k])}" for k in ("i", "j", "holder") if k in row.index)
+    if (rows == group).all():
+        since = "in every record"
+    elif rows.sum() == 1:
+        since = f"in one record at step {int(steps[first])} ({who})"
+    elif (rows == later).all():
+        since = f"in every record since step {int(steps[first])}"
+    else:
+        since = f"in {int(rows.sum())} of {int(group.sum())} records, the first at step {int(steps[first])} ({who})"
+    return where, since
+
+
+def judge(link: Link) -> list[Finding]:
+    """The faults of one link, those that explain most first; empty where it holds."""
+    rest = broken(link)
+    findings: list[Finding] = []
+    while rest.any() and len(findings) < ROUNDS:
+        # of each suspect only the records it explains are kept: values of many records are large
+        tried = [
+            (within(link, s.value, link.tolerance or BITWISE) & rest, replace(s, value=NOTHING))
+            for s in link.suspects(rest)
+        ]
+        tried.sort(key=lambda t: (int(t[0].sum()), not t[1].general), reverse=True)
+        named = bool(tried) and tried[0][0].sum() >= LEAST * rest.sum()
+        findings.append(_finding(link, rest, tried, named))
+        if not named:
+            break
+        rest = rest & ~tried[0][0]
+    return findings
+
+
+def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], named: bool) -> Finding:
+    best, rows = (tried[0][1], tried[0][0]) if named else (Suspect("", NOTHING), rest)
+    others = [(s.fault, float(ok.sum() / rest.sum())) for ok, s in tried[int(named) :] if not s.general and ok.any()]
+    where, since = place(link, rows)
+    return Finding(
+        quantities=(link.quantity,), what=link.what, fault=best.fault or None, per=best.per, number=best.number, where=where,
+        since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
+        broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
+    )  # fmt: skip
+
+
+def _digits(number: float | None) -> float | None:
+    """A number to the digits that round-off leaves, so that equal ones are equal."""
+    return None if number is None else float(f"{number:.9g}")
+
+
+def joined(findings: list[Finding]) -> list[Finding]:
+    """Findings with the same fault in several links as one, led by the first."""
+    found: dict[tuple[str, float | None], Finding] = {}
+    for n, f in enumerate(findings):
+        key = (f.fault or f"?{n}", None if f.per or f.number is None else f.number)
+        if key not in found:
+            found[key] = f
+            continue
+        a = found[key]
+        found[key] = replace(
+            a, quantities=(*a.quantities, *f.quantities), what=a.what if f.what in a.what else f"{a.what} and {f.what}",
+            number=f.number if a.number is None else a.number, per=a.per or f.per,
+            where=a.where if a.where == f.where else "everywhere", explained=a.explained + f.explained,
+            broken=a.broken + f.broken, records=a.records + f.records, tried=max(a.tried, f.tried),
+            next_best=a.next_best or f.next_best,
+        )  # fmt: skip
+    return list(found.values())
+
+
+def liquid_constants(findings: list[Finding]) -> list[Finding]:
+    """Factors that a wrong viscosity or surface tension gives to several terms at once, as that one fault."""
+    factors = {q: f.number for f in findings for q in f.quantities if f.number is not None}
+    viscous, pull = factors.get("viscous_law"), factors.get("capillary")
+    dynamic = factors.get("rupture_limit", 1.0)
+    cause, of = "", set()
+    if viscous and viscous == factors.get("viscous_tangential") and np.isclose(dynamic, viscous, rtol=1e-4):
+        cause, of = f"the viscosity is {viscous:.6g} times what it should be", {"viscous_law", "viscous_tangential"}
+    elif pull and np.isclose(dynamic, 1.0 / pull, rtol=1e-4):
+        cause, of = f"the surface tension is {pull:.6g} times what it should be", {"capillary"}
+    of |= {"rupture_limit"}
+    rest = [f for f in findings if not of & set(f.quantities)]
+    number = viscous if "viscosity" in cause else pull
+    same = [replace(f, fault=cause, number=number) for f in findings if of & set(f.quantities)]
+    return [*joined(same), *rest] if cause else findings
+
+
+def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
+    """What is wrong, named; `failed` are the quantities beyond their limits, those that only follow are listed apart."""
+    with np.errstate(all="ignore"):
+        found = [finding for link in links for finding in judge(link)]
+    result = liquid_constants(joined([replace(f, number=_digits(f.number)) for f in found]))
+    named = {q for f in result for q in f.quantities}
+    follows = [name for name in failed if name not in named]
+    return {
+        "findings": [f.as_dict() for f in result],
+        "follow": follows if result else [],
+        "not_explained": [] if result else follows,
+    }
+
+
+def text(diagnosis: dict[str, Any] | None) -> list[str]:
+    """Lines to print under the table; none where all agrees."""
+    if diagnosis is None:
+        return []
+    lines = [f"fault: {f['sentence']}" for f in diagnosis["findings"]]
+    lines += [diagnosis["looked_at"]] if diagnosis.get("looked_at") else []
+    if diagnosis["follow"]:
+        lines.append(f"beyond their limits as well, as a consequence: {', '.join(diagnosis['follow'])}")
+    if diagnosis["not_explained"]:
+        lines.append(f"no known fault explains {', '.join(diagnosis['not_explained'])}; see the worst records")
+    return lines

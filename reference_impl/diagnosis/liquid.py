@@ -1,0 +1,311 @@
+"""The equations of the event log, each with the faults that would break it (see diagnosis.py).
+
+Each event is judged from the films, volumes and shares logged with it: what a wrong event does to all later ones does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis import chain as links_chain
+from reference_impl.diagnosis.chain import Pair
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.rows import of_bridges
+from reference_impl.diagnosis.suspects import Formula, factor, formulas
+from reference_impl.motion import impulses
+from reference_impl.replay import coverage, laws, snapshots
+from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.forces import Contacts
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import FORMATION, Lives, none
+from reference_impl.replay.transfer import Tables
+
+
+@dataclass(frozen=True)
+class Events:
+    """The event log as arrays; at a wall `width` is its half width and `area` that of the triangle."""
+
+    table: pd.DataFrame
+    pair: Contacts
+    formation: Floats
+    kind: Floats
+    width: Floats
+    area: Floats
+    film_i: Floats
+    film_j: Floats
+
+    def column(self, name: str) -> Floats:
+        """A logged column."""
+        return self.table[name].to_numpy(float)
+
+    def marks(self) -> dict[str, Floats]:
+        """Groups of events by name."""
+        sphere, form = self.kind == laws.SPHERE, self.formation
+        groups = {
+            "between spheres": sphere, "between unequal spheres": sphere & (self.pair.ri != self.pair.rj),
+            "at walls": ~sphere, "at large walls": self.kind == laws.LARGE_WALL, "at wires": self.kind == laws.SMALL_WALL,
+        }  # fmt: skip
+        when = {"formations": form, "ruptures": ~form}
+        return {
+            **when, **groups, **{f"{w} {g}": a & b for w, a in when.items() for g, b in groups.items()},
+        }  # fmt: skip
+
+
+def events(run: Run) -> Events:
+    """Read the event log; the kind of wall follows from its half width, not from the log."""
+    table, fixed = run.table("events"), bodies(run)
+    p = pairs(table, fixed)
+    none, zero = np.zeros((len(table), 3)), np.zeros(len(table))
+    pair = Contacts(
+        table, p.wall, p.ri, p.rj, p.ti, p.tj, table["volume"].to_numpy(float), none, table["separation"].to_numpy(float),
+        speed=table["speed"].to_numpy(float), vn=zero, sideways=none, spin=none,
+    )  # fmt: skip
+    area = np.where(p.wall, fixed.area[np.where(p.wall, table["triangle"], -1)], 1.0)
+    before = (table[f"film_{side}_before"].to_numpy(float) for side in "ij")
+    return Events(table, pair, table["kind"].to_numpy() == FORMATION, p.kind, p.width, area, *before)
+
+
+def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
+    """Static rupture distance of each event; `drawn_volume` is what its volume should be."""
+    name, logged = coverage.law(run, "rupture"), e.column("rupture_distance")
+    if name is None or name not in laws.RUPTURE:
+        return None
+
+    def formula(law: str) -> Formula:
+        return lambda k: laws.RUPTURE[law](k.volume, k.ri, k.rj, k.wall, k.ti, k.tj)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from formulas(e.pair, formula(name), {n: formula(n) for n in laws.RUPTURE}, name)
+        yield from factor(logged, own, rows)
+
+    own = formula(name)(e.pair)
+    at = links_chain.at_formation(run)
+    formed = np.where(at >= 0, e.pair.volume[at], e.pair.volume)
+    excuses = tuple(formula(name)(replace(e.pair, volume=v)) for v in (drawn_volume, formed))
+    return Link("rupture_distance", "static rupture distance", e.table, logged, own, own, suspects, excuses=excuses,
+                marks=e.marks())  # fmt: skip
+
+
+def due(run: Run, e: Events) -> Link | None:
+    """No bridge ruptures before it has reached both its limits."""
+    name = coverage.law(run, "dynamic_rupture")
+    if not coverage.known(run, "dynamic_rupture"):
+        return None
+    reach, gap, speed = e.column("rupture_distance"), e.pair.gap, e.pair.speed
+    limit = reach * (laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) if name else 1.0)
+    wrong = (~e.formation & (gap < limit * (1.0 - 1e-9))).astype(float)
+    own, one = np.zeros(len(gap)), np.ones(len(gap))
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
+        lowest = float((gap / limit)[rows].min())
+        # of a limit set too low, each passes it by less than the way from one look to the next
+        first = gap - speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
+        words = f"it is made too early (at {lowest:.4g} of the limit)"
+        yield Suspect(words, np.where(first, wrong, np.nan), lowest)
+        yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
+
+    return Link("rupture_due", "rupture", e.table, wrong, own, one, suspects, marks=e.marks())
+
+
+def touch(run: Run, e: Events) -> Link:
+    """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
+    films, gap, ri = snapshots.films_at_events(run)
+    room = snapshots.ROOM * ri
+    wrong = (e.formation & (gap > films + room)).astype(float)
+    one = np.ones(len(gap))
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        far = float((gap / films)[rows].max())
+        words = f"it is made too early (at up to {far:.4g} times the films' thickness)"
+        yield Suspect(words, np.where(gap <= far * films * (1 + 1e-12), wrong, np.nan), far)
+
+    return Link("formation_due", "formation", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
+
+
+def missed(run: Run) -> Iterator[Link]:
+    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
+    events = run.table("events")
+    table = snapshots.touching_pairs(run, Lives(none(), events, 0, -1), bodies(run).film)
+    if not len(table):
+        return
+    logged = table["missed"].to_numpy(float)
+    films, gap, _ = snapshots.films_at_events(run)
+    formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
+    reach = float((gap / films)[formed].max()) if formed.any() else 0.0
+    near = table["separation"].to_numpy() / table["films"].to_numpy()
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        if reach <= 0.0:
+            yield Suspect("it is made too late (only when the bodies touch)", np.where(near > 0.0, logged, np.nan))
+        words = f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)"
+        yield Suspect(words, np.where(near >= reach, logged, np.nan), reach)
+        yield Suspect("it is left out", logged, general=True)
+
+    one = np.ones(len(logged))
+    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects)
+
+
+def drawn(kind: Floats, film: Floats, ri: Floats, rj: Floats, width: Floats) -> Floats:
+    """What sphere i gives (E 8, 9, 12), all events at once."""
+    sine = np.where(kind == laws.LARGE_WALL, 0.5, rj / (ri + rj))
+    return np.where(kind == laws.SMALL_WALL, film * width / (6.0 * ri), film / 2.0 * (1.0 - np.sqrt(1.0 - sine**2)))
+
+
+def from_wall(kind: Floats, film: Floats, area: Floats, ri: Floats, width: Floats) -> Floats:
+    """What a wall gives (E 10, 13)."""
+    return film / area * np.where(kind == laws.SMALL_WALL, 2.0 * ri * width, np.pi / 4.0 * ri**2)
+
+
+def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
+    """What each event asks of both sides, with some inputs exchanged."""
+    kind, ri, rj = other.get("kind", e.kind), other.get("ri", e.pair.ri), other.get("rj", e.pair.rj)
+    film_i, film_j, width = other.get("film_i", e.film_i), other.get("film_j", e.film_j), e.width
+    with np.errstate(all="ignore"):
+        ask_i = drawn(kind, film_i, ri, rj, width)
+        ask_j = np.where(
+            kind == laws.SPHERE, drawn(kind, film_j, rj, ri, width), from_wall(kind, film_j, e.area, ri, width)
+        )
+        return ask_i, np.asarray(ask_j)
+
+
+def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Each its share where more is asked of a film in a step than it holds."""
+    both = links_chain.sides(e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)))
+    want = both.groupby(["holder", "step"])["move"].transform("sum").to_numpy()
+    with np.errstate(all="ignore"):
+        part = np.where(want > both["before"], both["before"] / want, 1.0)
+    n = len(e.table)
+    return asks[0] * part[:n], asks[1] * part[n:]
+
+
+def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Draws of one step in the order of the log, each from what those before it have left."""
+    both = links_chain.sides(e.table, (e.column("share_i"), e.column("share_j")))
+    both["move"] = np.where(np.tile(e.formation, 2), both["move"], 0.0)
+    taken = both.sort_values("row", kind="stable").groupby(["holder", "step"])["move"].cumsum().sort_index()
+    left = both["before"].to_numpy() - (taken - both["move"]).to_numpy()
+    with np.errstate(all="ignore"):
+        part = left / both["before"].to_numpy()
+    n = len(e.table)
+    return asks[0] * part[:n], asks[1] * part[n:]
+
+
+def draws(e: Events) -> Iterator[Link]:
+    """What both sides give to each new bridge."""
+    asks, full = asked(e), e.formation
+    own, ri, rj = granted(e, asks), e.pair.ri, e.pair.rj
+    like_j = np.where(e.pair.wall, ri, rj)
+    changed = {
+        "draws of one step are taken one after another": one_after_another(e, asks),
+        "more is granted than is there": asks,
+        "the sides are exchanged": (own[1], own[0]),
+        "the radii of the two sides are exchanged": granted(e, asked(e, ri=np.where(e.pair.wall, ri, rj), rj=ri)),
+        "a wire is treated as a large wall": granted(e, asked(e, kind=np.minimum(e.kind, laws.LARGE_WALL))),
+        "a large wall is treated as a wire": granted(e, asked(e, kind=np.where(e.pair.wall, laws.SMALL_WALL, e.kind))),
+        "spheres are treated as equal": (granted(e, asked(e, rj=ri))[0], granted(e, asked(e, ri=like_j))[1]),
+        "the film of the other side is drawn on": granted(e, asked(e, film_i=e.film_j, film_j=e.film_i)),
+        "the volume is drawn twice": (2.0 * own[0], 2.0 * own[1]),
+        "half the film is drawn": (e.film_i / 2.0, e.film_j / 2.0),
+        "the whole film is drawn": (e.film_i, e.film_j),
+    }
+    for n, side in enumerate("ij"):
+        logged = np.where(full, e.column(f"share_{side}"), 0.0)
+
+        def suspects(rows: Floats, n: int = n, logged: Floats = logged) -> Iterator[Suspect]:
+            for fault, value in changed.items():
+                yield Suspect(fault, np.where(full, value[n], 0.0))
+            yield from factor(logged, np.where(full, own[n], 0.0), rows)
+
+        mine = np.where(full, own[n], 0.0)
+        yield Link(f"share_{side}", f"liquid drawn from {side}", e.table, logged, mine, e.column("volume"), suspects,
+                   marks=e.marks())  # fmt: skip
+
+
+def volumes(e: Events, own: Pair) -> Link:
+    """A bridge holds what its sides give or get; `own` are the shares as they should be."""
+    logged, i, j = e.column("volume"), e.column("share_i"), e.column("share_j")
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("the volume is drawn twice", np.where(e.formation, 2.0 * (i + j), i + j))
+        yield Suspect("the share of j is left out", i)
+        yield Suspect("the share of i is left out", j)
+        yield from factor(logged, i + j, rows)
+
+    return Link("volume", "volume of a bridge against its shares", e.table, logged, i + j, i + j, suspects,
+                excuses=(own[0] + own[1],), marks=e.marks())  # fmt: skip
+
+
+def ratios(run: Run, e: Events, tables: Tables, star: Floats, turned: bool = False) -> Floats:
+    """T_i of each event by the logged table, at V* = `star`; `turned`: of j against i."""
+    kind, type_i, other, _ = of_bridges(e.table, e.pair.volume, run)
+    if turned:
+        type_i, other = np.where(e.pair.wall, type_i, other), np.where(e.pair.wall, other, type_i)
+    return tables.ratios(kind, type_i, other, star)
+
+
+def sharing(run: Run, e: Events, tables: Tables) -> Iterator[Link]:
+    """What both sides get at rupture: T V and the rest."""
+    volume, back = e.column("volume"), ~e.formation
+    r = laws.harmonic_radius(e.pair.ri, e.pair.rj, e.pair.wall)
+    own = ratios(run, e, tables, volume / r**3)
+    changed = {
+        "the transfer ratio is swapped (i gets what j should)": 1.0 - own,
+        "the transfer ratio is that of the turned pair": ratios(run, e, tables, volume / r**3, turned=True),
+        "the liquid is shared half and half": np.full(len(own), 0.5),
+        "all liquid goes to i": np.ones(len(own)),
+        "all liquid goes to j": np.zeros(len(own)),
+        "the ratio is read at r_red in place of r_eff": ratios(run, e, tables, volume / (r / 2.0) ** 3),
+        "the ratio is read at twice the radius": ratios(run, e, tables, volume / (r * 2.0) ** 3),
+        "the ratio is read at the radius of i": ratios(run, e, tables, volume / e.pair.ri**3),
+        "the ratio is read at the radius of j": ratios(run, e, tables, volume / e.pair.rj**3),
+        "the ratio is read at the smallest volume of the table": ratios(run, e, tables, 0.0 * volume),
+        "the ratio is that of twice the volume": ratios(run, e, tables, 2.0 * volume / r**3),
+        "the liquid is shared by volume of the spheres": e.pair.ri**3 / (e.pair.ri**3 + e.pair.rj**3),
+    }
+    i, j = e.column("share_i"), e.column("share_j")
+    for name, logged in (("share_i", i), ("share_j", j)):
+
+        def of(t: Floats, name: str = name) -> Floats:
+            return np.where(back, volume * (t if name == "share_i" else 1.0 - t), 0.0)
+
+        def suspects(rows: Floats, name: str = name, logged: Floats = logged) -> Iterator[Suspect]:
+            for fault, t in changed.items():
+                yield Suspect(fault, of(t, name))
+            yield Suspect(
+                "it is not what i leaves of the volume",
+                np.where(np.abs(i + j - volume) > 1e-9 * volume, logged, np.nan),
+            )
+            yield from factor(np.where(back, logged, 0.0), of(own, name), rows)
+
+        yield Link(name, f"liquid given back to {name[-1]}", e.table, np.where(back, logged, 0.0), of(own), volume,
+                   suspects, marks=e.marks())  # fmt: skip
+
+
+def own_shares(run: Run, e: Events, tables: Tables) -> Pair:
+    """Shares of each event by the papers, from the films and volumes logged with it."""
+    volume = e.column("volume")
+    given = granted(e, asked(e)) if coverage.known(run, "formation") else (e.column("share_i"), e.column("share_j"))
+    r = laws.harmonic_radius(e.pair.ri, e.pair.rj, e.pair.wall)
+    back = volume * ratios(run, e, tables, volume / r**3)
+    return np.where(e.formation, given[0], back), np.where(e.formation, given[1], volume - back)
+
+
+def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> Iterator[Link]:
+    """All equations of the events, causes before what follows from them; with a wrong table no shares can be judged."""
+    if len(e.table):
+        yield from links_chain.life(run)
+        if coverage.known(run, "formation"):
+            yield from draws(e)
+        yield volumes(e, own)
+        if table_holds:
+            yield from sharing(run, e, tables)
+        found = (static(run, e, own[0] + own[1]), due(run, e), touch(run, e))
+        yield from (link for link in found if link is not None)
+        yield from missed(run)
+    yield from links_chain.links(run, own)

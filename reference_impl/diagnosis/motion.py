@@ -1,0 +1,144 @@
+"""Newton's law put to the diagnosis: which of the forces on a sphere does not act as the reference says.
+
+The change of speed (or spin) of each sphere is held against the sum of its forces; for each force it is asked whether one factor
+on it, or a constant acceleration, brings the records back. Tried only where the equations of the log hold, for a wrong force
+in the log is a wrong force here too. See diagnosis.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis.diagnosis import Link, Suspect, length
+from reference_impl.diagnosis.suspects import PLAIN, middle
+from reference_impl.motion import newton
+from reference_impl.motion.newton import Forces
+from reference_impl.motion.window import Setup
+from reference_impl.replay.compare import Floats
+
+Part = tuple[Floats, Floats]
+"""Force and torque on the sphere of each record."""
+EVERY = ("every force of bridges", "every force but weight")
+"""Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
+
+
+def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
+    """The laws of motion and the closest points, those beyond their limits."""
+    laws = [{**newton.law(setup, f), **(newton.against_log(setup, f) if f.bridges is not None else {})} for f in found]
+    if "wall_closest_point" in failed:
+        logged, own, size, rows = _joined([law["wall_closest_point"] for law in laws if "wall_closest_point" in law])
+        yield Link("wall_closest_point", "closest point of a wall", rows, logged, own, size, _shift(logged, own))
+        return  # forces at a wrong place follow from it
+    parts = [_parts(setup, f) for f in found]
+    for name, what, kind in (("newton_force", "force that acts", 0), ("newton_torque", "torque that acts", 1)):
+        if name in failed:
+            logged, own, size, rows = _joined([law[name] for law in laws])
+            terms = {n: np.concatenate([p[n][kind] for p in parts]) for n in parts[0]}
+            weight = np.concatenate([_rows(setup, f)[2] for f in found])
+            suspects = _suspects(logged, own, terms, weight if kind == 0 else None)
+            yield Link(name, what, rows, logged, own, size, suspects, newton.limit(setup), marks=_marks(terms))
+
+
+def _joined(parts: list[tuple[Any, ...]]) -> tuple[Floats, Floats, Floats, pd.DataFrame]:
+    logged, own, size = (np.concatenate([p[k] for p in parts]) for k in range(3))
+    return logged, own, size, pd.concat([p[3] for p in parts], ignore_index=True)
+
+
+def _rows(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats]:
+    """Step and sphere of each record of `newton.law`, and the sphere's mass."""
+    k, who = newton.records(setup, f)
+    return k, who, f.window.mass[k, who]
+
+
+def _parts(setup: Setup, f: Forces) -> dict[str, Part]:
+    """Force and torque of each part on the spheres of `newton.law`'s records, mean of the step's two ends."""
+    t, c, w = f.touches, f.contacts, f.bridges
+    zero = np.zeros((len(t.k), 3))
+    side_a, side_b = (-arm[:, None] * np.cross(t.n, c.tangential) for arm in (c.arm_a, c.arm_b))
+    dry = {
+        "the springs of the dry contacts": (c.elastic[:, None] * t.n, zero, zero),
+        "the damping of the dry contacts": (c.damping[:, None] * t.n, zero, zero),
+        "the friction of the dry contacts": (c.tangential, side_a, side_b),
+        "the rolling resistance": (zero, c.rolling, -c.rolling),
+    }
+    found = {name: _mean(setup, f, t.k, t.a, t.b, t.wall, *value) for name, value in dry.items()}
+    if w is not None:
+        none = np.zeros((len(w.k), 3))
+        ta, tb = w.torques(setup)
+        wet = {
+            "the capillary force": (-w.capillary[:, None] * w.n * w.acting["capillary"], none, none),
+            "the normal viscous force": (w.normal[:, None] * w.n * w.acting["viscous_normal"], none, none),
+            "the tangential viscous force": (w.tangential * w.acting["viscous_tangential"], ta, tb),
+        }
+        wet = {name: tuple(w.weight[:, None] * part for part in parts) for name, parts in wet.items()}
+        of_bridges = {name: _mean(setup, f, w.k, w.a, w.b, w.wall, *value) for name, value in wet.items()}
+        found |= of_bridges
+        found[EVERY[0]] = _total(of_bridges)
+    found[EVERY[1]] = _total({n: p for n, p in found.items() if n != EVERY[0]})
+    return found
+
+
+def _total(parts: dict[str, Part]) -> Part:
+    forces, torques = zip(*parts.values(), strict=True)
+    return np.sum(forces, axis=0), np.sum(torques, axis=0)
+
+
+def _mean(
+    setup: Setup, f: Forces, k: Floats, a: Floats, b: Floats, wall: Floats, force: Floats, ta: Floats, tb: Floats
+) -> Part:
+    """Sums over each sphere, mean of the two ends of a step."""
+    shape = (len(f.window.steps), len(setup.ids), 3)
+    sums, turns, pair = np.zeros(shape), np.zeros(shape), ~wall
+    np.add.at(sums, (k, a), force)
+    np.add.at(turns, (k, a), ta)
+    np.add.at(sums, (k[pair], b[pair]), -force[pair])
+    np.add.at(turns, (k[pair], b[pair]), tb[pair])
+    at, who, _ = _rows(setup, f)
+    return 0.5 * (sums[at, who] + sums[at + 1, who]), 0.5 * (turns[at, who] + turns[at + 1, who])
+
+
+def _marks(terms: dict[str, Floats]) -> dict[str, Floats]:
+    """Records in which a part acts, to say where."""
+    return {f"with {name}": length(term) > 0 for name, term in terms.items()}
+
+
+def _suspects(
+    logged: Floats, own: Floats, terms: dict[str, Floats], mass: Floats | None
+) -> Callable[[Floats], Iterator[Suspect]]:
+    """One factor on one part; a constant acceleration."""
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        rest = logged - own
+        for name, term in terms.items():
+            size = (term**2).sum(axis=1)
+            there = rows & (size > 0)
+            f = 1.0 + middle(((rest * term).sum(axis=1)[there]) / size[there])
+            if np.isfinite(f):
+                yield Suspect(_said(name, f), own + (f - 1.0) * term, f)
+        if mass is not None:
+            g = np.median((rest / mass[:, None])[rows], axis=0)
+            fault = f"an acceleration of ({g[0]:.4g}, {g[1]:.4g}, {g[2]:.4g}) m/s² acts besides"
+            yield Suspect(fault, own + mass[:, None] * g)
+
+    return suspects
+
+
+def _said(name: str, f: float) -> str:
+    if name == EVERY[1] and f > 0:
+        return f"{name} is {f:.6g} times what it should be, as if the mass were {1.0 / f:.6g} times its value"
+    plain = next((words for value, words in PLAIN.items() if abs(f - value) < 1e-6), None)
+    return f"{name}: {plain}" if plain else f"{name} is {f:.6g} times what it should be"
+
+
+def _shift(logged: Floats, own: Floats) -> Callable[[Floats], Iterator[Suspect]]:
+    """The same way off everywhere."""
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        d = np.median((logged - own)[rows], axis=0)
+        yield Suspect(f"it is off by ({d[0]:.3g}, {d[1]:.3g}, {d[2]:.3g}) m", own + d, general=bool(rows.sum() < 3))
+
+    return suspects

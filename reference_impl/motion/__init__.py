@@ -1,0 +1,1 @@
+"""Newton's law in the recorded windows: motion, contacts, walls, weights."""

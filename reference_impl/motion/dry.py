@@ -1,0 +1,96 @@
+"""The dry contact, typed anew: linear spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
+
+As the engine does it: the dashpot acts in attraction too; friction is limited by the whole normal force, rolling by its
+elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane. Friction
+without memory is a drag c v up to the same limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference_impl.motion.touching import Touches
+from reference_impl.motion.window import Setup, Window
+from reference_impl.replay.compare import Floats
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Forces on a (b gets the opposite), torques on both; `slid`: by how much the spring was cut back by friction [m]."""
+
+    elastic: Floats
+    damping: Floats
+    tangential: Floats
+    spring: Floats
+    slid: Floats
+    overlap: Floats
+    vn: Floats
+    slip: Floats
+    arm_a: Floats
+    arm_b: Floats
+    rolling: Floats
+    """Torque on a [N m]; b gets the opposite."""
+    doubt: Floats
+    """How far it may be off [N m], because a spin that is lost in the rounding of the step's kick has no direction."""
+
+    def force(self, n: Floats) -> Floats:
+        """Whole force on a."""
+        return np.asarray((self.elastic + self.damping)[:, None] * n + self.tangential)
+
+    def torque_a(self, n: Floats) -> Floats:
+        """Whole torque on a."""
+        return np.asarray(-self.arm_a[:, None] * np.cross(n, self.tangential) + self.rolling)
+
+    def torque_b(self, n: Floats) -> Floats:
+        """Whole torque on b."""
+        return np.asarray(-self.arm_b[:, None] * np.cross(n, self.tangential) - self.rolling)
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """Row by row."""
+    return np.asarray(np.einsum("ij,ij->i", a, b))
+
+
+def size(a: Floats) -> Floats:
+    """Length of each row."""
+    return np.asarray(np.sqrt(dot(a, a)))
+
+
+def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Floats | None = None) -> Contacts:
+    """All contacts of a window; `before`: springs of the step before, `given`: rows whose `before` is the present spring."""
+    kind_a, kind_b = setup.kind[t.a], np.where(t.wall, 0, setup.kind[np.where(t.wall, 0, t.b)])
+    names = ("normal", "tangential", "friction", "rolling", "damping", "drag")
+    kn, kt, mu, length, gamma, drag = (getattr(setup.dry, name)[kind_a, kind_b] for name in names)
+    partner = np.where(t.wall, 0, t.b)
+    ra, rb = setup.radius[t.a], np.where(t.wall, 0.0, setup.radius[partner])
+    wa, wb = window.w_half[t.k, t.a], np.where(t.wall[:, None], 0.0, window.w_half[t.k, partner])
+    overlap = ra + rb - t.apart
+    relative = window.v_half[t.k, t.a] - t.vb
+    vn = dot(relative, t.n)
+    arm_a, arm_b = ra - 0.5 * overlap, np.where(t.wall, 0.0, rb - 0.5 * overlap)
+    slip = relative - vn[:, None] * t.n - np.cross(arm_a[:, None] * wa + arm_b[:, None] * wb, t.n)
+    elastic, damping = kn * overlap, -gamma * vn
+    moved = before + slip * setup.step
+    moved = moved - dot(moved, t.n)[:, None] * t.n
+    if given is not None:
+        moved = np.where(given[:, None], before, moved)
+    stretch, grip = size(moved), mu * np.abs(elastic + damping) / kt
+    share = np.where(stretch > grip, grip / np.maximum(stretch, 1e-300), 1.0)
+    spring = share[:, None] * moved
+    slid, side = (1.0 - share) * stretch, -kt[:, None] * spring
+    if not setup.memory:
+        rate = size(slip)
+        grip = np.minimum(drag, mu * np.abs(elastic + damping) / np.maximum(rate, 1e-300))
+        slid, side, spring = rate * setup.step, -grip[:, None] * slip, np.zeros_like(slip)
+    turn = np.where(t.wall[:, None], wa, wa - wb)
+    rate = size(turn)
+    direction = turn / np.where(rate > 0.0, rate, 1.0)[:, None]
+    direction = direction - dot(direction, t.n)[:, None] * t.n
+    rolling = -(length * elastic)[:, None] * direction
+    room = window.w_room[t.k, t.a] + np.where(t.wall, 0.0, window.w_room[t.k, partner])
+    doubt = np.abs(length * elastic) * np.minimum(2.0, room / np.maximum(rate, 1e-300))
+    return Contacts(
+        elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling, doubt
+    )  # fmt: skip

@@ -1,0 +1,142 @@
+"""Newton's law, contributions and the transfer table's interpolation as parts of a replay; a dry run's replay is these alone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from reference_impl.diagnosis import diagnosis
+from reference_impl.diagnosis import motion as links_motion
+from reference_impl.motion import contributions, newton, window
+from reference_impl.replay import between_nodes, io, whole
+from reference_impl.replay.compare import Quantity, merged
+
+NOT_RECORDED = (
+    "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
+)
+OTHERS = "mesh_motion and history/energy: of these only that every output step is there"
+
+MOTION = {"newton_force", "newton_torque", "wall_closest_point"}
+"""Quantities whose faults are looked for in the motion."""
+
+
+def check(
+    run_dir: Path, run: io.Run | None, moved: contributions.Moved | None = None, between: Sequence[Quantity] = ()
+) -> tuple[list[Quantity], dict[str, Any]]:
+    """Quantities, and entries for replay.json; writes contributions.json beside it.
+
+    `moved` and `between`: what the events moved, and the errors of the transfer table between its nodes.
+    """
+    folder = Path(run_dir)
+    found: list[Quantity] = []
+    more: dict[str, Any] = {"newton": None, "transfer_interpolation": None}
+    if between and run is not None:
+        if between_nodes.judged(run):
+            found += between
+        else:
+            more["transfer_interpolation"] = {**between[0].as_dict(), "note": between_nodes.note(between[0])}
+    if not window.recorded(folder):
+        return found, more
+    setup = window.read(folder)
+    shares, counts = contributions.Shares(setup, run), newton.Counts()
+    parts: dict[str, list[Quantity]] = {}
+    for f in newton.each(setup, run):  # a window's forces are large: one at a time
+        io.note(f"window from step {f.window.steps[0]}")
+        shares.add(f)
+        counts.add(f)
+        first, last = shares.windows[-1]
+        table = io.table(io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)])
+        in_windows = [
+            replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
+        ]
+        for q in (*newton.check(setup, [f]), *in_windows):
+            parts.setdefault(q.name, []).append(q)
+    found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
+    io.write_json(folder / "contributions.json", shares.result(moved))
+    more["newton"] = {
+        "windows": shares.windows,
+        "spheres": len(setup.ids),
+        "driven": int((~setup.free).sum()),
+        **counts.total,
+    }
+    return found, more
+
+
+def named(run_dir: Path, run: io.Run | None, failed: list[str]) -> dict[str, Any] | None:
+    """What of the motion is wrong, named, where nothing else is; None where the motion is right."""
+    if not set(failed) & MOTION or not window.recorded(Path(run_dir)):
+        return None
+    setup = window.read(Path(run_dir))
+    return diagnosis.diagnose(links_motion.links(setup, newton.forces(setup, run), failed), failed)
+
+
+def notes(more: dict[str, Any]) -> list[str]:
+    """Sentences on what was taken from the engine's log."""
+    law, between = more["newton"], more["transfer_interpolation"]
+    found = [between["note"]] if between else []
+    if law is None:
+        return found
+    if law.get("springs_left_over"):
+        found.append(
+            f"newton: {law['springs_left_over']} new sphere contacts began with a spring that the engine had kept from an "
+            "earlier contact of the same spheres; taken as logged"
+        )
+    if law.get("skipped_beside_another"):
+        found.append(
+            f"newton: {law['skipped_beside_another']} wall contacts that the engine skipped beside another in the same plane"
+        )
+    if law.get("beside_an_edge"):
+        found.append(
+            f"newton: {law['beside_an_edge']} of {law['dry_contacts']} dry contacts are a second one of a sphere with the same "
+            "wall part, where the engine counts a convex edge beside the face; the reference does the same"
+        )
+    return found
+
+
+def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
+    """Sentences on what no quantity speaks of."""
+    law, every = more["newton"], held["steps"] + 1
+    outside = every - len(set().union(*(range(*window) for window in held["windows"])))
+    found = [f"forces and motion: steps outside the windows, {outside} of {every}"] if outside else []
+    if law is None:
+        found.append(NOT_RECORDED)
+    elif law["no_rolling_direction"]:
+        found.append(
+            f"newton: rolling resistance of {law['no_rolling_direction']} contacts, where the spin is lost in the rounding of "
+            "the step's kick and has no direction"
+        )
+    return [*found, OTHERS]
+
+
+def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
+    """The replay of a run without bridges: Newton's law and contributions."""
+    started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
+    if not window.recorded(folder):
+        raise io.ReplayError(
+            f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
+            "run the case again"
+        )
+    held = whole.check(folder)
+    quantities, more = check(folder, None)
+    failed = [q.name for q in quantities if not q.ok]
+    result = {
+        "ok": not failed,
+        "events": 0,
+        "contacts": 0,
+        "compared": held,
+        "unchecked": [],
+        "not_checked": not_checked(more, held),
+        "notes": notes(more),
+        **more,
+        "diagnosis": named(folder, None, failed) if failed else None,
+        "wall_s": time.monotonic() - started,
+        "cpu_s": time.process_time() - cpu,
+        "events_per_s": 0.0,
+        "contacts_per_s": 0.0,
+        "quantities": {q.name: q.as_dict() for q in quantities},
+    }
+    io.write_json(out or folder / "replay.json", result)
+    return result

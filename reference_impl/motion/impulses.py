@@ -1,0 +1,41 @@
+"""Bridges that act every k steps (`bridges_every` of the scene): when, and for how many steps at once.
+
+The symmetrical splitting of r-RESPA (Tuckerman et al. 1992): at every k-th step k times the force. A bridge formed at such a step
+stands for the k/2 steps to the middle of the interval, less the half step by which it is late with k = 1, where it acts from the
+next step on; in the first step, after which the engine adds half a kick only, twice as much.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import Lives, keys, none
+
+
+def every(run: Run) -> int:
+    """Steps from one evaluation to the next."""
+    return int(run.meta.get("bridges_every", 1))
+
+
+def weights(run: Run, table: pd.DataFrame) -> Floats:
+    """Steps for which each logged force acts."""
+    k, step = every(run), table["step"].to_numpy(np.int64)
+    if k == 1 or not len(table):
+        return np.ones(len(table))
+    # of the events only those of the same steps can tell that a bridge is new
+    lives = Lives(none(), run.rows("events", int(step.min()), int(step.max())), 0, int(step.min()) - 1)
+    new = lives.at(keys(table), step, strictly=False)
+    new = np.append(lives.all.step, -1)[new] == step
+    return np.asarray(np.where(new, np.where(step > 0, 0.5, 1.0) * (k - 1), k))
+
+
+def check(run: Run) -> list[Quantity]:
+    """The logged weights; bridges at their steps only."""
+    table = run.table("contacts")
+    if "weight" not in table:
+        return []
+    own = weights(run, table)
+    return [compare("contact_weight", "itself", table["weight"].to_numpy(float), own, own, table, 0.0)]

@@ -1,0 +1,201 @@
+"""Triangles: the closest point of a part (for bridges), and how LIGGGHTS 3.8.0 makes contacts of spheres with a mesh.
+
+The engine's rules, as in its sources (tri_mesh_I.h, surface_mesh_I.h): every triangle makes its own contact, with its face,
+or with an edge or corner of it that is active. Of two triangles at an angle the later one owns their edge; edges within a plane
+are inactive. So beside a convex edge the face of one and the edge of the other triangle both push.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference_impl.replay.compare import Floats
+
+COPLANAR = 1.0 - 1e-5
+"""Cosine between normals from which the engine takes two triangles for one plane."""
+PRECISION = 1e-8
+TINY = 1e-10
+FACE = 7
+NOTHING = 1e6
+"""Distance [m] where an inactive edge or corner is the closest feature."""
+
+
+def closest_point(p: Floats, t: Floats) -> Floats:
+    """Closest points of triangles t (n, 3, 3) to points p (n, 3): the foot in the plane where inside, else of the three edges."""
+    a, b, c = t[:, 0], t[:, 1], t[:, 2]
+    normal = np.cross(b - a, c - a)
+    size = np.einsum("ij,ij->i", normal, normal)
+    foot = p - (np.einsum("ij,ij->i", p - a, normal) / size)[:, None] * normal
+    inside = np.ones(len(p), dtype=bool)
+    best, least = np.zeros_like(p), np.full(len(p), np.inf)
+    for u, v in ((a, b), (b, c), (c, a)):
+        edge = v - u
+        inside &= np.einsum("ij,ij->i", np.cross(edge, foot - u), normal) >= 0.0
+        share = np.clip(np.einsum("ij,ij->i", p - u, edge) / np.einsum("ij,ij->i", edge, edge), 0.0, 1.0)
+        q = u + share[:, None] * edge
+        d = np.einsum("ij,ij->i", p - q, p - q)
+        nearer = d < least
+        best[nearer], least[nearer] = q[nearer], d[nearer]
+    return np.where(inside[:, None], foot, best)
+
+
+@dataclass(frozen=True)
+class Topology:
+    """Per triangle of one mesh: edges (k from corner k to k + 1), which edges and corners are active, coplanar neighbours."""
+
+    corners: Floats
+    edge: Floats
+    length: Floats
+    normal: Floats
+    edge_active: Floats
+    corner_active: Floats
+    obtuse: Floats
+    bound: Floats
+    plane: dict[int, frozenset[int]]
+
+
+def topology(corners: Floats, apart: bool = False) -> Topology:
+    """Work out one mesh (n, 3, 3), triangles in file order; `apart`: no triangle hands its contact on to the next."""
+    edge = np.roll(corners, -1, axis=1) - corners
+    length = np.linalg.norm(edge, axis=2)
+    edge = edge / length[:, :, None]
+    normal = np.cross(edge[:, 0], edge[:, 1])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    active = np.ones((len(corners), 3), dtype=bool)
+    nodes = _nodes(corners)
+    neighbours: dict[int, set[int]] = defaultdict(set)
+    shared: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
+    for t, row in enumerate(nodes):
+        for k in range(3):
+            shared[min(row[k], row[(k + 1) % 3]), max(row[k], row[(k + 1) % 3])].append((t, k))
+    for sides in shared.values():
+        for n, (high, e) in enumerate(sides):
+            for low, f in sides[:n]:
+                neighbours[high].add(low)
+                neighbours[low].add(high)
+                flat = abs(normal[high] @ normal[low]) >= COPLANAR
+                active[low, f] = False
+                active[high, e] = not (flat and not _overlap(corners, edge, normal, (high, e), (low, f)))
+    at_node: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    for t, row in enumerate(nodes):
+        for k in range(3):
+            at_node[row[k]].append((t, k))
+    corner = np.zeros((len(corners), 3), dtype=bool)
+    for meeting in at_node.values():
+        for group in _connected(meeting, neighbours):
+            t, k = max(group)
+            corner[t, k] = _corner_active(group, edge, nodes, active)
+    # the engine keeps only what it finds for the last corner
+    obtuse = np.where(np.einsum("ij,ij->i", edge[:, 2], edge[:, 1]) > 0.0, 2, -1)
+    bound = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+    return Topology(
+        corners, edge, length, normal, active, corner, obtuse, bound,
+        _planes({} if apart else at_node, normal, len(corners)),
+    )  # fmt: skip
+
+
+def _nodes(corners: Floats) -> list[list[int]]:
+    """Number of each corner's node; corners within the engine's precision are one."""
+    flat = np.round(corners.reshape(-1, 3) / PRECISION).astype(np.int64)
+    _, number = np.unique(flat, axis=0, return_inverse=True)
+    return [list(map(int, row)) for row in number.reshape(-1, 3)]
+
+
+def _overlap(corners: Floats, edge: Floats, normal: Floats, one: tuple[int, int], two: tuple[int, int]) -> bool:
+    """Whether two triangles in one plane lie on the same side of their edge."""
+    (i, e), (j, f) = one, two
+    out = np.cross(edge[i, e], normal[i])
+    base = corners[i, e]
+    return bool(((corners[i, (e + 2) % 3] - base) @ out) * ((corners[j, (f + 2) % 3] - base) @ out) > 0.0)
+
+
+def _connected(meeting: list[tuple[int, int]], neighbours: dict[int, set[int]]) -> list[list[tuple[int, int]]]:
+    """Triangles at a node, in groups that hang together by edges."""
+    left, groups = dict(meeting), []
+    while left:
+        start = next(iter(left))
+        group, todo = [], [start]
+        while todo:
+            t = todo.pop()
+            if t in left:
+                group.append((t, left.pop(t)))
+                todo += [n for n in neighbours[t] if n in left]
+        groups.append(group)
+    return groups
+
+
+def _corner_active(group: list[tuple[int, int]], edge: Floats, nodes: list[list[int]], active: Floats) -> bool:
+    """A corner counts where an active edge ends and no two of its edges go on in a line; the last triangle owns it."""
+    arms = [(edge[t, k], nodes[t][(k + 1) % 3]) for t, k in group] + [
+        (edge[t, k - 1], nodes[t][k - 1]) for t, k in group
+    ]
+    way, end = np.array([a[0] for a in arms]), np.array([a[1] for a in arms])
+    lined = (np.abs(way @ way.T) > COPLANAR) & (end[:, None] != end[None, :])
+    return bool(any(active[t, k] or active[t, k - 1] for t, k in group) and not lined.any())
+
+
+def _planes(at_node: dict[int, list[tuple[int, int]]], normal: Floats, count: int) -> dict[int, frozenset[int]]:
+    """For each triangle those in its plane that share a corner with it."""
+    found: dict[int, set[int]] = {t: set() for t in range(count)}
+    for meeting in at_node.values():
+        for s, _ in meeting:
+            found[s] |= {t for t, _ in meeting if t != s and abs(normal[s] @ normal[t]) > COPLANAR}
+    return {t: frozenset(v) for t, v in found.items()}
+
+
+def resolve(mesh: Topology, t: Floats, p: Floats) -> tuple[Floats, Floats, Floats]:
+    """Distance, point and kind (FACE or not) of the contact that the engine sees between centres p (n, 3) and triangles t (n)."""
+    corners, edge, length = mesh.corners[t], mesh.edge[t], mesh.length[t]
+    from_0 = p - corners[:, 0]
+    a, b = (np.einsum("ij,ij->i", from_0, edge[:, k]) for k in (0, 2))
+    c = np.einsum("ij,ij->i", edge[:, 0], edge[:, 2])
+    bary = np.empty((len(t), 3))
+    bary[:, 1] = (a - b * c) / (length[:, 0] * (1.0 - c * c))
+    bary[:, 2] = (a * c - b) / (length[:, 2] * (1.0 - c * c))
+    bary[:, 0] = 1.0 - bary[:, 1] - bary[:, 2]
+    kind = ((bary > -PRECISION / (2.0 * mesh.bound[t])[:, None]) * np.array([1, 2, 4])).sum(axis=1)
+    point, there = np.empty_like(p), np.ones(len(t), dtype=bool)
+    face = kind == FACE
+    lift = np.einsum("ij,ij->i", from_0, mesh.normal[t])
+    point[face] = (p - lift[:, None] * mesh.normal[t])[face]
+    for code, k in ((3, 0), (6, 1), (5, 2)):
+        _edge(mesh, t, p, np.flatnonzero(kind == code), k, point, there)
+    for code, k in ((1, 0), (2, 1), (4, 2)):
+        _corner(mesh, t, p, np.flatnonzero(kind == code), k, point, there)
+    distance = np.linalg.norm(point - p, axis=1)
+    return np.where(there, distance, NOTHING), point, kind
+
+
+def _edge(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Floats, there: Floats) -> None:
+    """Beyond edge k: the edge's closest point, or the corner at its end."""
+    s, n = t[at], (k + 1) % 3
+    along = np.einsum("ij,ij->i", p[at] - mesh.corners[s, k], mesh.edge[s, k])
+    before, behind = along < -TINY, along > mesh.length[s, k] + TINY
+    found = mesh.corners[s, k] + along[:, None] * mesh.edge[s, k]
+    found = np.where(before[:, None], mesh.corners[s, k], np.where(behind[:, None], mesh.corners[s, n], found))
+    point[at] = found
+    there[at] = np.where(
+        before, mesh.corner_active[s, k], np.where(behind, mesh.corner_active[s, n], mesh.edge_active[s, k])
+    )
+
+
+def _corner(mesh: Topology, t: Floats, p: Floats, at: Floats, k: int, point: Floats, there: Floats) -> None:
+    """Beyond corner k: the corner, or one of its edges where its angle is known to be obtuse."""
+    s, n, m = t[at], (k + 1) % 3, (k + 2) % 3
+    point[at], there[at] = mesh.corners[s, k], mesh.corner_active[s, k]
+    from_k = p[at] - mesh.corners[s, k]
+    back = np.einsum("ij,ij->i", from_k, mesh.edge[s, m])
+    on = np.einsum("ij,ij->i", from_k, mesh.edge[s, k])
+    wide = mesh.obtuse[s] == k
+    for along, e, end, ok, full in (
+        (back, m, m, wide & (back < TINY), back > -mesh.length[s, m]),
+        (on, k, n, wide & (back >= TINY) & (on > -TINY), on < mesh.length[s, k]),
+    ):
+        for which, active, where in (
+            (ok & full, mesh.edge_active[s, e], mesh.corners[s, k] + along[:, None] * mesh.edge[s, e]),
+            (ok & ~full, mesh.corner_active[s, end], mesh.corners[s, end]),
+        ):
+            point[at[which]], there[at[which]] = where[which], active[which]

@@ -1,0 +1,299 @@
+"""Newton's law of every sphere in the recorded windows: own forces and torques against the change of speed and spin.
+
+From a step's end to the next the engine adds half a kick of the one and half a kick of the other step's forces, so that
+
+    m (v(n+1) - v(n))/dt = (F(n) + F(n+1))/2
+
+holds to round-off, as it does for spin and torque. F is the reference's own: weight, dry contacts (dry.py, contacts found by
+touching.py), bridges (wet.py). The engine's own sums enter only in the half step back to the speeds with which forces are taken;
+that they belong to the recorded speeds is checked as well.
+
+Bridges act for as many steps as impulses.py says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion import dry, mesh, touching, wet
+from reference_impl.motion.wall_motion import Motion
+from reference_impl.motion.weight import carried
+from reference_impl.motion.window import Setup, Window, springs, windows
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run
+
+TOLERANCE = 1e-9
+STANDARD_WEIGHT = 9.81
+"""Forces are held against the sum of their sizes, or m times this where that is larger."""
+
+
+@dataclass(frozen=True)
+class Forces:
+    """One window: dry contacts and bridges with their forces, and sums over each sphere (steps, spheres[, 3])."""
+
+    window: Window
+    touches: touching.Touches
+    contacts: dry.Contacts
+    bridges: wet.Bridges | None
+    force: Floats
+    torque: Floats
+    doubt: Floats
+    sizes: Floats
+    checks: dict[str, tuple[Any, ...]]
+    counts: dict[str, int]
+
+
+def forces(setup: Setup, run: Run | None) -> list[Forces]:
+    """Own forces in every window."""
+    return list(each(setup, run))
+
+
+def each(setup: Setup, run: Run | None) -> Iterator[Forces]:
+    """The same one by one."""
+    motion = Motion(setup)
+    shapes = {w.name: mesh.topology(setup.corners[w.first : w.last], apart=w.prisms) for w in setup.walls}
+    logs = touching.Springs(springs(setup, "pair_springs"), len(setup.ids) + len(setup.corners))
+    walls = touching.Springs(springs(setup, "wall_springs"), len(setup.ids) + len(setup.corners))
+    for w in windows(setup, carried(run).at if run is not None else None):
+        yield _window(setup, w, run, motion, shapes, logs, walls)
+
+
+def _window(
+    setup: Setup, window: Window, run: Run | None, motion: Motion, shapes: dict[str, mesh.Topology],
+    logs: touching.Springs, walls: touching.Springs,
+) -> Forces:  # fmt: skip
+    counts: dict[str, int] = {}
+    pairs = touching.of_pairs(setup, window)
+    at_walls = touching.of_walls(setup, window, motion, shapes)
+    parts = [(pairs, logs), *((t, walls) for t in at_walls)]
+    found, before, given = [], [], []
+    for (t, log), plane in zip(parts, [None, *(w for w in setup.walls)], strict=True):
+        t, s, g = _springs(setup, window, t, log, None if plane is None else (plane.first, shapes[plane.name]), counts)
+        found.append(t)
+        before.append(s)
+        given.append(g)
+    touches = touching.join(found)
+    known, start = np.concatenate(given), np.concatenate(before)
+    contact = dry.contacts(setup, window, touches, start, known)
+    of_log = [log.of(window.steps[t.k], t.a, t.b) for t, (_, log) in zip(found, parts, strict=True)]
+    logged, there = (np.concatenate([of[n] for of in of_log]) for n in (0, 1))
+    # a head-on contact has only rounding for a spring
+    scale = np.maximum(dry.size(start) + dry.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
+    rows = pd.DataFrame(
+        {"step": window.steps[touches.k], "i": setup.ids[touches.a], "b": touches.b, "wall": touches.wall}
+    )
+    checks = {"contact_spring": (logged[~known], contact.spring[~known], scale[~known], rows[~known])}
+    if setup.memory:
+        overlap = np.where(there, contact.overlap, 0.0)
+        checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
+    bridges = wet.of_window(run, setup, window, motion) if run is not None else None
+    force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
+    counts["dry_contacts"] = len(touches)
+    counts["beside_an_edge"] = _beside_edges(setup, touches)
+    counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
+    return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts)
+
+
+def _springs(
+    setup: Setup, window: Window, t: touching.Touches, log: touching.Springs, plane: tuple[int, mesh.Topology] | None,
+    counts: dict[str, int],
+) -> tuple[touching.Touches, Floats, Floats]:  # fmt: skip
+    """Springs from which each contact starts its step, and rows where that is the present spring itself.
+
+    In the first step of a window the present springs are taken as logged. A contact that is new starts from zero; on a flat wall
+    from the spring of the triangle beside it. Two things the engine does are taken from its log and counted: a contact skipped
+    because the triangle beside it has one already, and a spring left over from an earlier contact of the same two spheres.
+    """
+    if not setup.memory:
+        return t, np.zeros((len(t), 3)), np.ones(len(t), dtype=bool)
+    step = window.steps[t.k]
+    now, there = log.of(step, t.a, t.b)
+    if plane is not None and not there.all():
+        skip = ~there & np.array([_beside(setup, log, plane, *row)[1] for row in zip(step, t.a, t.b, strict=True)])
+        counts["skipped_beside_another"] = counts.get("skipped_beside_another", 0) + int(skip.sum())
+        t = touching.Touches(*(getattr(t, f)[~skip] for f in touching.Touches.__dataclass_fields__))
+        step, now, there = step[~skip], now[~skip], there[~skip]
+    given = t.k == 0
+    before, had = log.of(step - 1, t.a, t.b)
+    fresh = ~given & ~had
+    if plane is not None:
+        for at in np.flatnonzero(fresh & t.face):
+            before[at] = _beside(setup, log, plane, step[at] - 1, t.a[at], t.b[at])[0]
+    elif not setup.moist and fresh.any():
+        trial = dry.contacts(setup, window, t, before, given)
+        off = dry.size(trial.spring - now) > 1e-6 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
+        left = fresh & there & off
+        counts["springs_left_over"] = counts.get("springs_left_over", 0) + int(left.sum())
+        given = given | left
+    return t, np.where(given[:, None], now, before), given
+
+
+def _beside(
+    setup: Setup, log: touching.Springs, plane: tuple[int, mesh.Topology], step: int, a: int, triangle: int
+) -> tuple[Floats, bool]:
+    """Spring of the same sphere with a triangle in the same plane that shares a corner."""
+    first, shape = plane
+    near = np.array(sorted(shape.plane[int(triangle) - first]), dtype=np.int64) + first
+    if not len(near):
+        return np.zeros(3), False
+    values, there = log.of(np.full(len(near), step), np.full(len(near), a), near)
+    return (values[np.flatnonzero(there)[-1]], True) if there.any() else (np.zeros(3), False)
+
+
+def _beside_edges(setup: Setup, t: touching.Touches) -> int:
+    """Contacts beyond the first of one sphere with one wall part in one step: a convex edge pushes beside its face."""
+    if not t.wall.any():
+        return 0
+    one = np.stack([t.k, t.a, setup.part[np.where(t.wall, t.b, 0)]], axis=1)[t.wall]
+    return int(len(one) - len(np.unique(one, axis=0)))
+
+
+def _sums(
+    setup: Setup, window: Window, t: touching.Touches, c: dry.Contacts, w: wet.Bridges | None
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Force, torque, the torque's doubt and the sum of the forces' sizes on every sphere in every step."""
+    shape = (len(window.steps), len(setup.ids))
+    force = window.mass[:, :, None] * setup.gravity
+    torque, doubt, sizes = np.zeros((*shape, 3)), np.zeros(shape), np.sqrt((force**2).sum(axis=2))
+    np.add.at(doubt, (t.k, t.a), c.doubt)
+    np.add.at(doubt, (t.k[~t.wall], t.b[~t.wall]), c.doubt[~t.wall])
+    terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
+    weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
+    if w is not None:
+        force_a, torque_a, torque_b = (w.weight[:, None] * part for part in (w.force(), *w.torques(setup)))
+        terms.append((w.k, w.a, w.b, w.wall, force_a, torque_a, torque_b))
+        weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
+    for (k, a, b, wall, f, ta, tb), weight in zip(terms, weights, strict=True):
+        pair = np.flatnonzero(~wall)
+        for at, who, sign, turn in ((np.arange(len(k)), a, 1.0, ta), (pair, b, -1.0, tb)):
+            where = (k[at], who[at])
+            np.add.at(force, where, sign * f[at])
+            np.add.at(torque, where, turn[at])
+            np.add.at(sizes, where, weight[at])
+    return force, torque, doubt, sizes
+
+
+def check(setup: Setup, found: list[Forces]) -> list[Quantity]:
+    """Newton's law for force and torque, the engine's own kicks, springs; in moist runs the walls and the log's states."""
+    rows: dict[str, list[tuple[Any, ...]]] = {}
+    for f in found:
+        parts = {**law(setup, f), **f.checks}
+        if f.bridges is not None:
+            parts.update(against_log(setup, f))
+        for name, part in parts.items():
+            rows.setdefault(name, []).append(part)
+    return [_quantity(setup, name, parts) for name, parts in rows.items()]
+
+
+SCALES = {
+    "newton_force": ("sum of the forces' sizes, at least the weight at 9.81 m/s2", TOLERANCE),
+    "newton_torque": ("r times the same, and the doubt about a rolling direction over the limit", TOLERANCE),
+    "newton_kick": ("speed, or half a kick where that is more", 1e-12),
+    "newton_drift": ("radius", 1e-12),
+    "contact_spring": ("spring of the step before and slip in the step, at least 1e-9 r", 1e-6),
+    "contact_logged": ("radius, by the overlap of a contact that is not in the log", TOLERANCE),
+    "wall_closest_point": ("radius", TOLERANCE),
+    "wall_velocity": ("itself, or 1 mm/s", TOLERANCE),
+    "window_position": ("radius", 1e-12),
+    "window_velocity": ("speed, or 1 mm/s", TOLERANCE),
+}
+"""What each deviation is held against, and its limit."""
+
+
+def limit(setup: Setup) -> float:
+    """1e-9, or the spring's force on the rounding of a wall's place over the lightest weight, where that is more.
+
+    The engine adds up a moving wall's steps, so its place is uncertain by about sqrt(steps) roundings of its largest coordinate.
+    """
+    rounding = 4.0 * float(np.abs(setup.corners).max(initial=0.0))
+    for wall in setup.walls:
+        if wall.motion in ("vibrates", "turns"):
+            place = float(np.abs(setup.corners[wall.first : wall.last]).max())
+            rounding = max(rounding, place * np.sqrt(setup.scene["duration_s"] / setup.step))
+    rounding *= float(np.finfo(float).eps)
+    return max(TOLERANCE, float(setup.dry.normal.max() * rounding / (setup.mass.min() * STANDARD_WEIGHT)))
+
+
+def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity:
+    logged, own, scale = (np.concatenate([p[k] for p in parts]) for k in range(3))
+    rows = pd.concat([p[3] for p in parts], ignore_index=True)
+    most = limit(setup) if name in ("newton_force", "newton_torque") else SCALES[name][1]
+    return compare(name, SCALES[name][0], logged, own, scale, rows, most)
+
+
+def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
+    """Step (its place in the window) and sphere for which the law is checked."""
+    w = f.window
+    k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
+    at, who = (g.ravel() for g in np.meshgrid(k, np.flatnonzero(setup.free), indexing="ij"))
+    return at, who
+
+
+def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
+    """Between consecutive steps, for free spheres, unless the engine set itself up anew between them."""
+    w, dt = f.window, setup.step
+    at, who = records(setup, f)
+    m, r = w.mass[at, who], setup.radius[who]
+    part = m / w.mass[at + 1, who]  # liquid may have come or gone between the two halves of the kick
+    inertia = 0.4 * m * r**2
+    rows = pd.DataFrame({"step": w.steps[at], "i": setup.ids[who]})
+    scale = np.maximum(0.5 * (f.sizes[at, who] + f.sizes[at + 1, who]), m * STANDARD_WEIGHT)
+    dv, dw = w.v[at + 1, who] - w.v[at, who], w.w[at + 1, who] - w.w[at, who]
+    own, turn = (0.5 * (s[at, who] + part[:, None] * s[at + 1, who]) for s in (f.force, f.torque))
+    doubt = 0.5 * (f.doubt[at, who] + f.doubt[at + 1, who])
+    halves = [0.5 * dt / w.mass[k, who][:, None] * w.force[k, who] for k in (at, at + 1)]
+    kick = halves[0] + halves[1]
+    drift = w.x[at + 1, who] - w.x[at, who]
+    middle = dt * w.v[at, who] + 0.5 * dt**2 / m[:, None] * w.force[at, who]
+    speed = np.max([dry.size(v) for v in (w.v[at, who], w.v[at + 1, who], *halves)], axis=0)
+    return {
+        "newton_force": (m[:, None] * dv / dt, own, scale, rows),
+        "newton_torque": (inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup), rows),
+        "newton_kick": (dv, kick, np.maximum(speed, 1e-300), rows),
+        "newton_drift": (drift, middle, r, rows),
+    }
+
+
+def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
+    """The contact log against the trajectory and the walls."""
+    b, w = f.bridges, f.window
+    assert b is not None
+    from reference_impl.replay.io import vectors
+
+    x, v = vectors(b.table, "xi"), vectors(b.table, "vi")
+    radius, speed = setup.radius[b.a], np.maximum(dry.size(w.v_half[b.k, b.a]), 1e-3)
+    found = {
+        "window_position": (x, w.x[b.k, b.a], radius, b.table),
+        "window_velocity": (v, w.v_half[b.k, b.a], speed, b.table),
+    }
+    if b.wall.any():
+        at = np.flatnonzero(b.wall)
+        rows = b.table.iloc[at].reset_index(drop=True)
+        found["wall_closest_point"] = (vectors(rows, "xj"), b.point[at], radius[at], rows)
+        found["wall_velocity"] = (vectors(rows, "vj"), b.vb[at], np.maximum(dry.size(b.vb[at]), 1e-3), rows)
+    return found
+
+
+def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
+    """Recorded places of all spheres: step, id, x, y, z [m]."""
+    steps = np.concatenate([f.window.steps for f in found])
+    x = np.concatenate([f.window.x for f in found]).reshape(-1, 3)
+    table = pd.DataFrame({"step": np.repeat(steps, len(setup.ids)), "id": np.tile(setup.ids, len(steps))})
+    return table.assign(**dict(zip("xyz", x.T, strict=True)))
+
+
+class Counts:
+    """What the engine's log was asked for, over all windows."""
+
+    def __init__(self) -> None:
+        self.total: dict[str, int] = {}
+
+    def add(self, f: Forces) -> None:
+        """One window."""
+        for name, n in f.counts.items():
+            self.total[name] = self.total.get(name, 0) + n

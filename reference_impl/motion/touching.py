@@ -1,0 +1,184 @@
+"""Which spheres touch each other and the walls in every step of a window, from positions alone.
+
+Candidates are found once a window (nothing moves further than a margin in it), then held against every step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion import mesh
+from reference_impl.motion.wall_motion import Motion
+from reference_impl.motion.window import Setup, Wall, Window
+from reference_impl.replay.compare import Floats
+
+CHUNK = 4_000_000
+
+
+@dataclass(frozen=True)
+class Touches:
+    """Dry contacts, one row each: step k of the window, bodies a and b (a triangle where `wall`), geometry and motion.
+
+    n points from b to a; `apart` is the distance of the centres, or of centre and wall; `vb` the partner's velocity.
+    """
+
+    k: Floats
+    a: Floats
+    b: Floats
+    wall: Floats
+    n: Floats
+    apart: Floats
+    vb: Floats
+    face: Floats
+
+    def __len__(self) -> int:
+        return len(self.k)
+
+
+def join(parts: list[Touches]) -> Touches:
+    """All rows of several tables."""
+    return Touches(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Touches)))
+
+
+def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
+    """Pairs a < b with |x_a - x_b| < reach_a + reach_b, by cells as wide as the widest pair."""
+    width = 2.0 * reach.max()
+    cell = np.floor((x - x.min(axis=0)) / width).astype(np.int64) + 1
+    size = cell.max(axis=0) + 2
+    key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
+    order = np.argsort(key, kind="stable")
+    ordered = key[order]
+    found = []
+    for dx, dy, dz in np.ndindex(3, 3, 3):
+        other = key + ((dx - 1) * size[1] + dy - 1) * size[2] + dz - 1
+        low, high = np.searchsorted(ordered, other, "left"), np.searchsorted(ordered, other, "right")
+        count = high - low
+        a = np.repeat(np.arange(len(x)), count)
+        b = order[np.repeat(low, count) + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)]
+        keep = a < b
+        keep[keep] = ((x[a[keep]] - x[b[keep]]) ** 2).sum(axis=1) < (reach[a[keep]] + reach[b[keep]]) ** 2
+        found.append((a[keep], b[keep]))
+    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+
+
+def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, Floats]:
+    """Pairs (sphere, triangle) whose bounds meet."""
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    found, step = [], max(1, CHUNK // max(1, len(y)))
+    for start in range(0, len(corners), step):
+        at = slice(start, start + step)
+        meet = np.ones((len(y), len(low[at])), dtype=bool)
+        for m in range(3):
+            meet &= (y[:, m, None] + reach[:, None] > low[None, at, m]) & (
+                y[:, m, None] - reach[:, None] < high[None, at, m]
+            )
+        a, t = np.nonzero(meet)
+        found.append((a, t + start))
+    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+
+
+def travel(x: Floats) -> float:
+    """How far anything gets from where it was at the window's start [m], at most."""
+    return float(np.sqrt(((x - x[0]) ** 2).sum(axis=2)).max()) if len(x) else 0.0
+
+
+def of_pairs(setup: Setup, window: Window) -> Touches:
+    """Spheres that overlap."""
+    reach = setup.radius + travel(window.x) * 1.01
+    a, b = near_pairs(window.x[0], reach)
+    touch = setup.radius[a] + setup.radius[b]
+    rows = []
+    for k, x in enumerate(window.x):
+        d = x[a] - x[b]
+        square = (d**2).sum(axis=1)
+        at = np.flatnonzero(square < touch**2)
+        apart = np.sqrt(square[at])
+        rows.append(
+            Touches(
+                np.full(len(at), k), a[at], b[at], np.zeros(len(at), dtype=bool), d[at] / apart[:, None], apart,
+                window.v_half[k][b[at]], np.zeros(len(at), dtype=bool),
+            )
+        )  # fmt: skip
+    return join(rows)
+
+
+def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mesh.Topology]) -> list[Touches]:
+    """Spheres that overlap walls, one table per mesh: triangles by the engine's rules, prisms by their closest point."""
+    found = []
+    for wall in setup.walls:
+        shape = shapes[wall.name]
+        rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
+        a, t = near_triangles(rest[0], setup.radius + travel(rest) * 1.01, shape.corners)
+        one_step = _prism_step if wall.prisms else _wall_step
+        rows = [one_step(setup, window, motion, wall, shape, k, rest[k], a, t) for k in range(len(rest))]
+        found.append(join(rows))
+    return found
+
+
+def _wall_step(
+    setup: Setup,
+    window: Window,
+    motion: Motion,
+    wall: Wall,
+    shape: mesh.Topology,
+    k: int,
+    y: Floats,
+    a: Floats,
+    t: Floats,
+) -> Touches:
+    step = int(window.steps[k])
+    apart, point, kind = mesh.resolve(shape, t, y[a])
+    at = np.flatnonzero(apart - setup.radius[a] <= 0.0)
+    place = motion.to_world(wall, step, point[at])
+    n = (window.x[k][a[at]] - place) / apart[at][:, None]
+    vb = motion.velocity(wall, step, place)
+    first = wall.first
+    return Touches(
+        np.full(len(at), k), a[at], t[at] + first, np.ones(len(at), dtype=bool), n, apart[at], vb, kind[at] == mesh.FACE
+    )  # fmt: skip
+
+
+def _prism_step(
+    setup: Setup, window: Window, motion: Motion, wall: Wall, shape: mesh.Topology, k: int, y: Floats, a: Floats, t: Floats
+) -> Touches:  # fmt: skip
+    """The same where each part is one body: the closest of its triangles, and `b` is the part's first one."""
+    step, part = int(window.steps[k]), setup.part[wall.first + t]
+    point = mesh.closest_point(y[a], shape.corners[t])
+    apart = np.sqrt(((y[a] - point) ** 2).sum(axis=1))
+    order = np.lexsort((apart, part, a))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (np.diff(a[order]) != 0) | (np.diff(part[order]) != 0)
+    at = order[first]
+    at = at[apart[at] <= setup.radius[a[at]]]
+    place = motion.to_world(wall, step, point[at])
+    n = (window.x[k][a[at]] - place) / apart[at][:, None]
+    own = setup.part[wall.first : wall.last]
+    b = wall.first + np.searchsorted(own, part[at])  # parts are numbered in the order of the triangles
+    some = np.ones(len(at), dtype=bool)
+    return Touches(np.full(len(at), k), a[at], b, some, n, apart[at], motion.velocity(wall, step, place), ~some)
+
+
+class Springs:
+    """The engine's logged springs, found by step and the two bodies."""
+
+    def __init__(self, table: pd.DataFrame, bodies: int) -> None:
+        self._bodies = bodies
+        key = self._key(table["step"].to_numpy(), table["a"].to_numpy(), table["b"].to_numpy())
+        order = np.argsort(key, kind="stable")
+        self._keys = key[order]
+        self._values = table[["sx", "sy", "sz"]].to_numpy(float)[order]
+
+    def _key(self, step: Floats, a: Floats, b: Floats) -> Floats:
+        return (np.asarray(step, dtype=np.int64) * self._bodies + a) * self._bodies + b
+
+    def of(self, step: Floats, a: Floats, b: Floats) -> tuple[Floats, Floats]:
+        """Springs (n, 3), zero where none is logged, and whether one is."""
+        if not len(self._keys):
+            return np.zeros((len(a), 3)), np.zeros(len(a), dtype=bool)
+        key = self._key(step, a, b)
+        at = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
+        there = self._keys[at] == key
+        return np.where(there[:, None], self._values[at], 0.0), there

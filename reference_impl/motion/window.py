@@ -1,0 +1,269 @@
+"""What a run says of itself for Newton's law: bodies, dry contacts and walls (scene.json), motion in the windows (history/).
+
+Reads files only; nothing here is physics but the masses, the dashpots and how walls move.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import ReplayError, vectors
+from reference_impl.replay.io import scene as read_scene
+
+TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
+
+
+@dataclass(frozen=True)
+class Dry:
+    """Numbers of the dry contacts by types of the two bodies, shape (types + 1, types + 1), a wall being type 0."""
+
+    normal: Floats
+    tangential: Floats
+    friction: Floats
+    rolling: Floats
+    damping: Floats
+    drag: Floats
+    """Of friction without memory, c = m_eff/(28 dt) [kg/s]."""
+
+
+@dataclass(frozen=True)
+class Wall:
+    """How one mesh moves; its triangles are [first, last) of all."""
+
+    name: str
+    first: int
+    last: int
+    motion: str
+    prisms: bool = False
+    """Every part is one convex body that makes one contact; otherwise every triangle makes its own."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A run: `radius`, `mass`, `kind`, `free` over its spheres in order of `ids`; triangles at rest (t, 3, 3)."""
+
+    folder: Path
+    scene: dict[str, Any]
+    ids: Floats
+    kind: Floats
+    radius: Floats
+    mass: Floats
+    free: Floats
+    dry: Dry
+    walls: tuple[Wall, ...]
+    corners: Floats
+    part: Floats
+    broken: frozenset[int]
+    """Steps after which the engine set itself up anew: the forces that follow are not those that were recorded."""
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+        return float(self.scene["time_step_s"])
+
+    @property
+    def gravity(self) -> Floats:
+        """Acceleration [m/s2]."""
+        return np.array(self.scene["gravity_m_per_s2"], dtype=float)
+
+    @property
+    def memory(self) -> bool:
+        """Whether friction is a spring that remembers the slip, or a drag."""
+        return bool(self.scene["effects"].get("tangential_history", True))
+
+    @property
+    def moist(self) -> bool:
+        """Whether bridges are simulated."""
+        return bool(self.scene["effects"]["bridges"])
+
+
+@dataclass(frozen=True)
+class Window:
+    """Motion of all spheres in consecutive steps: arrays (steps, spheres, 3); force and torque are the engine's sums."""
+
+    steps: Floats
+    x: Floats
+    v: Floats
+    w: Floats
+    force: Floats
+    torque: Floats
+    v_half: Floats
+    """Velocity with which the forces of the step were taken, half a step before its end."""
+    w_half: Floats
+    w_room: Floats
+    """By how much rounding may have moved the size of `w_half` [rad/s], shape (steps, spheres)."""
+    mass: Floats
+    """With which the spheres move [kg], shape (steps, spheres)."""
+    liquid: Floats
+    """Mass of the liquid on them [kg], whether it is part of `mass` or not; the same shape."""
+
+
+def recorded(run_dir: Path) -> bool:
+    """Whether the run recorded its motion in windows."""
+    return (Path(run_dir) / "history" / "window_states.parquet").exists()
+
+
+def is_dry(run_dir: Path) -> bool:
+    """Whether the scene of a run directory has no bridges."""
+    return not read_scene(Path(run_dir))["effects"]["bridges"]
+
+
+def read(run_dir: Path) -> Setup:
+    """Everything but the motion."""
+    folder = Path(run_dir)
+    scene = read_scene(folder)
+    spheres = pd.read_parquet(folder / "history" / "spheres.parquet").sort_values("id")
+    kind = spheres["type"].to_numpy()
+    classes = {c["type"]: c for c in scene["classes"]}
+    mass_of = {t: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for t, c in classes.items()}
+    mass, radius = (
+        np.array([table[t] for t in kind]) for table in (mass_of, {t: c["radius_m"] for t, c in classes.items()})
+    )
+    ids = spheres["id"].to_numpy()
+    walls, corners, part = _walls(folder, scene)
+    return Setup(
+        folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
+        dry_contacts(scene, mass_of), walls, corners, part, _broken(scene),
+    )  # fmt: skip
+
+
+def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> float:
+    """Normal damping [kg/s]: gamma0 = -2 ln e sqrt(m k)/sqrt(pi^2 + ln^2 e) (E after 4), over 1 + gamma0 dt/(4 m).
+
+    The second factor makes up for the engine's velocities, which are half a step old (docs/engine.md).
+    """
+    log = np.log(restitution)
+    gamma = -2.0 * log * np.sqrt(mass * stiffness) / np.sqrt(np.pi**2 + log**2)
+    return float(gamma / (1.0 + gamma * step / (4.0 * mass)))
+
+
+def dry_contacts(scene: dict[str, Any], mass: dict[int, float]) -> Dry:
+    """Matrices over pairs of types; 0 is a wall."""
+    n = len(mass) + 1
+    found = {name: np.zeros((n, n)) for name in ("normal", "tangential", "friction", "rolling", "damping", "drag")}
+    for pair in scene["pairs"]:
+        a, b = pair["a"], pair["b"]
+        m = mass[a] if b == 0 else mass[a] * mass[b] / (mass[a] + mass[b])
+        k = pair["normal_stiffness_N_per_m"]
+        row = {
+            "normal": k,
+            "tangential": pair["tangential_stiffness_N_per_m"],
+            "friction": pair["friction"],
+            "rolling": pair["rolling_friction_m"] if scene["effects"].get("rolling", True) else 0.0,
+            "drag": m / (28.0 * scene["time_step_s"]),
+            "damping": dashpot(k, pair["restitution"], m, scene["time_step_s"]),
+        }
+        for name, value in row.items():
+            found[name][a, b] = found[name][b, a] = value
+    return Dry(**found)
+
+
+def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Floats, Floats]:
+    path = folder / "history" / "triangles.parquet"
+    if not path.exists():
+        return (), np.zeros((0, 3, 3)), np.zeros(0, dtype=int)
+    table = pd.read_parquet(path).sort_values("triangle")
+    corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
+    walls, names = [], table["mesh"].to_numpy()
+    for wall in scene["walls"]:
+        at = np.flatnonzero(names == wall["name"])
+        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"], wall.get("prisms", False)))
+    return tuple(walls), corners, table["part"].to_numpy()
+
+
+def _driven(folder: Path) -> set[int]:
+    """Spheres that the deck moves whatever acts on them."""
+    deck = folder / "engine" / "setup.liggghts"
+    found = re.search(r"^group driven id (.*)$", deck.read_text(), re.MULTILINE) if deck.exists() else None
+    return {int(word) for word in found.group(1).split()} if found else set()
+
+
+def _broken(scene: dict[str, Any]) -> frozenset[int]:
+    """Ends of the run's stages (the slide)."""
+    total, step = round(scene["duration_s"] / scene["time_step_s"]), scene["time_step_s"]
+    return frozenset(slide_steps(scene, step, total)) - {0}
+
+
+def slide_steps(scene: dict[str, Any], step: float, total: int) -> tuple[int, ...]:
+    """Steps at which the slide opens and at which it has been drawn."""
+    slide = scene.get("slide")
+    if slide is None or not any(w["motion"] == "slides" for w in scene["walls"]):
+        return ()
+    opens = min(total, round(slide["opens_at_s"] / step))
+    return opens, min(total, opens + round(slide["travel_s"] / step))
+
+
+def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> list[Window]:
+    """The recorded windows: runs of consecutive steps; `carried`: liquid on the spheres in steps [m3], shape (steps, spheres)."""
+    table = pd.read_parquet(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
+    steps = np.unique(table["step"].to_numpy())
+    if (
+        len(table) != len(steps) * len(setup.ids)
+        or not np.isin(table["id"].to_numpy()[: len(setup.ids)], setup.ids).all()
+    ):
+        raise ReplayError(
+            f"{setup.folder}/history/window_states.parquet holds {len(table)} rows for {len(steps)} steps of {len(setup.ids)} "
+            "spheres; expected every sphere in every step: run the case again"
+        )
+    cuts = np.flatnonzero(np.diff(steps) > 1) + 1
+    whole = {name: vectors_of(table, name).reshape(len(steps), -1, 3) for name in ("x", "v", "w", "f", "t")}
+    return [
+        _window(setup, steps[at], {k: v[at] for k, v in whole.items()}, carried)
+        for at in np.split(np.arange(len(steps)), cuts)
+    ]
+
+
+def vectors_of(table: pd.DataFrame, name: str) -> Floats:
+    """Three columns as (n, 3); the position has columns x, y, z."""
+    names = ["x", "y", "z"] if name == "x" else [f"{name}{axis}" for axis in "xyz"]
+    return table[names].to_numpy(dtype=np.float64)
+
+
+def _window(
+    setup: Setup, steps: Floats, s: dict[str, Floats], carried: Callable[[Floats], Floats] | None
+) -> Window:  # fmt: skip
+    """Half-step speeds from those at the end of the step: the engine adds the second half of its kick after the forces."""
+    liquid, mass = np.zeros((len(steps), len(setup.ids))), np.tile(setup.mass, (len(steps), 1))
+    if carried is not None and setup.scene["liquid"]:
+        liquid = carried(steps) * setup.scene["liquid"]["density_kg_per_m3"]
+        mass = mass + liquid * bool(setup.scene["effects"].get("liquid_weight"))
+    acted = (steps > 0)[:, None, None] * setup.free[None, :, None]
+    kick = acted * (0.5 * setup.step / mass)[:, :, None]
+    turn = acted * (0.5 * setup.step / (0.4 * mass * setup.radius**2))[:, :, None]
+    spun = turn * s["t"]
+    w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
+    # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
+    w_half[np.abs(w_half) < 1e-13 * largest[:, :, None]] = 0.0
+    room = 8.0 * np.finfo(float).eps * largest
+    return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room, mass, liquid)
+
+
+def springs(setup: Setup, name: str) -> pd.DataFrame:
+    """Logged springs: `step`, `a`, `b` (position of the sphere in `ids`; for walls the triangle over all meshes), vector on a."""
+    path = setup.folder / "history" / f"window_{name}.parquet"
+    if not path.exists():
+        return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype(
+            {"step": int, "a": int, "b": int}
+        )
+    table = pd.read_parquet(path)
+    a = np.searchsorted(setup.ids, table["i"].to_numpy())
+    if name == "wall_springs":
+        first = np.array([w.first for w in setup.walls])
+        b = first[table["mesh"].to_numpy()] + table["triangle"].to_numpy()
+        sign = np.ones(len(table))
+    else:
+        other = np.searchsorted(setup.ids, table["j"].to_numpy())
+        sign = np.where(a < other, 1.0, -1.0)  # the spring turns round with the order of the two
+        a, b = np.minimum(a, other), np.maximum(a, other)
+    found = pd.DataFrame({"step": table["step"], "a": a, "b": b})
+    for axis in "xyz":
+        found[f"s{axis}"] = sign * table[f"s{axis}"].to_numpy()
+    return found

@@ -1,0 +1,141 @@
+"""What does not change in a run: radii, angles, areas, half widths, by the number of sphere, triangle or wall part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import laws
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import ReplayError, Run, where
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Arrays by number; what is not there is NaN, in `type_of` and `group` -1. They have one place more than numbers."""
+
+    radius: Floats
+    type_of: Floats
+    angle: Floats
+    film: Floats
+    """At the start, of spheres."""
+    area: Floats
+    half_width: Floats
+    wall_angle: Floats
+    group: Floats
+
+    @property
+    def walls_from(self) -> int:
+        """Holders of liquid are numbered: spheres first, triangles from here."""
+        return len(self.radius)
+
+    def liquid(self) -> Floats:
+        """What every holder has at the start."""
+        return np.concatenate([np.nan_to_num(self.film), np.zeros(len(self.area))])
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Both partners of each row of a log; at a wall the radius of j is a dummy, 1, and `other` its group."""
+
+    wall: Floats
+    i: Floats
+    sphere_j: Floats
+    """Sphere j; at a wall the place that no sphere has."""
+    part: Floats
+    ri: Floats
+    rj: Floats
+    ti: Floats
+    tj: Floats
+    width: Floats
+    """Half width of the wall part, infinite for spheres and large walls."""
+    kind: Floats
+    """By the half width, not by the log."""
+
+
+def _by_number(numbers: Any, values: Any, none: float = np.nan) -> Floats:
+    at = np.asarray(numbers, dtype=np.int64)
+    found = np.full(int(at.max(initial=-1)) + 2, none, dtype=np.asarray(values).dtype if none != none else np.int64)
+    found[at] = values
+    return found
+
+
+def bodies(run: Run) -> Bodies:
+    """The unchanging data of a run, made once."""
+    if "bodies" not in run.known:
+        spheres = run.table("spheres")
+        no_walls = pd.DataFrame(
+            {k: np.zeros(0) for k in ("triangle", "area", "part", "half_width", "contact_angle", "part_class")}
+        )
+        triangles, parts = run.tables.get("triangles", no_walls), run.tables.get("parts", no_walls)
+        angle = {t["type"]: t["contact_angle"] for t in run.meta["types"]}
+        number, part = spheres["id"], parts["part"]
+        run.known["bodies"] = Bodies(
+            radius=_by_number(number, spheres["radius"].astype(float)),
+            type_of=_by_number(number, spheres["type"], -1),
+            angle=_by_number(number, spheres["type"].map(angle).astype(float)),
+            film=_by_number(number, spheres["film"].astype(float)),
+            area=_by_number(triangles["triangle"], triangles["area"].astype(float)),
+            half_width=_by_number(part, parts["half_width"].fillna(np.inf).astype(float)),
+            wall_angle=_by_number(part, parts["contact_angle"].astype(float)),
+            group=_by_number(part, parts["part_class"], -1),
+        )  # fmt: skip
+    found: Bodies = run.known["bodies"]
+    return found
+
+
+def pairs(table: pd.DataFrame, fixed: Bodies) -> Pairs:
+    """The partners of each row of a log."""
+    wall = table["partner_kind"].to_numpy() != laws.SPHERE
+    i, j = table["i"].to_numpy(), table["j"].to_numpy()
+    sphere_j, part = np.where(wall, len(fixed.radius) - 1, j), np.where(wall, j, len(fixed.half_width) - 1)
+    ri = fixed.radius[i]
+    width = np.where(wall, fixed.half_width[part], np.inf)
+    return Pairs(
+        wall, i, sphere_j, part, ri, np.where(wall, 1.0, fixed.radius[sphere_j]), fixed.angle[i],
+        np.where(wall, fixed.wall_angle[part], fixed.angle[sphere_j]), width,
+        np.where(wall, np.where(width < ri, laws.SMALL_WALL, laws.LARGE_WALL), laws.SPHERE),
+    )  # fmt: skip
+
+
+def shapes(p: Pairs, volume: Floats, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
+    """Kind of partner, type of i, type or group of j, and V*, as the rows of the table of transfer ratios are named."""
+    other = np.where(p.wall, fixed.group[p.part], fixed.type_of[p.sphere_j])
+    return p.kind, fixed.type_of[p.i], other, volume / laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3
+
+
+def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
+    """Whose films an event draws on or gives to: numbers of holders of i's and of j's side."""
+    return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + table["triangle"].to_numpy(), p.sphere_j)
+
+
+def within(path: Path, numbers: Floats, there: Floats, what: str) -> None:
+    """Refuse numbers at which an array of `Bodies` has nothing."""
+    inside = np.where((numbers >= 0) & (numbers < len(there)), numbers, -1)
+    refuse(path, numbers[np.isnan(there[inside])], what)
+
+
+def refuse(path: Path, strange: Floats, what: str) -> None:
+    """Refuse numbers that the start does not have."""
+    if len(strange):
+        raise ReplayError(f"{path} names the {what} {strange[0]}, which the start of the run does not have; "
+                          f"expected the numbers of history/: run the case again")  # fmt: skip
+
+
+def known(run: Run, names: tuple[str, ...]) -> None:
+    """Refuse logs that name bodies which the start does not have."""
+    fixed = bodies(run)
+    for name in names:
+        table, path = run.table(name), where(run.folder, name)
+        wall = table["partner_kind"] != laws.SPHERE
+        for column, rows, there, what in (
+            ("i", slice(None), fixed.radius, "sphere"),
+            ("j", ~wall, fixed.radius, "sphere"),
+            ("j", wall, fixed.half_width, "wall part"),
+            ("triangle", wall, fixed.area, "triangle"),
+        ):
+            within(path, table[column][rows].to_numpy(), there, what)

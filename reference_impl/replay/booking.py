@@ -1,0 +1,212 @@
+"""The life of the liquid, recomputed from the start films and the order of events alone.
+
+All events of a step draw on the films at its start and are booked at its end, its drops after them. The loop is plain Python over
+arrays; for a long log numba compiles it as it stands, which changes no bit (tested).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numba import njit
+from numba.extending import register_jitable
+
+from reference_impl.replay import laws
+from reference_impl.replay.bodies import Bodies, Pairs, holders, shapes
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.drops import Falling
+from reference_impl.replay.lives import Lives
+from reference_impl.replay.transfer import Tables
+
+WORTH_COMPILING = 1_000_000
+"""Events from which the seconds of compilation are less than what they save."""
+
+
+class Columns(NamedTuple):
+    """What is recomputed of every event."""
+
+    volume: Floats
+    share_i: Floats
+    share_j: Floats
+    film_i_before: Floats
+    film_i_after: Floats
+    film_j_before: Floats
+    film_j_after: Floats
+
+
+class Asks(NamedTuple):
+    """What a formation asks of a side: film times factor over divisor; or a given amount, where that is a number."""
+
+    holder: Floats
+    wall: Floats
+    factor: Floats
+    divisor: Floats
+    given: Floats
+
+
+class Entries(NamedTuple):
+    """The events of a part of the log, as the loop needs them."""
+
+    step: Floats
+    formation: Floats
+    i: Asks
+    j: Asks
+    previous: Floats
+    """Place of the formation that a rupture ends, -1 for none."""
+    row: Floats
+    """Of the table of transfer ratios, -1 for none."""
+    cube: Floats
+    """Of the radius for V*."""
+
+
+class Ratios(NamedTuple):
+    """The table of transfer ratios: row n has the nodes first[n] to first[n + 1]."""
+
+    first: Floats
+    nodes: Floats
+    values: Floats
+
+
+def of_spheres(holder: Floats, p: Pairs, given: Floats, this: Floats, other: Floats) -> Asks:
+    """From a sphere of radius `this` to a bridge with one of radius `other` or a wall (E 8, 9, 12)."""
+    sine, small = np.where(p.kind == laws.LARGE_WALL, 0.5, other / (this + other)), p.kind == laws.SMALL_WALL
+    factor = np.where(small, p.width, 1.0 - np.sqrt(1.0 - sine**2))
+    return Asks(holder, np.zeros(len(small), dtype=bool), factor, np.where(small, 6.0 * this, 2.0), given)
+
+
+def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[Asks, Asks]:
+    """Of both sides; `logged`: as the log has it, for a law that is not known here."""
+    given = [table[f"share_{s}"].to_numpy(float) if logged else np.full(len(table), np.nan) for s in "ij"]
+    holder_i, holder_j = holders(table, p, fixed)
+    j = of_spheres(holder_j, p, given[1], p.rj, p.ri)
+    # from a wall (E 10, 13)
+    part = np.where(p.kind == laws.SMALL_WALL, 2.0 * p.ri * p.width, np.pi / 4.0 * p.ri**2)
+    area = fixed.area[np.where(p.wall, table["triangle"].to_numpy(), -1)]
+    j = j._replace(wall=p.wall, factor=np.where(p.wall, part, j.factor), divisor=np.where(p.wall, area, j.divisor))
+    return of_spheres(holder_i, p, given[0], p.ri, p.rj), j
+
+
+def packed(tables: Tables) -> Ratios:
+    """The table as arrays."""
+    rows = tables.rows().values()
+    first = np.cumsum([0, *(len(nodes) for nodes, _ in rows)])
+    return Ratios(first, *(np.concatenate([np.zeros(0), *(r[c] for r in rows)]) for c in (0, 1)))
+
+
+def row_of(tables: Tables, p: Pairs, fixed: Bodies) -> Floats:
+    """Row of the table of each event."""
+    kind, type_i, other, _ = shapes(p, p.ri, fixed)
+    row = np.full(len(kind), -1)
+    for n, (k, a, b) in enumerate(tables.rows()):
+        row[(kind == k) & (type_i == a) & (other == b)] = n
+    return row
+
+
+def book(
+    events: pd.DataFrame, p: Pairs, fixed: Bodies, tables: Tables, lives: Lives, held: Floats, draws: bool,
+    outputs: Floats, compiled: bool, drops: Falling | None = None,
+) -> tuple[Columns, Floats]:  # fmt: skip
+    """Recompute a part of the log: changes `held` (liquid of all holders) and the own volumes of `lives`.
+
+    Returns the columns beside the events, and `held` after each of the output steps.
+    """
+    n, own = len(events), lives.all.own
+    out, shots = Columns(*np.full((len(Columns._fields), n), np.nan)), np.empty((len(outputs), len(held)))
+    entries = Entries(
+        np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :], *asks(events, p, fixed, not draws),
+        lives.previous, row_of(tables, p, fixed), laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3,
+    )  # fmt: skip
+    ratios, asked, loop, done = packed(tables), np.zeros(len(held)), _loop(compiled), 0
+    falls = drops.steps if drops else outputs[:0]
+    for step in np.union1d(outputs, falls):
+        until = int(np.searchsorted(entries.step, step, "right"))
+        loop(entries, ratios, held, asked, own, out, done, until)
+        done = until
+        if drops and step in falls:
+            drops.book(int(step), held)
+        shots[outputs == step] = held
+    loop(entries, ratios, held, asked, own, out, done, n)
+    return out, shots
+
+
+@cache
+def _loop(compiled: bool) -> Callable[..., None]:
+    return njit(_book) if compiled else _book  # type: ignore[no-any-return]
+
+
+def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Columns, start: int, last: int) -> None:
+    """Some events step by step; the last places of `own` become the volumes of the events."""
+    before = len(own) - len(e.step)
+    while start < last:
+        end = start + 1
+        while end < last and e.step[end] == e.step[start]:
+            end += 1
+        for n in range(start, end):
+            asked[e.i.holder[n]] = asked[e.j.holder[n]] = 0.0
+            out.film_i_before[n], out.film_j_before[n] = held[e.i.holder[n]], held[e.j.holder[n]]
+        for n in range(start, end):
+            if e.formation[n]:
+                _ask(e.i, n, held, asked, out.share_i)
+                _ask(e.j, n, held, asked, out.share_j)
+        for n in range(start, end):
+            if e.formation[n]:
+                _grant(e.i, n, held, asked, out.share_i)
+                _grant(e.j, n, held, asked, out.share_j)
+                out.volume[n] = out.share_i[n] + out.share_j[n]
+            elif e.previous[n] >= 0:
+                out.volume[n] = own[e.previous[n]]
+                out.share_i[n] = out.volume[n] * _ratio(table, e.row[n], out.volume[n] / e.cube[n])
+                out.share_j[n] = out.volume[n] - out.share_i[n]
+            own[before + n] = out.volume[n]
+        for n in range(start, end):
+            sign = -1.0 if e.formation[n] else 1.0
+            held[e.i.holder[n]] += sign * out.share_i[n]
+            held[e.j.holder[n]] += sign * out.share_j[n]
+        for n in range(start, end):
+            out.film_i_after[n], out.film_j_after[n] = held[e.i.holder[n]], held[e.j.holder[n]]
+        start = end
+
+
+@register_jitable
+def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
+    """What a formation asks of one side; drawn dry, a film may be below zero by its last digit."""
+    film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
+    if side.given[n] == side.given[n]:
+        share[n] = side.given[n]
+    elif side.wall[n]:
+        share[n] = film / side.divisor[n] * side.factor[n]
+    else:
+        share[n] = film * side.factor[n] / side.divisor[n]
+    asked[holder] += share[n]
+
+
+@register_jitable
+def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
+    """Each its part where more is asked of a film in a step than it holds."""
+    there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
+    if want > there:
+        share[n] *= there / want
+
+
+@register_jitable
+def _ratio(table: Ratios, row: int, v_star: float) -> float:
+    """Linear between the nodes, constant beyond."""
+    if row < 0 or v_star != v_star:
+        return np.nan
+    low, high = table.first[row], table.first[row + 1] - 1
+    if v_star <= table.nodes[low]:
+        return table.values[low]
+    if v_star >= table.nodes[high]:
+        return table.values[high]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table.nodes[middle] <= v_star:
+            low = middle
+        else:
+            high = middle
+    slope = (table.values[high] - table.values[low]) / (table.nodes[high] - table.nodes[low])
+    return slope * (v_star - table.nodes[low]) + table.values[low]

@@ -1,0 +1,88 @@
+"""What the commands `pywet replay` and `python -m reference_impl` do: one run as a table, several as a line each, or JSON.
+
+Exit status: 0 all agree (a dry run has nothing that could disagree), 1 one is beyond a tolerance, 2 one cannot be read.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from reference_impl.replay import io, whole
+from reference_impl.replay.replay import replay, table
+
+STATUS = {"agrees": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
+
+
+def outcome(folder: Path, out: Path | None = None) -> dict[str, Any]:
+    """What replay.json holds, with run_dir, status, and for an unreadable history the reason in one sentence."""
+    where = {"run_dir": str(folder)}
+    try:
+        if not folder.is_dir():
+            raise io.ReplayError(f"{folder} is no folder; expected the folder of a run")
+        forget(folder, out)
+        if nothing_to_replay(folder):
+            reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
+            return {**where, "status": "dry", "reason": reason}
+        result = replay(folder, out)
+    except io.ReplayError as error:
+        return {**where, "status": "unreadable", "reason": str(error)}
+    return {**where, "status": "agrees" if result["ok"] else "disagrees", "reason": None, **result}
+
+
+def forget(folder: Path, out: Path | None = None) -> None:
+    """Remove what an earlier replay said, so that it is not taken for what this one says."""
+    for path in (out or folder / "replay.json", folder / "contributions.json"):
+        path.unlink(missing_ok=True)
+
+
+def nothing_to_replay(folder: Path) -> bool:
+    """Whether there is nothing to recompute: no bridges, and no motion that was to be recorded."""
+    planned = whole.plan(folder)
+    return not planned.moist and not planned.recorded
+
+
+def line(found: dict[str, Any], width: int) -> str:
+    """One run in one line."""
+    start = f"{found['run_dir']:{width}s}  {found['status']:10s}"
+    if found["reason"]:
+        return f"{start}  {found['reason']}"
+    rows = found["quantities"]
+    count = f"{found['events']:8d} events {found['contacts']:8d} contacts {found['wall_s']:6.1f} s"
+    if found["ok"]:
+        exact = max((q["largest"] for q in rows.values() if q["sample_of"] is None), default=0.0)
+        return f"{start} {count}  largest deviation {exact:.1e}"
+    named = [f["sentence"] for f in found["diagnosis"]["findings"]] or [
+        f"beyond: {n}" for n, q in rows.items() if not q["ok"]
+    ]
+    return f"{start} {count}  {'; '.join(named)}"
+
+
+def run(folders: Sequence[Path], as_json: bool = False, out: Path | None = None) -> int:
+    """Replay, print, and return the exit status."""
+    width, all_found = max(len(str(f)) for f in folders), []
+    for folder in folders:
+        found = outcome(Path(folder), out)
+        all_found.append(found)
+        if not as_json and len(folders) > 1:
+            print(line(found, width), flush=True)
+    status = max(STATUS[found["status"]] for found in all_found)
+    first = all_found[0]
+    if as_json:
+        print(json.dumps(first if len(folders) == 1 else all_found, indent=1, allow_nan=False))
+    elif len(folders) == 1 and "quantities" in first:
+        print(table(first))
+    elif first["status"] == "dry" and len(folders) == 1:
+        print(first["reason"])
+    if status and len(folders) == 1:
+        print(first["reason"] or _beyond(first), file=sys.stderr)
+    return status
+
+
+def _beyond(found: dict[str, Any]) -> str:
+    """One sentence for the exit status 1."""
+    bad = [name for name, q in found["quantities"].items() if not q["ok"]]
+    return f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json"

@@ -1,0 +1,84 @@
+"""Which laws of a run this reference can recompute, and what it says of the others.
+
+Three sorts: closed forms, recomputed for every record; the exact bridge, solved for a sample of the records; a law that is not
+built in, which cannot be known here: its term is taken as logged, and everything else is checked.
+"""
+
+from __future__ import annotations
+
+from reference_impl.replay import capillary, laws
+from reference_impl.replay.io import Run
+
+EXACT = "young_laplace"
+CLOSED: dict[str, set[str]] = {
+    "capillary": set(capillary.LAWS),
+    "viscous_normal": set(laws.VISCOUS_NORMAL),
+    "viscous_tangential": set(laws.VISCOUS_TANGENTIAL),
+    "rupture": set(laws.RUPTURE),
+    "dynamic_rupture": {"pitois"},
+    "formation": {"shi_mccarthy"},
+    "transfer": {"parabola", "half"},
+    "shedding": {"tate"},
+}
+"""Names of the laws in closed form, by effect (for the transfer ratio: the parabola, solved at nodes of the table)."""
+SOLVED = {"capillary", "rupture", "transfer"}
+"""Effects that have an exact law too."""
+WITHOUT = {
+    "capillary": "the capillary force is taken as logged",
+    "viscous_normal": "the normal viscous force is taken as logged",
+    "viscous_tangential": "the tangential viscous force is taken as logged",
+    "rupture": "the static rupture distance is taken as logged",
+    "dynamic_rupture": "the rupture limit is taken as logged, ruptures are held against the static distance",
+    "formation": "what a new bridge draws is taken as logged",
+    "transfer": "the transfer table is taken as logged",
+    "shedding": "the volume of a drop is taken as logged",
+}
+"""What is done where a law is not known."""
+SAMPLED = {
+    "capillary": "capillary: the exact bridge was solved for a sample of the contacts; forces take the logged term as given",
+    "rupture": "rupture: the exact limit was solved for a sample of the events; limits take the logged distance as given",
+    "transfer": "transfer: the exact split was solved for a sample of the table's nodes",
+}
+
+
+def law(run: Run, effect: str) -> str | None:
+    """Name of the law of an effect, None where the effect is off."""
+    name = run.meta["effects"].get(effect)
+    # histories that name no formation and transfer used the only ones there were
+    if name is None and effect in ("formation", "transfer") and effect not in run.meta["effects"]:
+        return str(next(iter(CLOSED[effect])))
+    return None if name is None else str(name)
+
+
+def solved(run: Run, effect: str) -> bool:
+    """Whether the effect's law is the exact bridge."""
+    return effect in SOLVED and law(run, effect) == EXACT
+
+
+def known(run: Run, effect: str) -> bool:
+    """Whether the effect is off or its law is one that this reference recomputes."""
+    name = law(run, effect)
+    return name is None or name in CLOSED[effect] or solved(run, effect)
+
+
+def unchecked(run: Run) -> list[dict[str, str]]:
+    """The effects whose law is not known here, for replay.json."""
+    return [
+        {"effect": effect, "law": str(law(run, effect)), "instead": instead}
+        for effect, instead in WITHOUT.items()
+        if not known(run, effect)
+    ]
+
+
+def not_checked(run: Run) -> list[str]:
+    """Sentences on what was checked on a sample only, and on laws that were not checked."""
+    sampled = [sentence for effect, sentence in SAMPLED.items() if solved(run, effect)]
+    missing = [
+        f"{m['effect']}: the law {m['law']} is not built in and was not checked; {m['instead']}" for m in unchecked(run)
+    ]
+    if law(run, "shedding"):
+        missing.append(
+            "drops: what a film felt is taken as logged, where a drop lands is found anew at output steps only, and drops that "
+            "should have fallen are not looked for"
+        )
+    return sampled + missing

@@ -1,0 +1,177 @@
+"""Forces and torques of every logged bridge from positions, velocities and spins alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import capillary, coverage, laws, standing
+from reference_impl.replay.bodies import Bodies, bodies, pairs
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.implicit import relative_kick
+from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.lives import Lives
+
+TINY = 1e-300
+"""Scale of a term that is zero, so that anything logged there counts."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The contact log as arrays: bodies (at a wall radius_j is a dummy), and motion along n and across."""
+
+    table: pd.DataFrame
+    wall: Floats
+    ri: Floats
+    rj: Floats
+    ti: Floats
+    tj: Floats
+    volume: Floats
+    n: Floats
+    gap: Floats
+    speed: Floats
+    vn: Floats
+    sideways: Floats
+    spin: Floats
+
+    def column(self, name: str) -> Floats:
+        """A logged column."""
+        return self.table[name].to_numpy(float)
+
+
+@dataclass(frozen=True)
+class Term:
+    """A force as the totals take it, the size its errors are held against, and its check (none for a law not known here)."""
+
+    value: Floats
+    size: Floats
+    found: list[Quantity]
+
+
+def angles(table: pd.DataFrame, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
+    """Radii and contact angles of both partners; at a wall radius_j is a dummy."""
+    p = pairs(table, fixed)
+    return p.ri, p.rj, p.ti, p.tj
+
+
+def contacts(run: Run) -> Contacts:
+    """Geometry and motion of every logged contact."""
+    table = run.table("contacts")
+    wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
+    ri, rj, ti, tj = angles(table, bodies(run))
+    arm = np.where(wall, 0.0, rj)
+    apart = vectors(table, "xi") - vectors(table, "xj")
+    distance = np.sqrt((apart**2).sum(axis=1))
+    n = apart / distance[:, None]
+    relative = vectors(table, "vi") - vectors(table, "vj")
+    vn = (relative * n).sum(axis=1)
+    return Contacts(
+        table, wall, ri, rj, ti, tj, table["volume"].to_numpy(float), n, distance - ri - arm,
+        speed=np.sqrt((relative**2).sum(axis=1)), vn=vn, sideways=relative - vn[:, None] * n,
+        spin=ri[:, None] * vectors(table, "wi") + arm[:, None] * vectors(table, "wj"),
+    )  # fmt: skip
+
+
+def capillary_term(run: Run, c: Contacts) -> Term:
+    """Own value for a closed form; the logged one where the exact bridge was sampled or the law is not known."""
+    name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
+    if coverage.solved(run, "capillary"):
+        return Term(logged, np.abs(logged), [])  # see sampled.py
+    if not coverage.known(run, "capillary"):
+        return Term(logged, np.abs(logged), [])
+    own, least = np.zeros(len(c.table)), np.full(len(c.table), TINY)
+    if name is not None:
+        own = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
+        # some fits pass through zero
+        least = 1e-3 * capillary.limit_at_touch(c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
+    size = np.maximum(np.abs(own), least)
+    scale = "itself, or 1e-3 of the small-volume limit at touch"
+    return Term(own, np.abs(own), [compare("capillary", scale, logged, own, size, c.table)])
+
+
+def normal_term(run: Run, c: Contacts) -> Term:
+    """v·n is a difference of products: errors are taken against the force at the full relative speed.
+
+    A semi-implicit drag acts at the speed after all other forces (logged `push`) and is weakened by its own work in the step.
+    """
+    name, logged = coverage.law(run, "viscous_normal"), c.column("viscous_normal")
+    if not coverage.known(run, "viscous_normal"):
+        return Term(logged, np.abs(logged), [])
+    zero = np.zeros(len(c.table))
+    own, bare, size, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
+    if name is not None:
+        law, eta, push = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], vectors(c.table, "push")
+        bare = law(c.gap, c.volume, c.ri, c.rj, c.wall, c.vn, eta)
+        bare_size = np.abs(law(c.gap, c.volume, c.ri, c.rj, c.wall, np.maximum(c.speed, TINY), eta))
+        drag = -law(c.gap, c.volume, c.ri, c.rj, c.wall, 1.0 + zero, eta)
+        factor = 1.0 / (1.0 + drag * relative_kick(run, c.table))
+        own = -drag * (c.vn + (push * c.n).sum(axis=1)) * factor
+        size = drag * factor * np.maximum(c.speed + np.sqrt((push**2).sum(axis=1)), TINY)
+    found = [
+        compare("viscous_law", "its value at |v|", c.column("viscous_law"), bare, bare_size, c.table),
+        compare("factor_normal", "itself", c.column("factor_normal"), factor, factor, c.table),
+        compare("viscous_normal", "its value at |v|", logged, own, size, c.table),
+    ]
+    return Term(own, size, found)
+
+
+def tangential_term(run: Run, c: Contacts) -> Term:
+    """Sliding and spin parts; errors against their sizes at the full speeds. Semi-implicit as in `normal_term`."""
+    name, logged = coverage.law(run, "viscous_tangential"), vectors(c.table, "viscous_tangential")
+    if not coverage.known(run, "viscous_tangential"):
+        return Term(logged, np.sqrt((logged**2).sum(axis=1)), [])
+    own, size, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
+    if name is not None:
+        slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, run.meta["viscosity"])
+        push, spin_push = vectors(c.table, "push"), vectors(c.table, "spin_push")
+        factor = 1.0 / (1.0 + (slide + 2.5 * roll) * relative_kick(run, c.table))
+        slip = c.sideways + push - (push * c.n).sum(axis=1)[:, None] * c.n
+        turn = np.cross(c.spin + spin_push, c.n)
+        own = -factor[:, None] * (slide[:, None] * slip - roll[:, None] * turn)
+        pulled = c.speed + np.sqrt((push**2).sum(axis=1))
+        turning = np.sqrt((c.spin**2).sum(axis=1)) + np.sqrt((spin_push**2).sum(axis=1))
+        size = factor * (np.abs(slide) * pulled + np.abs(roll) * turning)
+    found = [
+        compare("factor_tangential", "itself", c.column("factor_tangential"), factor, factor, c.table),
+        compare("viscous_tangential", "its value at |v|", logged, own, size, c.table),
+    ]
+    return Term(own, size, found)
+
+
+def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
+    """Limits of all bridges, and the checks of the contact log against the event log."""
+    own = standing.formed(run, lives)
+    name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
+    static = own["rupture_distance"].to_numpy(float)
+    if name in laws.RUPTURE:
+        static = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
+    limit, found = logged, []
+    if coverage.known(run, "dynamic_rupture"):
+        limit = static
+        if coverage.law(run, "dynamic_rupture"):
+            limit = static * laws.pitois_factor(c.speed, run.meta["viscosity"], run.meta["surface_tension"])
+        found = [compare("rupture_limit", "itself", logged, limit, limit, c.table)]
+    return [*found, *standing.check(run, static, limit, c.gap, own)]
+
+
+def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
+    """Separation, rupture distance, each force, total, torques of a part of the contact log."""
+    normal, pull, drag = normal_term(run, c), capillary_term(run, c), tangential_term(run, c)
+    force = (normal.value - pull.value)[:, None] * c.n + drag.value
+    turn = np.cross(c.n, drag.value)
+    # S is a difference of lengths and loses digits near contact: components are held against the whole force
+    whole = np.maximum(pull.size + normal.size + drag.size, TINY)
+    arm, scale = np.where(c.wall, 1.0, c.rj), "r times the tangential size"
+    torque_i, torque_j = -c.ri[:, None] * turn, np.where(c.wall, 0.0, -c.rj)[:, None] * turn
+    return [
+        compare("separation", "radius of i", c.column("separation"), c.gap, c.ri, c.table),
+        *rupture_terms(run, c, lives),
+        *pull.found,
+        *normal.found,
+        *drag.found,
+        compare("force", "sum of the terms' sizes", vectors(c.table, "force_i"), force, whole, c.table),
+        compare("torque_i", scale, vectors(c.table, "torque_i"), torque_i, c.ri * drag.size, c.table),
+        compare("torque_j", scale, vectors(c.table, "torque_j"), torque_j, arm * drag.size, c.table),
+    ]

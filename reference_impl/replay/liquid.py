@@ -1,0 +1,90 @@
+"""The liquid of a part of the log against what the papers give: volumes, shares, films, ruptures; ledger and end of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import coverage, laws
+from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.booking import Columns
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
+
+__all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
+MEAN = "mean film of a sphere"
+
+
+def total(run: Run) -> float:
+    """What was put in [m3]."""
+    return float(run.table("spheres")["film"].sum())
+
+
+def mean_film(run: Run) -> float:
+    """The scale of all films [m3]."""
+    return total(run) / max(len(run.table("spheres")), 1)
+
+
+def check(run: Run, own: Columns) -> list[Quantity]:
+    """The events; `own` is what was recomputed of them."""
+    events, found = run.table("events"), []
+    for name in ("volume", "share_i", "share_j"):
+        mine = getattr(own, name)
+        found.append(compare(name, "volume of the bridge", events[name].to_numpy(), mine, own.volume, events))
+    typical = np.full(len(events), mean_film(run))
+    for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
+        found.append(compare(name, MEAN, events[name].to_numpy(), getattr(own, name), typical, events))
+    return [*found, *check_rupture(run)]
+
+
+def check_rupture(run: Run) -> list[Quantity]:
+    """Static rupture distance of every event (of the exact law see sampled.py), and whether each rupture was due."""
+    events = run.table("events")
+    p = pairs(events, bodies(run))
+    name, logged = coverage.law(run, "rupture"), events["rupture_distance"].to_numpy(float)
+    static, found = logged, []
+    if not coverage.solved(run, "rupture") and name in laws.RUPTURE:
+        static = laws.RUPTURE[name](events["volume"].to_numpy(float), p.ri, p.rj, p.wall, p.ti, p.tj)
+        found = [compare("rupture_distance", "itself", logged, static, static, events)]
+    factor = np.ones(len(events))
+    if coverage.law(run, "dynamic_rupture") and coverage.known(run, "dynamic_rupture"):
+        factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
+    due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
+    right, one = np.where(events["kind"] == RUPTURE, due, True).astype(float), np.ones(len(events))
+    return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
+
+
+def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:
+    """Rows of one step."""
+    return table[table["step"] == step]
+
+
+def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
+    """Films and bridges at the last output; `held`: all liquid there by holder."""
+    last, fixed = int(run.table("ledger")["step"].max()), bodies(run)
+    films, walls, standing = (at_step(run.table(name), last) for name in ("films", "wall_films", "bridges"))
+    mean = total(run) / max(len(films), 1)
+    found = []
+    for name, table, holder in (
+        ("spheres", films, films["id"].to_numpy()),
+        ("walls", walls, fixed.walls_from + walls["triangle"].to_numpy()),
+    ):
+        logged, size = table["film"].to_numpy(), np.full(len(table), mean)
+        found.append(compare(f"final_film_{name}", MEAN, logged, held[holder], size, table))
+    here, mine = keys(standing), lives.standing(last)
+    order = np.argsort(mine.key)
+    place = order[np.minimum(np.searchsorted(mine.key[order], here), len(order) - 1)] if len(order) else 0 * here
+    volumes = np.where(np.isin(here, mine.key), np.append(mine.own, np.nan)[place], np.nan)
+    found.append(compare("final_bridges", "itself", standing["volume"].to_numpy(), volumes, volumes, standing))
+    missing = pd.DataFrame({"logged": [len(here)], "reference": [len(mine)]})
+    count = np.array([float(len(np.setxor1d(here, mine.key)))])
+    return [*found, compare("final_bridges_missing", "count", count, np.zeros(1), np.ones(1), missing, 0.0)]
+
+
+def ledger(run: Run) -> Quantity:
+    """Σ films + Σ bridges + Σ walls + left against what was put in, at every output."""
+    table = run.table("ledger")
+    held = (table["films"] + table["bridges"] + table["walls"] + table["left"]).to_numpy()
+    put_in = np.full(len(table), total(run))
+    return compare("ledger", "initial liquid", held, put_in, put_in, table, 1e-12)

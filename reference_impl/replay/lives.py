@@ -1,0 +1,97 @@
+"""Which bridge a record belongs to: the events of a part of the log, and the bridges that stood at its start, by their ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import laws
+from reference_impl.replay.compare import Floats
+
+FORMATION, RUPTURE = 0, 1
+
+
+def keys(table: pd.DataFrame) -> Floats:
+    """One number for the ends of each row's bridge; j's of a wall and of a sphere are told apart."""
+    wall = (table["partner_kind"].to_numpy() != laws.SPHERE).astype(np.int64)
+    return (wall << 62) | (table["i"].to_numpy(np.int64) << 31) | table["j"].to_numpy(np.int64)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Bridges that stand: what the log says of their formation, and the volume that they should have."""
+
+    key: Floats
+    step: Floats
+    row: Floats
+    """Number of the formation in the whole log."""
+    volume: Floats
+    rupture_distance: Floats
+    own: Floats
+
+    def __len__(self) -> int:
+        return len(self.key)
+
+    def of(self, at: Floats) -> Standing:
+        """Some of them."""
+        return Standing(*(getattr(self, name)[at] for name in Standing.__dataclass_fields__))
+
+
+def none() -> Standing:
+    """The start of a run."""
+    whole, real = np.zeros(0, np.int64), np.zeros(0)
+    return Standing(whole, whole, whole, real, real, real)
+
+
+class Lives:
+    """Standing bridges and events as one list `all`: first those that stood at the start, then every event in its order."""
+
+    def __init__(self, before: Standing, events: pd.DataFrame, first_row: int, start: int) -> None:
+        n, self.start = len(events), start
+        key, step = keys(events), events["step"].to_numpy(np.int64)
+        kind = events["kind"].to_numpy()
+        columns = (key, step, np.arange(first_row, first_row + n), events["volume"].to_numpy(float),
+                   events["rupture_distance"].to_numpy(float), np.full(n, np.nan))  # fmt: skip
+        earlier = (getattr(before, name) for name in Standing.__dataclass_fields__)
+        self.all = Standing(*(np.concatenate(both) for both in zip(earlier, columns, strict=True)))
+        self.formation = np.concatenate([np.ones(len(before), dtype=bool), kind == FORMATION])
+        self._order = np.argsort(self.all.key, kind="stable")
+        sorted_key = self.all.key[self._order]
+        new = np.ones(len(sorted_key), dtype=bool)
+        new[1:] = sorted_key[1:] != sorted_key[:-1]
+        self._keys, rank = sorted_key[new], np.cumsum(new) - 1
+        # a bridge and a step as one number; what stood at the start counts as formed before it
+        self._span = max(int(step.max(initial=start)) - start, 0) + 2
+        self._code = rank * self._span + np.maximum(self.all.step[self._order] - start, 0)
+        self._ends = np.append(new[1:], True)
+        previous = np.full(len(sorted_key), -1)
+        previous[1:] = np.where(new[1:], -1, self._order[:-1])
+        previous = np.where((previous >= 0) & self.formation[previous], previous, -1)
+        before_of = np.empty(len(sorted_key), np.int64)
+        before_of[self._order] = previous
+        self.previous = before_of[len(before) :]
+        """Of each event the formation of its bridge in `all`, -1 where none stood."""
+
+    def at(self, key: Floats, step: Floats, strictly: bool) -> Floats:
+        """Place in `all` of the formation of each bridge that stands at a step, -1 where none does.
+
+        `strictly`: events of that step itself have not happened yet.
+        """
+        if not len(self._keys):
+            return np.full(len(key), -1)
+        rank = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
+        when = np.minimum(step - self.start, self._span - 1)
+        place = np.searchsorted(self._code, rank * self._span + when, "left" if strictly else "right") - 1
+        found = self._order[np.maximum(place, 0)]
+        there = (place >= 0) & (self.all.key[found] == key) & self.formation[found]
+        return np.where(there, found, -1)
+
+    def standing(self, step: int | None = None) -> Standing:
+        """The bridges that stand after a step (None: at the end)."""
+        if step is None:
+            last = self._order[self._ends]
+            return self.all.of(np.sort(last[self.formation[last]]))
+        at = self.at(self._keys, np.full(len(self._keys), step), strictly=False)
+        return self.all.of(at[at >= 0])

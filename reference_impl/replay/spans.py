@@ -1,0 +1,149 @@
+"""A moist run's logs gone through once, part by part: what each part says is compared and only the sums of it are kept.
+
+A part ends with a step. From one to the next go the liquid of every holder and the bridges that stand.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion import contributions, impulses, weight
+from reference_impl.replay import coverage, drops, forces, liquid, sampled, snapshots, whole
+from reference_impl.replay.bodies import bodies, holders, known, pairs
+from reference_impl.replay.booking import WORTH_COMPILING, book
+from reference_impl.replay.compare import Floats, Quantity, merged
+from reference_impl.replay.io import Run, note, where
+from reference_impl.replay.lives import Lives, none
+from reference_impl.replay.stream import END, Rows
+from reference_impl.replay.transfer import Tables
+
+SIZE = 200_000
+"""Events of a part; it holds outputs of about as many spheres at most."""
+PIECE = 200_000
+"""Contacts of a part are gone through in pieces of so many."""
+LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
+        "trajectory": ["step", "id", "x", "y", "z"], "window_states": ["step", "id", "x", "y", "z"]}  # fmt: skip
+OF_PLACES = ("bridges", "films", "wall_films", "trajectory", "window_states")
+
+
+@dataclass(frozen=True)
+class Before:
+    """The log before a part: its last step, and the rows that tell who holds what: last events of all holders, formations of
+    the bridges that stand."""
+
+    step: int
+    rows: Floats
+
+
+@dataclass
+class Found:
+    """What the parts said, together."""
+
+    events: int = 0
+    contacts: int = 0
+    seconds: dict[str, float] = field(default_factory=lambda: {"events": 0.0, "contacts": 0.0})
+    """Of the processor."""
+    moved: contributions.Moved = field(default_factory=contributions.Moved)
+    quantities: dict[str, dict[str, Quantity]] = field(default_factory=dict)
+    now: Before = field(default_factory=lambda: Before(-1, np.zeros(0, np.int64)))
+    """Before the part that is being looked at."""
+    broke: dict[str, Before] = field(default_factory=dict)
+    """Log -> before the first part in which it disagrees."""
+
+    def add(self, group: str, quantities: list[Quantity], log: str = "events") -> None:
+        """Some quantities of a part."""
+        so_far = self.quantities.setdefault(group, {})
+        for q in quantities:
+            so_far[q.name] = merged([so_far[q.name], q] if q.name in so_far else [q])
+            if not q.ok:
+                self.broke.setdefault(log, self.now)
+
+    def of(self, group: str) -> list[Quantity]:
+        """Those of a group."""
+        return list(self.quantities.get(group, {}).values())
+
+
+def ends(logs: dict[str, Rows], outputs: Floats, spheres: int, size: int) -> Iterator[int]:
+    """Last steps of the parts: about `size` events, and outputs of about as many spheres."""
+    shot, many = 0, max(1, size // max(spheres, 1))
+    while True:
+        step = logs["events"].ahead(size)
+        shot_end = int(outputs[shot + many - 1]) if shot + many < len(outputs) else END
+        step = min(step, shot_end)
+        shot = int(np.searchsorted(outputs, step, "right"))
+        yield step
+        if step == END:
+            return
+
+
+def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
+    """Read and compare all logs of a run."""
+    paths = {name: where(run.folder, name) for name in LOGS}
+    logs = {name: Rows(path, name, LOGS[name]) for name, path in paths.items() if path.exists()}
+    fixed, last = bodies(run), int(run.table("ledger")["step"].max())
+    held, outputs, found, samples = fixed.liquid(), whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    film, falling = fixed.film.copy(), drops.Falling(run)
+    run.known["carried"] = carried = weight.Carried(run)
+    last_row = np.full(len(held), -1)
+    before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
+    for step in ends(logs, outputs, len(run.table("spheres")), size):
+        began = time.process_time()
+        events = logs["events"].until(step)
+        note(f"events: {logs['events'].taken}")
+        places = {name: logs[name].until(step) for name in OF_PLACES if name in logs}
+        part = replace(run, tables={**run.tables, "events": events, **places})
+        known(part, ("events", "bridges"))
+        found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row))
+        lives = Lives(before, events, found.events, start)
+        inside = outputs[(outputs > start) & (outputs <= step)]
+        p = pairs(events, fixed)
+        falling.start(part, step)
+        draws = coverage.known(run, "formation")
+        own, shots = book(events, p, fixed, tables, lives, held, draws, inside, compiled, falling)
+        carried.add(part, step)
+        found.add("liquid", liquid.check(part, own))
+        found.add("drops", falling.check(liquid.mean_film(run)))
+        if start < last <= step:
+            found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))
+        found.add("snapshots", snapshots.check(part, tables, lives, inside, shots, film))
+        snapshots.keep_films(film, events, run)
+        found.add("trajectory", whole.trajectory(whole.places(part), part.table("trajectory")))
+        found.moved.add(run, events, p)
+        samples.add_events(events, p, found.events)
+        contacts_began = time.process_time()
+        _contacts(part, logs["contacts"], step, lives, samples, found)
+        rows = np.arange(found.events, found.events + len(events))
+        for holder in holders(events, p, fixed):
+            np.maximum.at(last_row, holder, rows)
+        found.events += len(events)
+        before, start = lives.standing(), step
+        found.seconds["events"] += contacts_began - began
+        found.seconds["contacts"] += time.process_time() - contacts_began
+    found.contacts = logs["contacts"].taken
+    found.add("liquid", samples.of_events())
+    found.add("forces", samples.of_contacts(), "contacts")
+    found.add("between", samples.between_nodes())
+    return found
+
+
+def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
+    """The contacts of a part in pieces; none is a piece too, so that every quantity has its row."""
+    row, pieces = log.taken, log.parts(step, PIECE)
+    for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
+        note(f"contacts: {log.taken}")
+        piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})
+        known(piece, ("contacts",))
+        c = forces.contacts(piece)
+        found.add("forces", [*forces.check(piece, c, lives), *impulses.check(piece)], "contacts")
+        samples.add_contacts(c, row)
+        row = log.taken
+
+
+def _or_none(log: Rows, pieces: Iterator[pd.DataFrame]) -> Iterator[pd.DataFrame]:
+    yield log.until(-1)
+    yield from pieces

@@ -1,0 +1,107 @@
+"""A log of a run read in parts, in the order of its steps, so that memory is needed for one part only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from pyarrow import parquet
+
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import NEEDED, ReplayError, complete, numbers, readable
+
+BATCH = 1 << 17
+"""Rows that are decoded at once."""
+END = np.iinfo(np.int64).max
+"""A step after the last."""
+
+
+class Rows:
+    """One table, from its start to its end; every row is given once."""
+
+    def __init__(self, path: Path, name: str, columns: list[str] | None = None) -> None:
+        self.path, self.taken, self._last = path, 0, -1
+        self._ready: list[pd.DataFrame] = []
+        with readable(path):
+            file = parquet.ParquetFile(path)
+            complete(path, file.schema_arrow.names, NEEDED[name])
+            # one group of rows after the other: a reader keeps what it has read of those it was asked for
+            groups = range(file.num_row_groups)
+            self._batches = (b for k in groups for b in file.iter_batches(BATCH, row_groups=[k], columns=columns))
+            self._none = file.schema_arrow.empty_table().select(columns or file.schema_arrow.names).to_pandas()
+
+    def _more(self) -> bool:
+        """Decode the next batch; False at the end."""
+        with readable(self.path):
+            batch = next(self._batches, None)
+        if batch is None:
+            return False
+        rows = numbers(self.path, pa.Table.from_batches([batch]).to_pandas(split_blocks=True))
+        steps = rows["step"].to_numpy()
+        if len(rows) and (steps[0] < self._last or (np.diff(steps) < 0).any()):
+            raise ReplayError(f"{self.path} is not in the order of its steps; expected what the driver wrote: "
+                              "run the case again")  # fmt: skip
+        self._last = int(steps[-1]) if len(rows) else self._last
+        self._ready += [rows] if len(rows) else []
+        return True
+
+    def ahead(self, count: int) -> int:
+        """The step of the `count`-th of the rows to come, `END` where there are no more than that; nothing is taken."""
+        while sum(map(len, self._ready)) <= count and self._more():
+            pass
+        for rows in self._ready:
+            if count <= len(rows):
+                last = int(rows["step"].iloc[count - 1])
+                return last if last < self._last or self._more_after(last) else END
+            count -= len(rows)
+        return END
+
+    def _more_after(self, step: int) -> bool:
+        """Whether a row of a later step is to come."""
+        while self._last <= step and self._more():
+            pass
+        return self._last > step
+
+    def parts(self, step: int, most: int) -> Iterator[pd.DataFrame]:
+        """The rows up to a step, at most `most` at once."""
+        while True:
+            while not self._ready and self._more():
+                pass
+            if not self._ready:
+                return
+            rows = self._ready[0]
+            end = min(int(np.searchsorted(rows["step"].to_numpy(), step, "right")), most)
+            if end == 0:
+                return
+            if end == len(rows):
+                self._ready.pop(0)
+            else:
+                self._ready[0] = rows.iloc[end:]
+            self.taken += end
+            yield rows.iloc[:end]
+
+    def until(self, step: int) -> pd.DataFrame:
+        """All rows up to a step."""
+        found = list(self.parts(step, BATCH)) or [self._none]
+        return pd.concat(found, ignore_index=True) if len(found) > 1 else found[0].reset_index(drop=True)
+
+
+def taken(path: Path, name: str, rows: Floats) -> pd.DataFrame:
+    """Some rows of a table by their number, in that order."""
+    with readable(path):
+        file = parquet.ParquetFile(path)
+        sizes = [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)]
+        start, found = 0, []
+        order = np.argsort(rows, kind="stable")
+        for k, size in enumerate(sizes):
+            inside = rows[order][(rows[order] >= start) & (rows[order] < start + size)]
+            if len(inside):
+                found.append(file.read_row_group(k).take(pa.array(inside - start)))
+            start += size
+        table: Any = pa.concat_tables(found) if found else file.schema_arrow.empty_table()
+    back = np.argsort(order, kind="stable")
+    return numbers(path, table.to_pandas()).iloc[back].reset_index(drop=True)

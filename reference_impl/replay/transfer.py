@@ -1,0 +1,246 @@
+"""Transfer ratios: the engine's table read back, and own solutions to judge the table by.
+
+The exact split is that of bridge.py. The parabola model: the five equations of the paper (36-43, mended) in its own unknowns
+a, b, c, d_i, d_j, lengths in units of r_i, by Levenberg-Marquardt, followed from small to large volumes. Integrals by five-point
+Gauss quadrature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from reference_impl.replay import coverage, exact, laws
+from reference_impl.replay.compare import Quantity, compare
+from reference_impl.replay.io import Run
+
+Floats = NDArray[Any]
+SMALLEST = 1e-5
+"""Below this V* the table is constant by definition and not judged."""
+TABLE_TOLERANCE = 1e-6
+"""The table's nodes against the own solution: both are converged to 1e-9; 1e-6 leaves room for the weakest root."""
+EXACT_TOLERANCE = 1e-7
+"""The exact table's nodes: both solvers find the split to better than 1e-8."""
+EXACT_NODES = 48
+"""Nodes solved over all rows of the exact table, at least two of each row."""
+
+
+class Tables:
+    """Rows T_i(V*) of history/transfer.parquet, linear between nodes, constant beyond."""
+
+    def __init__(self, table: pd.DataFrame) -> None:
+        other = np.where(table["partner_kind"] == laws.SPHERE, table["type_j"], table["part_class"])
+        self._rows: dict[tuple[int, int, int], tuple[Floats, Floats]] = {}
+        for _, rows in table.groupby([table["partner_kind"], table["type_i"], other]):
+            first = rows.iloc[0]
+            kind = int(first["partner_kind"])
+            name = (kind, int(first["type_i"]), int(first["type_j"] if kind == laws.SPHERE else first["part_class"]))
+            self._rows[name] = (rows["v_star"].to_numpy(float), rows["transfer_i"].to_numpy(float))
+
+    def ratio(self, kind: int, type_i: int, other: int, v_star: float) -> float:
+        """Linear interpolation."""
+        nodes, values = self._rows[kind, type_i, other]
+        return float(np.interp(v_star, nodes, values))
+
+    def ratios(self, kind: Floats, type_i: Floats, other: Floats, v_star: Floats) -> Floats:
+        """The same for many bridges; NaN where there is no row."""
+        result = np.full(len(v_star), np.nan)
+        for (k, a, b), (nodes, values) in self._rows.items():
+            rows = (kind == k) & (type_i == a) & (other == b)
+            result[rows] = np.interp(v_star[rows], nodes, values)
+        return result
+
+    def rows(self) -> dict[tuple[int, int, int], tuple[Floats, Floats]]:
+        """All rows."""
+        return self._rows
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Two bodies in units of r_i: radius of j, contact angles, and whether j's cap lies inside the parabola."""
+
+    rj: float
+    ti: float
+    tj: float
+    cap_j: bool
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+def _turned(a: float, b: float, c: float, low: float, high: float) -> float:
+    """pi times the integral of Y^2; five Gauss points are exact for a fourth-degree polynomial."""
+    x = low + (high - low) * (NODES + 1.0) / 2.0
+    return float(np.pi * (high - low) / 2.0 * np.sum(WEIGHTS * (a * x**2 + b * x + c) ** 2))
+
+
+def _cap(y: float, d: float) -> float:
+    return np.pi / 6.0 * (3.0 * y**2 * d + d**3)
+
+
+def parts(u: Floats, shape: Shape, gap: float) -> tuple[float, float, float, float]:
+    """V_i, V_j, neck position and length of the parabola."""
+    a, b, c, di, dj = u
+    length = di + dj + gap
+    neck = float(np.clip(-b / (2.0 * a), 0.0, length)) if a > 0 else 0.0
+    end = a * length**2 + b * length + c
+    vi = _turned(a, b, c, 0.0, neck) - _cap(c, di)
+    vj = _turned(a, b, c, neck, length) - (_cap(end, dj) if shape.cap_j else 0.0)
+    return vi, vj, neck, length
+
+
+def equations(u: Floats, shape: Shape, gap: float, volume: float) -> Floats:
+    """The five equations, each scaled to order one."""
+    a, b, c, di, dj = u
+    vi, vj, _, length = parts(u, shape, gap)
+    end, slope = a * length**2 + b * length + c, 2.0 * a * length + b
+    size = volume ** (1.0 / 3.0)
+    return np.array(
+        [
+            (c**2 - (2.0 * di - di**2)) / size**2,
+            (end**2 - (2.0 * shape.rj * dj - dj**2)) / size**2,
+            np.pi / 2 + np.arctan(b) - np.arcsin(np.clip(c, -1, 1)) - shape.ti,
+            np.pi / 2 - np.arctan(slope) - np.arcsin(np.clip(end / shape.rj, -1, 1)) - shape.tj,
+            (vi + vj) / volume - 1.0,
+        ]
+    )
+
+
+def first_guess(shape: Shape, gap: float, volume: float, widen: float) -> Floats:
+    """A nearly cylindrical bridge of about that volume."""
+    y = min(widen * np.sqrt(volume / (np.pi * gap)), 0.8, 0.8 * shape.rj)
+    di, dj = 1.0 - np.sqrt(1.0 - y**2), shape.rj - np.sqrt(shape.rj**2 - y**2)
+    length = di + dj + gap
+    sag = 0.3 * y
+    return np.array([4.0 * sag / length**2, -4.0 * sag / length, y, di, dj])
+
+
+def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floats | None:
+    """The parabola, None where no start leads to one."""
+    guesses = [start] if start is not None else []
+    guesses += [first_guess(shape, gap, volume, w) for w in (1.2, 1.0, 1.5, 0.8, 2.0)]
+    for guess in guesses:
+        found = least_squares(
+            equations, guess, args=(shape, gap, volume), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15
+        )
+        u = np.asarray(found.x)
+        vi, vj, _, _ = parts(u, shape, gap)
+        convex = u[0] > 0 and u[2] - u[1] ** 2 / (4 * u[0]) > 0
+        below = 0 < u[3] < 1 and 0 < u[4] < shape.rj  # both half-filling angles below 90 degrees
+        if np.abs(found.fun).max() < 1e-9 and convex and below and vi >= 0 and vj >= 0:
+            return u
+    return None
+
+
+def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats) -> Floats:
+    """T_i at increasing V*; NaN where the model has no solution."""
+    return np.array(_own_ratio(kind, ri, rj, ti, tj, tuple(v_star)))
+
+
+@cache
+def _own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: tuple[float, ...]) -> list[float]:
+    if kind == laws.SPHERE and (ri, ti) == (rj, tj):
+        return [0.5] * len(v_star)
+    size = 2.0 * rj / (ri + rj) if kind == laws.SPHERE else 1.0  # r_eff in units of r_i
+    shape = Shape(
+        {laws.SPHERE: rj / ri, laws.LARGE_WALL: 1.0, laws.SMALL_WALL: rj / ri}[kind], ti, tj, kind == laws.SPHERE
+    )
+    wall = np.array([kind != laws.SPHERE])
+    out, start = [], None
+    for v in v_star:
+        volume = v * size**3
+        one = np.ones(1)
+        gap = float(
+            laws.willett_rupture(volume * one, one, rj / ri * one if not wall[0] else one, wall, ti * one, tj * one)[0]
+        )
+        start = solve(shape, gap, volume, start)
+        if start is None:
+            out.append(np.nan)
+        else:
+            vi, vj, _, _ = parts(start, shape, gap)
+            out.append(vi / (vi + vj))
+    return out
+
+
+def exact_ratios(kind: int, ri: float, rj: float, ti: float, tj: float, nodes: Floats, at: Floats) -> Floats:
+    """T_i of the exact bridge at nodes `at`; V* below 1e-5 counts as 1e-5, too large a volume as the last that has a bridge."""
+    other = np.inf if kind == laws.LARGE_WALL else rj
+    if (ri, ti) == (other, tj):
+        return np.full(len(at), 0.5)  # where symmetry breaks, either body may win
+    r = 2.0 * ri * rj / (ri + rj) if kind == laws.SPHERE else ri
+    turned = kind == laws.SPHERE and (rj, tj) < (ri, ti)  # rows (i, j) and (j, i) are one solution
+
+    def ratio(node: int) -> float | None:
+        volume = max(float(nodes[node]), SMALLEST) * r**3
+        found = exact.end((volume, rj, ri, tj, ti) if turned else (volume, ri, float(other), ti, tj))
+        if found is None:
+            return None
+        return 1.0 - found.transfer_ratio_i if turned else found.transfer_ratio_i
+
+    def last(low: int, high: int) -> int:
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if ratio(middle) is not None else (low, middle)
+        return low
+
+    values = []
+    for node in at:
+        value = ratio(int(node))
+        values.append(ratio(last(0, int(node))) if value is None else value)
+    return np.array([np.nan if v is None else v for v in values])
+
+
+def bodies_of_rows(run: Run) -> dict[tuple[int, int, int], tuple[float, float, float, float]]:
+    """Radii (of a wall: half width) and contact angles r_i, r_j, theta_i, theta_j of every row of the table."""
+    types, found = {t["type"]: t for t in run.meta["types"]}, {}
+    for kind, i, other in Tables(run.table("transfer")).rows():
+        ri, ti = types[i]["radius"], types[i]["contact_angle"]
+        if kind == laws.SPHERE:
+            rj, tj = types[other]["radius"], types[other]["contact_angle"]
+        else:
+            parts_table = run.table("parts")
+            part = parts_table[parts_table["part_class"] == other].iloc[0]
+            rj, tj = float(part["half_width"]), float(part["contact_angle"])
+        found[kind, i, other] = (ri, rj, ti, tj)
+    return found
+
+
+def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
+    """Some nodes of every row of the engine's table where there is an own solution: which, logged, own, tolerance."""
+    solved = coverage.solved(run, "transfer")
+    table, bodies = run.table("transfer"), bodies_of_rows(run)
+    held = Tables(table).rows()
+    rows, logged, own = [], [], []
+    for (kind, i, other), (nodes, values) in exact.shown(held.items(), len(held), "transfer rows"):
+        ri, rj, ti, tj = bodies[kind, i, other]
+        first = int(np.searchsorted(nodes, SMALLEST))
+        if solved:
+            at = np.unique(np.linspace(0, len(nodes) - 1, max(2, EXACT_NODES // len(held))).astype(int))
+            mine = exact_ratios(kind, ri, rj, ti, tj, nodes, at)
+        elif coverage.law(run, "transfer") == "half":
+            at = np.arange(len(nodes))
+            mine = np.full(len(nodes), 0.5)
+        else:
+            at = np.unique(np.linspace(first, len(nodes) - 1, 40).astype(int))
+            mine = own_ratio(kind, ri, rj, ti, tj, nodes[at])
+        for n, v in zip(at, mine, strict=True):
+            if solved or np.isfinite(v):
+                rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
+                logged.append(values[n])
+                own.append(v)
+    return pd.DataFrame(rows), np.array(logged), np.array(own), EXACT_TOLERANCE if solved else TABLE_TOLERANCE
+
+
+def check(run: Run) -> list[Quantity]:
+    """Every row of the engine's table at some of its nodes against the own solution, where there is one."""
+    if not coverage.known(run, "transfer"):
+        return []
+    where, logged, own, tolerance = solved_nodes(run)
+    result = compare("transfer_table", "one", logged, own, np.ones(len(own)), where, tolerance)
+    return [replace(result, sample_of=len(run.table("transfer")))]

@@ -1,0 +1,341 @@
+"""Whether a run's tables are whole: every output step, window, sphere and bridge that its scene plans, and none of another run.
+
+What is planned follows from scene.json alone. Of each table only the columns that say so are read, so that this is quick on long
+runs. What is not whole is refused in one sentence; what is whole is counted, for the result to say what it speaks of.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pyarrow import parquet
+
+from reference_impl.replay import io
+from reference_impl.replay.bodies import refuse
+from reference_impl.replay.compare import TOLERANCE, Floats, Quantity, compare
+from reference_impl.replay.io import ReplayError
+
+AGAIN = "run the case again"
+OF_BRIDGES = (
+    "meta.json",
+    *(f"{n}.parquet" for n in ("events", "contacts", "ledger", "films", "bridges", "wall_films")),
+)
+"""Files of history/ that only a moist run has."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the scene plans: number of walls, last step, steps of the outputs, half-open windows of steps and their tables."""
+
+    moist: bool
+    walls: int
+    steps: int
+    outputs: Floats
+    windows: tuple[tuple[int, int], ...]
+    recorded: tuple[str, ...]
+    energy: bool
+    """Whether works are logged."""
+    every: int = 1
+    """Steps from one evaluation of the bridges to the next."""
+
+    @property
+    def window_steps(self) -> Floats:
+        """All steps of the windows, once each."""
+        return np.unique(np.concatenate([np.zeros(0, int), *(np.arange(a, b) for a, b in self.windows)]))
+
+    @property
+    def contact_steps(self) -> Floats:
+        """Those of them at which bridges act and are logged."""
+        return self.window_steps[self.window_steps % self.every == 0]
+
+
+def plan(folder: Path) -> Plan:
+    """The plan of a run directory."""
+    scene = io.scene(folder)
+    out, effects, step = scene["output"], scene["effects"], float(scene["time_step_s"])
+    steps = round(scene["duration_s"] / step)
+    count, length = int(out.get("contact_windows", 2)), int(out.get("contact_window_steps", 20))
+    first = [int(steps * (k + 0.5) / count) - length // 2 for k in range(count)]
+    windows = tuple((max(0, a), min(a + length, steps + 1)) for a in first)
+    recorded: tuple[str, ...] = ()
+    if windows and out.get("window_trajectories", False) and _engine(folder) == "LIGGGHTS":
+        springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
+        recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
+    slow = impulse(scene)
+    every = slow * max(1, round(out["interval_s"] / step) // slow)
+    outputs, energy = np.arange(0, steps + 1, every), bool(out.get("energy", True))
+    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, slow)
+
+
+def impulse(scene: dict[str, Any]) -> int:
+    """Steps from one evaluation of the bridges to the next, for all of which their forces act at once (`bridges_every`)."""
+    return int(scene.get("bridges_every", 1))
+
+
+def _engine(folder: Path) -> str:
+    """The engine of a run; other engines than LIGGGHTS record no motion in windows."""
+    path = Path(folder) / "engine" / "run.json"
+    try:
+        return str(json.loads(path.read_text()).get("engine", "LIGGGHTS")) if path.exists() else "LIGGGHTS"
+    except (OSError, ValueError, AttributeError) as error:
+        raise ReplayError(f"{path} cannot be read ({error!r}); expected what the driver wrote: {AGAIN}") from error
+
+
+def check(folder: Path) -> dict[str, Any]:
+    """Refuse a run that is not whole; else what it holds: steps, outputs, windows, rows of each table."""
+    run, planned = Path(folder), plan(Path(folder))
+    rows = {"trajectory": _trajectory(run, planned)}
+    if planned.walls:
+        rows["mesh_motion"] = _each(run / "mesh_motion.parquet", planned, planned.walls)
+        rows |= _numbered(run)
+    if planned.moist:
+        rows |= _liquid(run / "history", planned)
+    else:
+        left = [name for name in OF_BRIDGES if (run / "history" / name).exists()]
+        if left:
+            raise ReplayError(f"{run / 'history'} holds {', '.join(left)} of a moist run, but scene.json has no bridges; "
+                              f"expected the tables of one run: {AGAIN} in an empty folder")  # fmt: skip
+    for name in planned.recorded:
+        rows[name] = _recorded(run / "history" / f"{name}.parquet", planned)
+    windows = [list(window) for window in planned.windows]
+    return {"steps": planned.steps, "outputs": len(planned.outputs), "windows": windows, "rows": rows}
+
+
+def said(held: dict[str, Any]) -> str:
+    """The same in one sentence."""
+    rows = ", ".join(f"{name} {count}" for name, count in held["rows"].items())
+    return (
+        f"compared: all {held['outputs']} output steps to step {held['steps']}, {len(held['windows'])} windows of "
+        f"{sum(b - a for a, b in held['windows'])} steps; rows: {rows}"
+    )
+
+
+def _steps(path: Path, steps: Floats, planned: Floats, what: str) -> None:
+    """Refuse a table that lacks a planned step or has one besides."""
+    there = np.unique(steps)
+    for wrong, word in (
+        (np.setdiff1d(planned, there), "is not there"),
+        (np.setdiff1d(there, planned), "is none of them"),
+    ):
+        if len(wrong):
+            more = f" (nor {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+            raise ReplayError(f"{path} is not whole: step {wrong[0]} {word}{more}; "
+                              f"expected the {len(planned)} {what} of scene.json: {AGAIN}")  # fmt: skip
+
+
+def _each(path: Path, planned: Plan, count: int) -> int:
+    """A table with `count` rows at every output step; its number of rows."""
+    steps = io.columns(path, ["step"])["step"].to_numpy()
+    _steps(path, steps, planned.outputs, "output steps")
+    _, rows = np.unique(steps, return_counts=True)
+    if (rows != count).any():
+        at = int(np.argmax(rows != count))
+        raise ReplayError(f"{path} holds {rows[at]} rows at step {planned.outputs[at]}; expected {count}: {AGAIN}")
+    return len(steps)
+
+
+def _trajectory(run: Path, planned: Plan) -> int:
+    """Every sphere at every output step, from the places that the scene starts from."""
+    path, spheres = run / "trajectory.parquet", io.columns(run / "history" / "spheres.parquet", ["id", "type"])
+    rows = _each(path, planned, len(spheres))
+    table = io.columns(path, ["step", "id", "type", "x", "y", "z"])
+    _known(path, table["id"], spheres["id"], "sphere")
+    kinds = table["id"].map(spheres.set_index("id")["type"])
+    if (kinds != table["type"]).any() or table.duplicated(["step", "id"]).any() or _start_off(run, table):
+        raise ReplayError(f"{path} has other spheres, types or first places than history/spheres.parquet and the file that "
+                          f"scene.json starts from; expected the trajectory of this run: {AGAIN}")  # fmt: skip
+    return rows
+
+
+def _start_off(run: Path, table: pd.DataFrame) -> bool:
+    """Whether the first frame is not where the scene starts from."""
+    path = run / io.scene(run)["spheres_file"]
+    if not path.exists():
+        return False
+    start = io.columns(path, ["id", "x", "y", "z"]).merge(table[table["step"] == 0], on="id", suffixes=("_0", ""))
+    at, first = (start[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_0"))
+    return bool(
+        (np.abs(at - first) > TOLERANCE * np.maximum(np.abs(first).max(axis=1, initial=0.0), 1e-3)[:, None]).any()
+    )
+
+
+def _numbered(run: Path) -> dict[str, int]:
+    """Triangles and wall parts are numbered from zero through all of the scene's walls."""
+    walls, rows = io.scene(run)["walls"], {}
+    for name, of in (("triangle", "triangle_part"), ("part", "part_half_width_m")):
+        path, want = run / "history" / f"{name}s.parquet", sum(len(w[of]) for w in walls)
+        if np.sort(io.columns(path, [name])[name].to_numpy()).tolist() != list(range(want)):
+            raise ReplayError(
+                f"{path} is not whole; expected {name}s numbered 0 to {want - 1} as in scene.json: {AGAIN}"
+            )
+        rows[f"{name}s"] = want
+    return rows
+
+
+def _known(path: Path, found: pd.Series, known: Any, what: str) -> None:
+    """Refuse numbers that the start does not have."""
+    refuse(path, found[~found.isin(known)].to_numpy(), what)
+
+
+def _liquid(history: Path, planned: Plan) -> dict[str, int]:
+    """Ledger, films, energy at every output; bridges and wall films as many as the ledger says; events; contacts."""
+    ids = io.columns(history / "spheres.parquet", ["id"])["id"]
+    single = ("ledger", "energy") if planned.energy else ("ledger",)
+    rows = {name: _each(history / f"{name}.parquet", planned, 1) for name in single}
+    rows["films"] = _each(history / "films.parquet", planned, len(ids))
+    films = io.columns(history / "films.parquet", ["step", "id"])
+    _known(history / "films.parquet", films["id"], ids, "sphere")
+    columns = ["step", "walls", "initial", "bridge_count", "formations", "ruptures"]
+    ledger = io.columns(history / "ledger.parquet", columns).sort_values("step")
+    walls = io.columns(history / "wall_films.parquet", ["step", "triangle", "film"])
+    bridges = io.columns(history / "bridges.parquet", ["step"])
+    for name, table, weight, want, room in (
+        ("wall_films", walls, walls["film"].to_numpy(float), ledger["walls"], 1e-12 * ledger["initial"].max()),
+        ("bridges", bridges, np.ones(len(bridges)), ledger["bridge_count"], 0.0),
+    ):
+        path = history / f"{name}.parquet"
+        _steps(path, np.concatenate([table["step"], planned.outputs]), planned.outputs, "output steps")
+        sums = np.bincount(np.searchsorted(planned.outputs, table["step"]), weight, len(planned.outputs))
+        off = np.abs(sums - want.to_numpy(float)) > room
+        if off.any():
+            raise ReplayError(f"{path} holds {sums[off][0]:.6g} at step {planned.outputs[off][0]}, where the ledger has "
+                              f"{want.to_numpy()[off][0]:.6g}; expected both to be the same: {AGAIN}")  # fmt: skip
+        rows[name] = len(table)
+    triangles = history / "triangles.parquet"
+    known: Any = io.columns(triangles, ["triangle"])["triangle"] if triangles.exists() else []
+    _known(history / "wall_films.parquet", walls["triangle"], known, "triangle")
+    rows["events"] = _events(history / "events.parquet", ledger, planned)
+    rows["contacts"] = _contacts(history, planned)
+    return rows
+
+
+def _events(path: Path, ledger: pd.DataFrame, planned: Plan) -> int:
+    """An event log that ends before the ledger stops counting was cut; its number of rows."""
+    events = io.columns(path, ["step", "kind"])
+    _in_time(path, events, planned)
+    counted = event_counts(events, ledger)
+    right = (counted["logged"] == counted["counted"]).to_numpy()
+    last = counted["last"].iloc[0]
+    if not right.all() and right[(ledger["step"] <= last).to_numpy()].all():
+        end = int(counted["counted"].iloc[-1])
+        raise ReplayError(f"{path} ends with {counted['logged'].iloc[-1]} events at step {last}, where the ledger counts {end} "
+                          f"in all; expected every formation and rupture: {AGAIN}")  # fmt: skip
+    return int(counted["rows"].iloc[0])
+
+
+def event_counts(events: pd.DataFrame, ledger: pd.DataFrame) -> pd.DataFrame:
+    """Events up to each output by the log and by the ledger: `step`, `logged`, `counted`; `last` step and `rows` of the log."""
+    steps = np.sort(events["step"].to_numpy())
+    logged = np.searchsorted(steps, ledger["step"], "right")
+    counted = (ledger["formations"] + ledger["ruptures"]).to_numpy()
+    last = int(steps[-1]) if len(steps) else -1
+    return pd.DataFrame(
+        {"step": ledger["step"], "logged": logged, "counted": counted, "last": last, "rows": len(steps)}
+    )
+
+
+def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) -> pd.DataFrame:
+    """Rows of the contact log at every step of the windows, and bridges that act there by the event log: `logged`, `acting`.
+
+    A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
+    formation on.
+    """
+    steps, kind, at = planned.contact_steps, events["kind"].to_numpy(), events["step"].to_numpy()
+    formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left" if planned.every == 1 else "right")
+    ended = np.searchsorted(np.sort(at[kind == 1]), steps, "right")
+    rows = np.sort(contacts["step"].to_numpy())
+    logged = np.searchsorted(rows, steps, "right") - np.searchsorted(rows, steps, "left")
+    return pd.DataFrame({"step": steps, "logged": logged, "acting": formed - ended})
+
+
+def _contacts(history: Path, planned: Plan) -> int:
+    """Contacts in windows only, and in every window in which bridges act throughout; the number of rows."""
+    path = history / "contacts.parquet"
+    contacts, events = io.columns(path, ["step"]), io.columns(history / "events.parquet", ["step", "kind"])
+    steps = planned.contact_steps
+    _steps(
+        path, np.concatenate([contacts["step"].to_numpy(), steps]), steps, "steps of the windows at which bridges act"
+    )
+    count = contact_counts(contacts, events, planned)
+    lost = count[(count["logged"] == 0) & (count["acting"] > 0)]
+    if len(lost):
+        raise ReplayError(f"{path} has nothing at step {lost['step'].iloc[0]} of the windows, where "
+                          f"{lost['acting'].iloc[0]} bridges act by the event log; expected whole windows: {AGAIN}")  # fmt: skip
+    return len(contacts)
+
+
+def _recorded(path: Path, planned: Plan) -> int:
+    """Motion at every step of the windows; springs, of which a step may have none, at no other."""
+    steps = io.columns(path, ["step"])["step"].to_numpy()
+    more = np.zeros(0, int) if path.stem == "window_states" else planned.window_steps
+    _steps(path, np.concatenate([steps, more]), planned.window_steps, "steps of the windows")
+    return len(steps)
+
+
+def inputs(run: io.Run) -> None:
+    """Refuse start tables that are cut or of another scene."""
+    scene, history = io.scene(run.folder), run.folder / "history"
+    meta, types = run.meta, [c["radius_m"] for c in scene["classes"]]
+    planned = plan(run.folder)
+    if (
+        [t["radius"] for t in meta["types"]] != types
+        or meta["time_step"] != scene["time_step_s"]
+        or meta["output_steps"] != planned.outputs.tolist()
+    ):
+        raise ReplayError(f"{history / 'meta.json'} and scene.json differ in radii, time step or output steps; "
+                          f"expected both of one run: {AGAIN}")  # fmt: skip
+    groups = run.table("parts")["part_class"].nunique() if "parts" in run.tables else 0
+    groups = groups if scene["effects"].get("wall_films", True) else 0
+    nodes = 2 if scene["effects"].get("transfer") == "half" else int(scene.get("transfer_nodes", 201))
+    rows, want = len(run.table("transfer")), len(types) * (len(types) + groups) * nodes
+    if rows != want:
+        raise ReplayError(
+            f"{history / 'transfer.parquet'} holds {rows} rows; expected the {want} of scene.json: {AGAIN}"
+        )
+
+
+def _in_time(path: Path, events: pd.DataFrame, planned: Plan) -> None:
+    """Refuse events at steps at which the scene does not let the bridges act."""
+    late = events[events["step"] % planned.every != 0]
+    if len(late):
+        raise ReplayError(f"{path} has an event at step {late['step'].iloc[0]}; expected events at multiples of the scene's "
+                          f"bridges_every, {planned.every}: {AGAIN}")  # fmt: skip
+
+
+def counted(run: io.Run) -> list[Quantity]:
+    """Events against the ledger's counts, contacts against the bridges that act by the events."""
+    history = run.folder / "history"
+    log = io.columns(history / "events.parquet", ["step", "kind"])
+    events = event_counts(log, run.table("ledger").sort_values("step"))
+    contacts = contact_counts(io.columns(history / "contacts.parquet", ["step"]), log, plan(run.folder))
+    return [
+        compare(name, scale, rows["logged"].to_numpy(float), rows[other].to_numpy(float), np.ones(len(rows)), rows, 0.0)
+        for name, scale, rows, other in (
+            ("event_counts", "each counts 1", events, "counted"),
+            ("contact_rows", "each counts 1", contacts, "acting"),
+        )
+    ]
+
+
+def places(run: io.Run) -> pd.DataFrame:
+    """Places of spheres by the snapshots of the bridges: `step`, `id`, x, y, z [m]."""
+    return run.table("bridges")[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
+
+
+def trajectory(place: pd.DataFrame, table: pd.DataFrame) -> list[Quantity]:
+    """Places of spheres by another log (`step`, `id`, x, y, z) against rows of the trajectory at the steps that both have."""
+    both = place.merge(table[["step", "id", *"xyz"]], on=["step", "id"], suffixes=("", "_dump"))
+    own, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
+    size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
+    return [compare("trajectory", "largest coordinate, or 1 mm", dump, own, size, both, TOLERANCE)] if len(both) else []
+
+
+def rows(path: Path) -> int:
+    """Number of rows of a table."""
+    with io.readable(path):
+        return int(parquet.read_metadata(path).num_rows)

@@ -1,0 +1,1 @@
+"""Collisions of N wet spheres, a second time."""

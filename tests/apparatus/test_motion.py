@@ -1,0 +1,78 @@
+"""Vibration: velocity is the derivative, the engine's sum is what its source says, the ellipse has the paper's size."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from pywet.apparatus.motion import (
+    displacement,
+    engine_displacement,
+    position,
+    screen_ellipse,
+    slide_displacement,
+    velocity,
+    viblin_movers,
+)
+from pywet.scene import Slide, Vibration
+
+VIBRATION = Vibration(amplitude_m=(8e-5, 5e-5, 9e-4), phase_rad=(1.57, 0.8, 0.3), frequency_Hz=50.6)
+
+
+def test_velocity_is_the_derivative() -> None:
+    """Central difference of step h errs by (ωh)²/6 of aω: 1.7e-8 at h = 1 µs."""
+    time, h = np.linspace(0.0, 0.05, 101), 1e-6
+    difference = (position(VIBRATION, time + h) - position(VIBRATION, time - h)) / (2 * h)
+    np.testing.assert_allclose(velocity(VIBRATION, time), difference, atol=3e-7 * 9e-4 * 318)
+
+
+def test_engine_sum_is_that_of_the_mover() -> None:
+    """Σ over movers of axis · (−A ω sin(ω n Δt + p)) Δt, added up step by step as mesh_mover_linear.cpp does."""
+    step, steps = 2e-6, 5000
+    shift = np.zeros(3)
+    for n in range(1, steps + 1):
+        for m in viblin_movers(VIBRATION):
+            omega = 2.0 * math.pi / m.period_s
+            shift += np.array(m.axis) * (-m.amplitude_m * omega * math.sin(omega * (n * step) + m.phase_rad)) * step
+    np.testing.assert_allclose(engine_displacement(VIBRATION, steps, step), shift, atol=1e-15)
+
+
+def test_engine_sum_follows_the_sine_within_one_step() -> None:
+    step = 1e-6
+    n = np.arange(0, 200_000, 37)
+    difference = engine_displacement(VIBRATION, n, step) - displacement(VIBRATION, n * step)
+    bound = np.array(VIBRATION.amplitude_m) * 2 * math.pi * 50.6 * step
+    assert (np.abs(difference) <= bound).all()
+    np.testing.assert_array_equal(displacement(VIBRATION, 0.0), 0.0)
+    np.testing.assert_array_equal(engine_displacement(VIBRATION, 0, step), 0.0)
+
+
+@pytest.mark.parametrize(("set_amplitude", "vertical"), [(0.001, 0.0009), (0.0008, 0.00072)])
+def test_ellipse_of_the_paper(set_amplitude: float, vertical: float) -> None:
+    """Fig. 9: 0.9 or 0.72 mm up and down, under 0.1 mm sideways; an ellipse, so x is not zero where z is."""
+    vibration = screen_ellipse(set_amplitude)
+    x, y, z = vibration.amplitude_m
+    assert z == pytest.approx(vertical, rel=1e-12)
+    assert 0 < x < 1e-4
+    assert 0 < y < 1e-4
+    assert vibration.frequency_Hz == 50.6
+    turning = position(vibration, 0.0)
+    assert turning[2] == 0.0
+    assert turning[0] == pytest.approx(x)
+
+
+def test_movers_leave_out_axes_at_rest_and_print_all_digits() -> None:
+    vibration = Vibration(amplitude_m=(0.0, 0.0, 0.0009), phase_rad=(0.0, 0.0, 0.1), frequency_Hz=50.6)
+    (mover,) = viblin_movers(vibration)
+    words = mover.words.split()
+    assert words[:7] == ["viblin", "axis", "0", "0", "1", "order", "1"]
+    assert float(words[8]) == 0.0009
+    assert float(words[10]) == 0.1 - 0.5 * math.pi
+    assert float(words[12]) == 1 / 50.6
+
+
+def test_slide_moves_between_its_times() -> None:
+    slide = Slide(velocity_m_per_s=(0.5, 0.0, 0.0), opens_at_s=0.1, travel_s=0.2)
+    np.testing.assert_allclose(slide_displacement(slide, [0.0, 0.1, 0.2, 0.3, 1.0])[:, 0], [0, 0, 0.05, 0.1, 0.1])

@@ -1,0 +1,146 @@
+"""The command line: what outsiders rely on, and how it speaks of mistakes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import pywet
+from pywet.cli.app import app
+from tests.screening import synthetic
+
+CONFIG = Path(__file__).parent.parent.parent / "config"
+
+
+@pytest.fixture
+def runner() -> CliRunner:
+    return CliRunner(env={"COLUMNS": "200", "NO_COLOR": "1"})
+
+
+def test_help_loads_no_library_of_numbers() -> None:
+    """Else `pywet --help` would take a second and more: what computes is imported by the command that needs it."""
+    text = "import sys, pywet.cli.app; print(*{'numpy', 'pandas', 'scipy', 'numba', 'pydantic', 'pyarrow'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_while(
+    runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line on standard error where the mark of `pywet.cli.warm` is missing, else none; the answer is JSON alone."""
+    from pywet import machine_code
+    from pywet.collisions import spheres
+
+    monkeypatch.setattr(spheres, "run", lambda problem: problem)
+    monkeypatch.setattr(spheres, "describe", lambda problem: {"t_end": problem.t_end})
+    monkeypatch.setattr(machine_code, "_mark", lambda: tmp_path / "ready")
+    question = ["collide", "spheres", str(CONFIG.parent / "examples" / "three_equal_spheres.json")]
+    first = runner.invoke(app, question)
+    machine_code.mark()
+    second = runner.invoke(app, question)
+    assert first.stderr.startswith("compiling for this processor, once") and second.stderr == ""
+    assert json.loads(first.stdout) == json.loads(second.stdout) == {"t_end": 400.0}
+
+
+def test_version_is_that_of_the_package(runner: CliRunner) -> None:
+    said = runner.invoke(app, ["--version"])
+    assert (said.exit_code, said.output.split()) == (0, ["pywet", version("pywet")]) and pywet.__version__ == version(
+        "pywet"
+    )
+
+
+def test_every_command_of_the_architecture_exists(runner: CliRunner) -> None:
+    text = runner.invoke(app, ["--help"]).output
+    for name in ("doctor", "laws", "plan", "run", "bridge", "collide", "replay", "view"):
+        assert f" {name} " in text
+    below = runner.invoke(app, ["collide", "--help"]).output
+    assert " wall " in below
+    assert " spheres " in below
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (["plan", "99", "--config", str(CONFIG)], "there is no case 99"),
+        (["plan", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
+        (["run", "2", "--scale", "huge", "--config", str(CONFIG)], "there is no scale huge"),
+        (["plan", "2", "--config", "nowhere"], "could not be read"),
+        (["view", "nowhere"], "no scene.json in nowhere"),
+    ],
+)
+def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, command: list[str], said: str) -> None:
+    result = runner.invoke(app, command)
+    assert result.exit_code == 1
+    assert said in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert isinstance(result.exception, SystemExit)
+
+
+def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
+    lines = runner.invoke(app, ["plan", "1", "--config", str(CONFIG)]).output.strip().splitlines()
+    assert lines[0].split()[:2] == ["bridges", "off"]
+    switched = {line.split()[0]: line.split()[1] for line in lines}
+    assert {effect for effect, state in switched.items() if state == "on"} == {
+        "rolling",
+        "tangential_history",
+        "gravity",
+    }
+    assert set(switched.values()) == {"on", "off"} and len(switched) == 13
+
+
+def test_laws_lists_the_registry(runner: CliRunner) -> None:
+    text = runner.invoke(app, ["laws"]).output
+    for name in ("rabinovich", "pitois", "goldman", "willett_unequal", "shi_mccarthy", "parabola"):
+        assert name in text
+
+
+def test_replay_of_a_dry_run_has_nothing_to_do(runner: CliRunner, tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case01", moist=False)
+    result = runner.invoke(app, ["replay", str(run)])
+    assert (result.exit_code, "is dry" in result.output) == (0, True)
+
+
+def test_replay_says_by_its_status_what_it_found(runner: CliRunner, tmp_path: Path) -> None:
+    """2 and one sentence for a history that cannot be read; of several runs a line each and the worst status; JSON on request."""
+    dry = synthetic.make(tmp_path / "case01", moist=False)
+    (tmp_path / "case02" / "history").mkdir(parents=True)
+    (tmp_path / "case02" / "history" / "meta.json").write_text("{")
+    result = runner.invoke(app, ["replay", str(tmp_path / "case02")])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert len(result.stderr.strip().splitlines()) == 1 and "scene.json is missing" in result.stderr
+    result = runner.invoke(app, ["replay", str(dry), str(tmp_path / "case02"), str(tmp_path / "none")])
+    assert result.exit_code == 2
+    assert [line.split()[1] for line in result.stdout.strip().splitlines()] == ["dry", "unreadable", "unreadable"]
+    result = runner.invoke(app, ["replay", "--json", str(dry)])
+    assert result.exit_code == 0 and json.loads(result.stdout)["status"] == "dry"
+
+
+def test_view_writes_series_and_picture(runner: CliRunner, tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02")
+    result = runner.invoke(app, ["view", str(run), "--step", "200"])
+    assert result.exit_code == 0, result.output
+    made = result.output.split()
+    assert [Path(made[k]).exists() for k in range(4)] == [True] * 4
+
+
+def test_a_failed_stage_of_run_is_the_sentence(
+    runner: CliRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from pywet import stages
+    from pywet.errors import PywetError
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PywetError("the engine was given nonsense")
+
+    monkeypatch.setattr(stages, "simulate", refuse)
+    result = runner.invoke(app, ["run", "1", "--config", str(CONFIG), "--out", str(tmp_path / "case01")])
+    assert result.exit_code == 1
+    assert "stage simulate failed: the engine was given nonsense" in result.stderr
+    status = json.loads((tmp_path / "case01" / "status" / "simulate.json").read_text())
+    assert status["reason"] == "the engine was given nonsense"

@@ -1,0 +1,291 @@
+"""Faults planted in the engine's plugin: a patched copy of its sources in which each fault is switched on by its name.
+
+The shipped sources hold none of this. Every replacement must fit exactly one place, so a change of the plugin cannot make a
+fault vanish unseen. One scene shows them all: spheres of two sizes drawn off a floor, off a wire and off each other.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pywet.apparatus.solids import plate
+from pywet.apparatus.surface import make_surface
+from pywet.bench import small
+from pywet.engines.liggghts import build, driver
+from pywet.engines.process import Usage
+from pywet.scene import Scene
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
+
+LARGE, LITTLE = 2.5e-3, 1.5e-3
+SWITCH = """#pragma once
+#include <cstdlib>
+#include <cstring>
+inline bool planted(const char *name) {
+  static const char *is = getenv("PYWET_PLANTED");
+  return is && !strcmp(is, name);
+}
+"""
+LAWS = "find_forces(block, t);"
+LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
+    if (!t.acts[k]) continue;
+    const Bridge &b = bridges_[t.first + k];
+    const Geometry g = geometry_of(t, k);
+    const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
+    const double as = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
+    double row[ROWS][BATCH], pull[BATCH];
+    row[SEPARATION][0] = planted("gap left out") ? 0.0 : g.separation;
+    row[VOLUME][0] = planted("volume twice in the force") ? 2 * V : V;
+    row[RADIUS_I][0] = part * g.radius_i;
+    row[RADIUS_J][0] = part * as;
+    row[ANGLE_I][0] = b.angle_i;
+    row[ANGLE_J][0] = planted("angle of i on both sides") ? b.angle_i : b.angle_j;
+    laws.capillary(1, row[0], laws.surface_tension, laws.viscosity, t.prepared, pull);
+    t.pull[k] = pull[0];
+    if (planted("angles multiplied")) {
+      const bool two = b.kind == SPHERE;
+      const double r = two ? 2 * g.radius_i * as / (g.radius_i + as) : 2 * g.radius_i, flat = V / (PI * r);
+      const double d = flat / (s + std::sqrt(s * s + 2 * flat)), neck = PI * laws.surface_tension * r / (1 + s / (2 * d));
+      const double ci = std::cos(b.angle_i), cj = std::cos(b.angle_j);
+      t.pull[k] += neck * (2 * ci * cj - ci - cj);
+    }
+    const double h = std::max(g.separation, 1e-12), rj = g.radius_j, eta = laws.viscosity, vn = dot(g.vi - g.vj, g.n);
+    const double a = b.kind == SPHERE ? g.radius_i * rj / (g.radius_i + rj) : g.radius_i;
+    const double e = planted("r_eff for r_red") && b.kind == SPHERE ? 2 * a : a;
+    const double c = planted("S_min left out") ? h : h + 1e-3 * (b.kind == SPHERE ? 2 * a : a);
+    const double x = 1 - 1 / std::sqrt(1 + b.volume / (PI * e * c * c));
+    if (planted("S_min left out") || planted("r_eff for r_red")) t.viscous[k] = -6 * PI * eta * e * e * vn / c * x * x;
+    if (planted("viscous sign")) t.viscous[k] = -t.viscous[k];
+    if (planted("viscosity ten times")) t.viscous[k] = 10 * t.viscous[k];
+    const double spin = planted("spin left out") ? 0.0 : planted("spin sign") ? -1.0 : 1.0;
+    for (int m = 0; m < 3; m++) t.spin[m][k] *= spin;
+  }
+  find_forces(block, t);
+  if (planted("torque arm"))
+    for (int k = 0; k < t.n; k++)
+      for (int m = 0; m < 3; m++) t.torque_i[m][k] *= 1 + 0.5 * block.row[SEPARATION][k] / block.row[RADIUS_I][k];"""
+SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
+  for (Event &e : events_)
+    if (e.kind == FORMATION) {
+      if (planted("draws one after another")) {
+        double &i = taken[e.i], &j = e.partner_kind == SPHERE ? taken[e.j] : taken_wall[e.triangle];
+        const double held_j = e.partner_kind == SPHERE ? film[e.j] : walls.film[e.triangle];
+        if (film[e.i] > 0) e.share_i *= 1 - i / film[e.i];
+        if (held_j > 0) e.share_j *= 1 - j / held_j;
+        i += e.share_i;
+        j += e.share_j;
+      }
+      e.share_i *= grant[e.i];"""
+PATCHES: list[tuple[str, str, str]] = [
+    ("bridges.h", '#include "energy.h"', '#include "energy.h"\n#include "planted.h"'),
+    ("together.h", '#include "laws.h"', '#include "laws.h"\n#include "planted.h"'),
+    ("forces.cpp", LAWS, LAWS_PLANTED),
+    ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {",
+     "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {\n"
+     '  const double taken = planted("speed along n") ? 0.0 : 1.0;'),
+    ("together.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
+    ("forces.cpp", "if (!laws.dynamic_rupture) return",
+     'if (!laws.dynamic_rupture || planted("dynamic rupture ignored")) return'),
+    (
+        "forces.cpp",
+        "if (!(decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g))) continue;",
+        'const double f = planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0;\n'
+        "    if (!(decide && g.separation >= f * b.rupture_distance && g.separation >= f * rupture_limit(b, g))) continue;",
+    ),
+    ("formation.cpp", "block.longest[at] = b.rupture_distance;",
+     'block.longest[at] = (planted("early rupture") ? 0.8 : 1.0) * b.rupture_distance;'),
+    ("forces.cpp", "gather(t);",
+     'if (planted("evaporation"))\n'
+     "      for (int k = 0; k < t.n; k++) {\n"
+     "        bridges_[t.first + k].volume *= 1 - 1e-5;\n"
+     "        enter(t.first + k);\n"
+     "      }\n"
+     "    gather(t);"),
+    ("forces.cpp", "return b.volume * transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));",
+     "const double T = transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));\n"
+     '  return b.volume * (planted("transfer swapped") ? 1 - T : planted("half and half") ? 0.5 : T);'),
+    ("output.cpp", "store((-g.radius_i) * turn, c.torque_i);",
+     'store((-(g.radius_i + (planted("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
+    ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (planted("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
+    ("walls.h", "best.point = mesh.to_world(best.point);",
+     'best.point = mesh.to_world(best.point) + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
+    ("formation.cpp", "const double reach = radii + thickness_[i] + thickness_[j];",
+     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (thickness_[i] + thickness_[j]);'),
+    ("formation.cpp", "const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];",
+     "const double touch = pair.radii + (planted(\"films twice as thick\") ? 2 : 1) * (thickness_[pair.i] + thickness_[pair.j])\n"
+     '        - (planted("formation on touch") ? thickness_[pair.i] + thickness_[pair.j] : 0.0);'),
+    ("formation.cpp", "laws.from_sphere(held(film[pair.i]), g.radius_i, g.radius_j),",
+     'laws.from_sphere(held(film[pair.i]), g.radius_i, planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
+    ("formation.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
+    ("formation.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
+    ("booking.cpp", "for (Event &e : events_)\n    if (e.kind == FORMATION) {\n      e.share_i *= grant[e.i];", SEQUENTIAL),
+    ("booking.cpp", "e.volume = e.share_i + e.share_j;",
+     'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
+    ("booking.cpp", "const double sign = e.kind == FORMATION ? -1.0 : 1.0;",
+     'const double sign = e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
+    ("booking.cpp", "set_film(e.j, film[e.j] + sign * e.share_j);",
+     'set_film(e.j, film[e.j] + (planted("lost at rupture") && sign > 0 ? 0.0 : sign) * e.share_j);'),
+    ("booking.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
+     'laws.rupture(e.volume, b.radius_i, planted("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
+     "                                       b.angle_i, b.angle_j);"),
+]  # fmt: skip
+"""File, text that must be there once, text in its place."""
+
+
+NAMED: dict[str, tuple[str, str]] = {
+    "radius halved": ("capillary", "the radius is halved"),
+    "angles multiplied": ("capillary", "the cosines of the contact angles are multiplied"),
+    "angle of i on both sides": ("capillary", "the contact angle of i is used on both sides"),
+    "wall as sphere": ("capillary", "a wall is treated as a sphere of the particle's size"),
+    "gap left out": ("capillary", "the gap is left out"),
+    "volume twice in the force": ("capillary", "the volume counts twice"),
+    "S_min left out": ("viscous_law", "S_min is left out"),
+    "r_eff for r_red": ("viscous_law", "r_eff stands in place of r_red"),
+    "viscous sign": ("viscous_law", "the sign is turned"),
+    "viscosity ten times": ("viscous_law", "it is 10 times what it should be"),
+    "spin left out": ("viscous_tangential", "the spin is left out"),
+    "spin sign": ("viscous_tangential", "the sign of the spin is turned"),
+    "speed along n": ("viscous_tangential", "the speed along n counts too"),
+    "torque arm": ("torque_i", "the arm reaches to the middle of the gap"),
+    "dynamic rupture ignored": ("rupture_limit", "dynamic rupture is ignored"),
+    "early rupture": ("rupture_due", "it is made too early (at 0.80"),
+    "late rupture": ("standing_beyond_limit", "it is made too late (a bridge still stands at 1.25 of its limit)"),
+    "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
+    "films twice as thick": ("formation_due", "it is made too early"),
+    "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
+    "drawn as from equal spheres": ("share_i", "spheres are treated as equal"),
+    "wire as wall": ("share_i", "a wire is treated as a large wall"),
+    "draws one after another": ("share_i", "draws of one step are taken one after another"),
+    "volume twice": ("volume", "the volume is drawn twice"),
+    "drawn twice": ("film_after", "the volume is drawn twice"),
+    "lost at rupture": ("film_after", "liquid given back to j is lost"),
+    "transfer swapped": ("share_i", "the transfer ratio is swapped"),
+    "half and half": ("share_i", "the liquid is shared half and half"),
+    "evaporation": ("contact_volume", "it changes while the bridge stands"),
+}
+"""Fault, and the link that must break with the words it must be named by."""
+MOTION: dict[str, tuple[str, str]] = {
+    "half of it acts": ("newton_force", "every force of bridges: half of it counts"),
+    "closest point": ("wall_closest_point", "it is off by (1e-05, 0, 0) m"),
+}
+"""Faults that only the recorded motion shows (`output.window_trajectories`), and how they are named."""
+UNSEEN: dict[str, tuple[str, bool, str]] = {
+    "forces that act": ("half of it acts", True, "half of each force acts, all of it is logged, no motion is recorded"),
+    "closest point of a wall": (
+        "closest point",
+        True,
+        "it is 10 µm off in the log as in the forces, no motion is recorded",
+    ),
+    "forces outside the contact log": (
+        "viscous sign",
+        False,
+        "the sign of a force is turned where no contact is logged",
+    ),
+    "late rupture outside the contact log": ("late rupture", False, "bridges rupture at 1.25 of their limit there"),
+}
+"""What the replay of the logs does not see: fault, whether contacts are logged, in words."""
+
+
+def patched_sources(folder: Path) -> Path:
+    """A copy of the plugin's sources with the switches planted."""
+    shutil.copytree(build.SOURCES, folder)
+    (folder / "planted.h").write_text(SWITCH)
+    for name, old, new in PATCHES:
+        text = (folder / name).read_text()
+        if text.count(old) != 1:
+            raise AssertionError(f"{name} holds {text.count(old)} places like `{old}`; expected 1: mend PATCHES")
+        (folder / name).write_text(text.replace(old, new))
+    return folder
+
+
+def scene(run_dir: Path, contact_log: bool = True, motion: bool = False) -> list[small.Sphere]:
+    """Four spheres, without overlaps: off the floor, off a thin plate, off each other, and one that comes near.
+
+    They are driven; where their motion is recorded they are free.
+    """
+    top = 2 * LARGE + 2 * LITTLE + 4.9e-4
+    bodies = [
+        small.Sphere(1, (0.0, 0.0, LARGE + 2e-5), (0.01, 0.0, 0.06), (0.0, 5.0, 2.0), driven=True),
+        small.Sphere(2, (0.0, 0.0, 2 * LARGE + LITTLE + 4e-5), (0.0, 0.02, 0.13), (3.0, -4.0, 0.0), driven=True),
+        small.Sphere(1, (0.03, 0.0, LARGE + 2e-5), (0.0, 0.01, 0.06), (1.0, 2.0, 3.0), driven=True),
+        small.Sphere(2, (0.0, 0.0, top + LITTLE), (0.0, 0.0, 0.115), (-2.0, 0.0, 4.0), driven=True),
+    ]
+    bar = 0.5 * np.array([[-1e-3, -0.02], [1e-3, -0.02], [1e-3, 0.02], [-1e-3, 0.02]]) + [0.03, 0.0]
+    walls = [small.floor(half_side=0.015), make_surface("bar", "wall", plate(bar, -0.008, 0.0))]
+    if motion:
+        bodies = [replace(b, driven=False) for b in bodies]
+    angles = zip(spheres_of(LARGE, LITTLE), (0.5, 0.2), strict=True)
+    classes = [c.model_copy(update={"contact_angle_rad": a}) for c, a in angles]
+    small.prepare(
+        run_dir, classes, bodies, contacts(2, stiffness=1e4), liquid=WATER, effects=small.PAPER, walls=walls,
+        wall_angle_rad=math.pi / 4, time_step_s=5e-5, steps=500, output_interval_s=5e-3, log_every_step=contact_log,
+        window_trajectories=motion,
+    )  # fmt: skip
+    return bodies
+
+
+class Foundry:
+    """Runs scenes with the patched plugin; one process that loads everything once and forks for each run."""
+
+    def __init__(self, folder: Path) -> None:
+        environment = {
+            **os.environ, "OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+            "OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_mpi_yield_when_idle": "1",
+        }  # fmt: skip
+        command = [
+            sys.executable,
+            "-m",
+            "tests.engines.liggghts.planted_worker",
+            str(patched_sources(folder / "sources")),
+        ]
+        self._worker = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            cwd=Path(__file__).parents[3],
+        )
+        self._answer()
+
+    def _answer(self) -> str:
+        assert self._worker.stdout is not None
+        line = self._worker.stdout.readline().strip()
+        assert line, "the patched plugin does not build or its worker has died"
+        return line
+
+    def run(self, run_dir: Path, bodies: list[small.Sphere], fault: str) -> None:
+        """Run a prepared scene with one fault switched on."""
+
+        def execute(command: list[str], folder: Path, scene: Scene, *_: object) -> Usage:
+            assert self._worker.stdin is not None
+            print(fault, run_dir.resolve(), folder, sep="\t", file=self._worker.stdin, flush=True)
+            status = self._answer()
+            assert status == "0", (folder / "output.log").read_text()[-1000:]
+            return Usage(0.0, None)
+
+        extra, free = small.drive(bodies)
+        driver.run(run_dir, 1, progress=False, extra=extra, integrate=free, launch=execute)
+
+    def close(self) -> None:
+        """End the process."""
+        assert self._worker.stdin is not None
+        self._worker.stdin.close()
+        self._worker.wait(timeout=30)
+
+
+def claims(run_dir: Path, change: Callable[[dict], None]) -> None:
+    """Change what a run says of its own laws and constants."""
+    path = run_dir / "history" / "meta.json"
+    meta = json.loads(path.read_text())
+    change(meta)
+    path.write_text(json.dumps(meta))

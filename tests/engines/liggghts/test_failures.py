@@ -1,0 +1,214 @@
+"""What goes wrong inside the engine ends in one sentence, and nothing half-written looks finished."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pywet.bench import small
+from pywet.engines import process
+from pywet.engines.liggghts import build, checkpoint, collecting, driver
+from pywet.errors import PywetError
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
+
+pytestmark = pytest.mark.engine
+R = 2.5e-3
+LAW = '''
+from pywet.laws.force_law import force_law
+
+@force_law
+def bad(separation: float, volume: float, radius_i: float, radius_j: float, contact_angle_i: float,
+        contact_angle_j: float, surface_tension: float) -> float:
+    """Fine on the probe grid, NaN in a narrow range of gaps."""
+    if 4.0e-4 < separation < 5.0e-4:
+        return (separation - separation) / (separation - separation)
+    return 1e-6
+'''
+
+
+def pair(run_dir: Path, law: str = "rabinovich", speed: float = 0.05, **options: object) -> None:
+    """Two wet spheres drawn apart."""
+    spheres = [
+        small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
+        small.Sphere(1, (0.0, 0.0, 2 * R), (0.0, 0.0, speed), driven=True),
+    ]
+    small.prepare(
+        run_dir, spheres_of(R), spheres, contacts(1), liquid=WATER,
+        effects=small.PAPER.model_copy(update={"capillary": law}), time_step_s=2e-5, steps=1000, **options,
+    )  # type: ignore[arg-type]  # fmt: skip
+    small.run(run_dir, spheres)
+
+
+def test_nan_of_a_law_stops_the_run_and_names_the_contact(tmp_path: Path) -> None:
+    """The spheres, the step and the separation, to six digits; the finished-run folder does not appear."""
+    path = tmp_path / "law.py"
+    path.write_text(LAW)
+    said = r"not finite for the bridge of sphere 1 and sphere 2 at step \d+ \(separation 0\.00040098\d m\)"
+    with pytest.raises(PywetError, match=said):
+        pair(tmp_path / "run", f"{path}:bad", speed=0.0501234)  # a multiple of 1.002468e-6 m each step
+    assert not (tmp_path / "run" / "engine").exists()
+
+
+def test_unknown_law(tmp_path: Path) -> None:
+    """The sentence lists what exists."""
+    with pytest.raises(PywetError, match="rabinovich"):
+        pair(tmp_path, "rabinovitch")
+
+
+def test_sphere_flying_out(tmp_path: Path) -> None:
+    """A sphere that leaves the box stops the run with a sentence."""
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.0), (0.0, 0.0, 50.0))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1), time_step_s=1e-5, steps=1000, box=0.01)
+    with pytest.raises(PywetError, match="left the simulated box"):
+        small.run(tmp_path, spheres)
+
+
+def test_sphere_outside_the_box(tmp_path: Path) -> None:
+    """Refused before the engine starts."""
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.5))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
+    with pytest.raises(PywetError, match="sphere 1 starts outside the box"):
+        small.run(tmp_path, spheres)
+
+
+def test_film_thicker_than_the_neighbour_list_allows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Films that could touch unseen stop the run."""
+    monkeypatch.setattr("pywet.engines.liggghts.deck.FILM_GROWTH", 0.5)
+    with pytest.raises(PywetError, match="raise FILM_GROWTH"):
+        pair(tmp_path)
+
+
+def test_engine_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the program: which package to install."""
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(PywetError, match="make setup"):
+        driver.run(tmp_path, progress=False)
+
+
+def test_engine_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The plugin is refused for another engine."""
+    monkeypatch.setattr(process, "package_version", lambda package: "4.0.0-1")
+    with pytest.raises(PywetError, match=r"LIGGGHTS 4\.0\.0-1 is installed, the plugin is written for 3\.8\.0"):
+        build.engine_version()
+
+
+def test_disk_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A write that fails leaves no run that looks finished."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
+    monkeypatch.setattr(collecting, "convert_trajectory", full)
+    with pytest.raises(PywetError, match="No space left on device"):
+        small.run(tmp_path, spheres)
+    assert not (tmp_path / "engine").exists()
+
+
+def free(run_dir: Path, bodies: list[small.Sphere], **options: object) -> None:
+    """Free wet spheres."""
+    given: dict[str, object] = {"time_step_s": 2e-5, "steps": 1000, "output_interval_s": 1e-2, **options}
+    small.prepare(run_dir, spheres_of(R), bodies, contacts(1), liquid=WATER, effects=small.PAPER, **given)  # type: ignore[arg-type]
+    small.run(run_dir, bodies)
+
+
+def test_sphere_that_leaves_the_box_is_named(tmp_path: Path) -> None:
+    """A moist run names the sphere and the step, saves where everything was, and does not look finished."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (2.0, 0.0, 0.0))]
+    with pytest.raises(PywetError, match=r"sphere 2 left the simulated box before step \d+"):
+        free(tmp_path, bodies, box=0.03)
+    assert not (tmp_path / "engine").exists()
+    text = (tmp_path / "engine.partial" / "stopped.0.csv").read_text().splitlines()
+    assert text[0].startswith("# step") and text[2].startswith("1,")
+
+
+def test_too_large_an_overlap_is_named(tmp_path: Path) -> None:
+    """Two spheres pressed into each other."""
+    bodies = [
+        small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
+        small.Sphere(1, (0.0, 0.0, 2 * R), (0.0, 0.0, -0.2), driven=True),
+    ]
+    with pytest.raises(
+        PywetError, match=r"sphere 1 overlaps sphere 2 by 0\.50\d* of its radius at step \d+.*too large a time step"
+    ):
+        free(tmp_path, bodies)
+
+
+def test_too_fast_for_the_time_step(tmp_path: Path) -> None:
+    """More than a tenth of the radius in a step."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (30.0, 0.0, 0.0))]
+    with pytest.raises(PywetError, match=r"sphere 2 moves at 30 m/s at step \d+.*lower the time step"):
+        free(tmp_path, bodies)
+
+
+def test_nan_velocity_is_named(tmp_path: Path) -> None:
+    """Not-a-number is no speed."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.02, 0.0, 0.0), (float("nan"), 0.0, 0.0))]
+    with pytest.raises(PywetError, match=r"sphere 2 (moves at -?nan|left)"):
+        free(tmp_path, bodies)
+
+
+def test_film_below_zero_is_named(tmp_path: Path) -> None:
+    """A formation law that gives back more than it draws, at radii that no probe has, is found out in the run."""
+    path = tmp_path / "law.py"
+    text = "from pywet.laws.force_law import force_law\n"
+    names = {"a": "film_volume_i, radius_i, radius_j", "b": "film_volume_i, radius_i, half_width"}
+    names |= {"c": "film_thickness, radius_i", "d": "film_thickness, radius_i, half_width"}
+    for name, arguments in names.items():
+        value = (
+            "0.1 * film_volume_i if radius_i < 2.1e-3 or radius_i > 4e-3 else -0.05 * film_volume_i"
+            if name == "a"
+            else "0.0"
+        )
+        text += f'@force_law\ndef {name}({arguments}):\n    """Test."""\n    return {value}\n\n'
+    path.write_text(text + "laws = (a, b, c, d)\n")
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(2, (0.0, 0.0, R + 2e-3))]
+    small.prepare(
+        tmp_path / "run", spheres_of(R, 2e-3), bodies, contacts(2),
+        liquid=WATER, effects=small.PAPER.model_copy(update={"formation": f"{path}:laws"}), time_step_s=2e-5, steps=200,
+    )  # fmt: skip
+    with pytest.raises(PywetError, match=r"draws a share below zero from sphere 1"):
+        small.run(tmp_path / "run", bodies)
+
+
+def test_two_runs_in_one_folder(tmp_path: Path) -> None:
+    """The second one is refused."""
+    spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
+    small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
+    with process.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
+        small.run(tmp_path, spheres)
+
+
+def test_the_last_word_of_an_aborting_engine_is_kept(tmp_path: Path) -> None:
+    """LIGGGHTS ends by MPI_Abort, which flushes nothing: the message is in the log that the sentence names all the same."""
+    bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.0, 2.001 * R), (0.0, 0.0, 0.1))]
+    small.prepare(
+        tmp_path, spheres_of(R), bodies, contacts(1), liquid=WATER.model_copy(update={"viscosity_Pa_s": 1e5}),
+        effects=small.PAPER, time_step_s=1e-5, steps=10,
+    )  # fmt: skip
+    with pytest.raises(PywetError, match=r"Too many neighbor bins \(all messages: .*output\.log\)"):
+        small.run(tmp_path, bodies, allow_unstable=True)
+    assert b"Too many neighbor bins" in (tmp_path / "engine.partial" / "output.log").read_bytes()
+
+
+def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ranks without MPI are not a matter of a writable folder."""
+    small.prepare(tmp_path, spheres_of(R), [small.Sphere(1, (0.0, 0.0, 0.0))], contacts(1))
+    monkeypatch.setattr(shutil, "which", lambda name: None if name == "mpirun" else f"/usr/bin/{name}")
+    with pytest.raises(PywetError, match="2 ranks were asked for but there is no mpirun; expected openmpi-bin"):
+        driver.run(tmp_path, ranks=2)
+
+
+def test_progress_is_what_the_engine_has_said_last(tmp_path: Path) -> None:
+    """The setting up after a checkpoint is 10 kB of messages, and the engine's own log lags behind what it prints."""
+    assert checkpoint.last_step(tmp_path) == 0
+    head = "    Step    Atoms         KinEng            CPU\n"
+    rows = head + "       0     4211              0              0\n  294922     4211   0.025    42.1\n"
+    (tmp_path / "output.log").write_text(rows + 100 * ("fix move_wires all move/mesh " + 70 * "x" + "\n"))
+    (tmp_path / "log.liggghts").write_text(head)
+    assert checkpoint.last_step(tmp_path) == 294922

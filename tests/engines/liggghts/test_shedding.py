@@ -1,0 +1,149 @@
+"""Drops: when a film lets go, how much, and where it lands."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet.apparatus.initial import film_volume
+from pywet.apparatus.surface import Surface
+from pywet.bench import small
+from pywet.scene import Effects, Liquid
+from pywet.schema import LARGE_WALL, NOTHING, SPHERE
+from tests.engines.liggghts import beds
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
+
+pytestmark = pytest.mark.engine
+R, G, RHO, SIGMA = 2.5e-3, 9.81, 998.2, 0.02
+SOAPY = Liquid(
+    surface_tension_N_per_m=SIGMA, viscosity_Pa_s=1e-3, density_kg_per_m3=RHO, initial_film_thickness_m=4.5e-4
+)
+FILM = film_volume(SOAPY.initial_film_thickness_m, R)
+HANGS = 2.0 * math.pi * R * SIGMA / (RHO * G)
+DRIPPING = small.PAPER.model_copy(update={"shedding": "tate"})
+
+
+def falling(acceleration: float) -> float:
+    """What falls off [m3] by Harkins and Brown's curve in the form 3.60 Φ^2.81 = Bo."""
+    bond = RHO * acceleration * R**2 / SIGMA
+    return R**3 / ((bond / 3.60) ** (1.0 / 2.81)) ** 3
+
+
+def drops_of(
+    run_dir: Path, spheres: list[small.Sphere], walls: list[Surface] | None = None, steps: int = 4000
+) -> pd.DataFrame:
+    """Drops of a small scene under gravity; its liquid stays all there."""
+    small.prepare(
+        run_dir, spheres_of(R), spheres, contacts(1), liquid=SOAPY, effects=DRIPPING, walls=walls or [], steps=steps,
+        gravity=(0.0, 0.0, -G), output_interval_s=1e-3, log_every_step=False,
+    )  # fmt: skip
+    small.run(run_dir, spheres)
+    ledger = beds.table(run_dir, "history/ledger")
+    total = ledger[["films", "bridges", "walls", "left"]].sum(axis=1)
+    assert (total - len(spheres) * FILM).abs().max() < 1e-14 * FILM * len(spheres)
+    return beds.table(run_dir, "history/drops")
+
+
+def held(x: float, z: float) -> small.Sphere:
+    """A sphere that does not move."""
+    return small.Sphere(1, (x, 0.0, z), driven=True)
+
+
+def test_a_held_sphere_drips_on_the_floor(tmp_path: Path) -> None:
+    """The film is 1.3 times what hangs at rest: one drop once the film feels nearly g, and what is left holds."""
+    assert 1.2 * HANGS < FILM < 1.4 * HANGS
+    drops = drops_of(tmp_path, [held(0.0, 0.03)], [small.floor()])
+    assert len(drops) == 1
+    drop = drops.iloc[0]
+    # 1 - exp(-t/tau) = HANGS/FILM, seen at the next whole millisecond
+    tau = math.sqrt(3.0 * RHO * FILM / (32.0 * math.pi * SIGMA))
+    waited = math.ceil(-tau * math.log(1.0 - HANGS / FILM) / 1e-3) * 1e-3
+    assert drop["time"] == pytest.approx(waited, abs=1e-9)
+    felt = G * (1.0 - math.exp(-waited / tau))
+    assert drop[["felt_x", "felt_y", "felt_z"]].to_list() == pytest.approx([0.0, 0.0, felt], rel=1e-9)
+    assert drop["volume"] == pytest.approx(falling(felt), rel=1e-9)
+    assert drop["partner_kind"] == LARGE_WALL and drop["fallen"] == pytest.approx(0.03, rel=1e-12)
+    end = beds.table(tmp_path, "history/ledger").iloc[-1]
+    assert end["walls"] == pytest.approx(drop["volume"], rel=1e-12) and end["left"] == 0.0
+
+
+def test_in_free_flight_nothing_lets_go(tmp_path: Path) -> None:
+    """A sphere that falls feels nothing, whatever hangs on it."""
+    assert drops_of(tmp_path, [small.Sphere(1, (0.0, 0.0, 0.05), (0.1, 0.0, 0.3))]).empty
+
+
+def test_drops_fall_on_what_is_below_and_else_leave(tmp_path: Path) -> None:
+    """The first surface below the centre, at its height there; beside it there is nothing, and the ledger says so."""
+    spheres = [held(0.0, 0.03), held(1e-3, 0.01), held(0.02, 0.03)]
+    every = drops_of(tmp_path, spheres, steps=1300)
+    drops = every.drop_duplicates("i").set_index("i")
+    top = 0.01 + math.sqrt(R**2 - 1e-6)
+    assert drops.loc[1, "partner_kind"] == SPHERE and drops.loc[1, "j"] == 2
+    assert drops.loc[1, "fallen"] == pytest.approx(0.03 - top, rel=1e-12)
+    assert drops.loc[3, "partner_kind"] == NOTHING and drops.loc[3, "j"] == -1
+    assert drops.loc[2, "partner_kind"] == NOTHING
+    left = beds.table(tmp_path, "history/ledger")["left"].iloc[-1]
+    assert left == pytest.approx(every.loc[every["partner_kind"] == NOTHING, "volume"].sum(), rel=1e-12)
+
+
+def test_a_shaken_film_feels_the_mean_of_a_millisecond(tmp_path: Path) -> None:
+    """x = A sin(2 pi t/T), 5 g at the peak: mean of the specific force in each millisecond, followed with the film's own time.
+
+    The engine's speeds are half a step old: 5 microseconds of 20 ms shift the force by at most 0.2 % of 5 g.
+    """
+    amplitude, period = 5.0 * G * (0.02 / (2.0 * math.pi)) ** 2, 0.02
+    start = (0.0, 0.0, amplitude * 2.0 * math.pi / period)
+    sphere = small.Sphere(1, (0.0, 0.0, 0.03), start, driven=True, wiggle=((0.0, 0.0, amplitude), period))
+    drop = drops_of(tmp_path, [sphere], [small.floor()]).iloc[0]
+    omega = 2.0 * math.pi / period
+    tau = math.sqrt(3.0 * RHO * FILM / (32.0 * math.pi * SIGMA))
+    felt, times = 0.0, np.arange(0.0, 0.04, 1e-3)
+    for before, end in pairwise(times):
+        mean = amplitude * omega * (math.cos(omega * end) - math.cos(omega * before)) / 1e-3 + G
+        felt += (1.0 - math.exp(-1e-3 / tau)) * (mean - felt)
+        if abs(felt) > G * HANGS / FILM:
+            break
+    assert drop["time"] == pytest.approx(end, abs=1e-9) and end > 2e-3
+    assert drop["felt_z"] == pytest.approx(felt, abs=0.002 * 5.0 * G)
+
+
+def test_ranks_agree_on_drops(tmp_path: Path) -> None:
+    """A bed of 200 spheres on a vibrating floor drips alike on one rank and two, and loses nothing."""
+    spheres = beds.bed((6, 6, 6))
+    effects = DRIPPING.model_copy(update={"liquid_weight": True})
+    for ranks in (1, 2):
+        beds.prepare(tmp_path / str(ranks), spheres, 700, effects=effects, liquid=SOAPY)
+        small.run(tmp_path / str(ranks), spheres, ranks)
+    one, two = (beds.table(tmp_path / str(ranks), "history/drops") for ranks in (1, 2))
+    assert len(one) > 30 and set(one["partner_kind"]) >= {SPHERE, LARGE_WALL}
+    same = ["step", "i", "j", "partner_kind"]
+    pd.testing.assert_frame_equal(one[same], two[same])
+    assert np.allclose(one["volume"], two["volume"], rtol=1e-7)
+    ledger = beds.table(tmp_path / "2", "history/ledger")
+    held_in_all = ledger[["films", "bridges", "walls", "left"]].sum(axis=1)
+    assert (held_in_all / ledger["initial"] - 1.0).abs().max() < 1e-13
+
+
+def test_where_nothing_is_wet_or_falls_it_is_refused(tmp_path: Path) -> None:
+    """One sentence: without bridges there is neither effect, without gravity no drop falls."""
+    for effect in ({"liquid_weight": True}, {"shedding": "tate"}):
+        with pytest.raises(ValueError, match="liquid_weight or shedding is on but bridges are off; expected both off"):
+            Effects(bridges=False, **effect)
+    with pytest.raises(ValueError, match="shedding is tate but there is no gravity for drops to fall; expected none"):
+        small.prepare(tmp_path, spheres_of(R), [held(0.0, 0.0)], contacts(1), liquid=SOAPY, effects=DRIPPING)
+    assert not (tmp_path / "scene.json").exists()
+
+
+def test_water_in_a_thin_film_never_drips(tmp_path: Path) -> None:
+    """Switched on where nothing is due it changes no bit."""
+    spheres = beds.bed((3, 3, 3))
+    for name, effects in (("on", DRIPPING), ("off", small.PAPER)):
+        beds.prepare(tmp_path / name, spheres, 200, effects=effects, liquid=WATER)
+        small.run(tmp_path / name, spheres)
+    assert beds.table(tmp_path / "on", "history/drops").empty
+    assert beds.apart(tmp_path / "on", tmp_path / "off").max() == 0.0

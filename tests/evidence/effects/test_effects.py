@@ -1,0 +1,168 @@
+"""The plan against everything on, in small scenes; what is off is not there; the study's judgement on made-up numbers."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from pywet import stages
+from pywet.bench import small
+from pywet.engines.liggghts import deck, plugin_api
+from pywet.evidence.effects import page, runs, study, verdict
+from pywet.evidence.effects.scenes import SCENES
+from pywet.files import write_json
+from tests.engines.liggghts import beds
+
+SMALL = {
+    "collision": (1.0, 1),
+    "fast_dilute": (0.3, 3),
+    "thick_oil": (0.4, 1),
+    "micron_powder": (0.2, 2),
+    "dry_glass": (0.2, 1),
+}
+"""Scene -> size and number of first arrangements."""
+
+
+def records_of(name: str, folder: Path, variants: set[str]) -> list[dict[str, Any]]:
+    size, seeds = SMALL[name]
+    return [r for seed in range(seeds) for r in runs.run_all(name, seed, size, folder, variants)]
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize(
+    ("name", "left_out"),
+    [
+        (
+            "collision",
+            {"capillary", "viscous_tangential", "dynamic_rupture", "wall_films", "sharing_by_size", "gravity"},
+        ),
+        ("fast_dilute", {"bridges"}),
+        ("thick_oil", {"viscous_normal", "viscous_tangential", "dynamic_rupture"}),
+        ("micron_powder", {"dynamic_rupture"}),
+        ("dry_glass", set()),
+    ],
+)
+def test_the_plan_is_right(tmp_path: Path, name: str, left_out: set[str]) -> None:
+    """No wanted quantity changes by more than the tolerance beyond twice the standard error over the first arrangements."""
+    size, _ = SMALL[name]
+    setup = SCENES[name].setup(0, size)
+    made = runs.plan_of(setup, decide="tolerance")
+    on = {row.effect for row in runs.plan_of(setup).rows if row.on}
+    out = {row.effect for row in made.rows if row.effect in on and not row.on}
+    assert left_out - on <= {"wall_films", "sharing_by_size", "gravity"}
+    assert left_out & on <= out, made.lines
+    found = records_of(name, tmp_path, {runs.EVERYTHING, runs.PLANNED, runs.IDLE})
+    judged = verdict.choices(found)
+    plan = next(c for c in judged if c.variant == runs.PLANNED)
+    assert plan.harmless, plan.worst
+    for quantity in plan.changes:
+        # the spread must not hide what it is to show: half of a quantity is never scatter
+        assert quantity.spread < 0.5, quantity
+    if name == "dry_glass":
+        stock, idle = (next(r for r in found if r["variant"] == v) for v in (runs.EVERYTHING, runs.IDLE))
+        assert stock["wanted"] == idle["wanted"]  # bit for bit: a plugin without liquid changes nothing
+        assert not stock["plugin"] and stock["plugin_arrays_B"] == 0 and stock["shares"] is None
+        assert stock["peak_memory_B"] < 0.5 * idle["peak_memory_B"]  # 46 against 341 MB
+
+
+@pytest.mark.parametrize("name", ["moist_pom", "wet_drum", "screening"])
+def test_a_scene_that_needs_everything_gets_it(name: str) -> None:
+    """Water on beads that meet walls and each other: no number is below two per cent."""
+    setup = SCENES[name].setup(0, 1.0)
+    assert runs.plan_of(setup, decide="tolerance").effects == runs.plan_of(setup).effects
+
+
+@pytest.mark.engine
+def test_sharing_and_walls_off_are_cross_checked(tmp_path: Path) -> None:
+    """Half to either side, no bridge with a wall, and the independent replay agrees with every event and force."""
+    scene = beds.prepare(tmp_path, beds.bed((4, 4, 3)), 1500)
+    effects = scene.effects.model_copy(update={"transfer": "half", "wall_films": False})
+    scene = scene.model_copy(update={"effects": effects})
+    write_json(tmp_path / "scene.json", scene.model_dump(mode="json"))
+    small.run(tmp_path, [])
+    events = pd.read_parquet(tmp_path / "history" / "events.parquet")
+    broken = events[events["kind"] == 1]
+    assert len(broken) >= 2 and (events["partner_kind"] == 0).all()
+    assert (broken["share_i"] == broken["share_j"]).all()
+    replayed = stages.replay(tmp_path)
+    assert replayed is not None and replayed["ok"] and not replayed.get("unchecked")
+    assert pd.read_parquet(tmp_path / "history" / "ledger.parquet")["walls"].max() == 0.0
+
+
+def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
+    """Walls off: stock meshes without sums of force, no wall rows of transfer; halves: two nodes a row instead of 201."""
+    scene = beds.prepare(tmp_path, beds.bed((2, 2, 2)), 100)
+    off = scene.effects.model_copy(
+        update={"transfer": "half", "wall_films": False, "tangential_history": False, "rolling": False}
+    )
+    bare = scene.model_copy(update={"effects": off})
+    assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface/stress"}
+    assert {deck.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
+    assert len(plugin_api.transfer_tables(scene)) == 201 * (4 + 2 * len(plugin_api.wall_groups(scene)))
+    assert len(plugin_api.transfer_tables(bare)) == 2 * 4
+    properties = deck.property_matrices(bare)
+    assert "coefficientRollingFriction" not in properties
+    drag = float(properties["gammat_abs"].split()[0])
+    # half of what a dense packing bears at this step, with spin: c < 2/7 m_eff/(4 dt)
+    assert drag == pytest.approx(0.5 * 2 / 7 * 0.5 * scene.classes[0].mass_kg / (4 * scene.time_step_s))
+    assert set(deck.property_matrices(scene)["gammat_abs"].split()) == {"0.0"}
+
+
+def record(variant: str, seed: int, value: float, time: float, on: bool = True) -> dict[str, Any]:
+    effects = {"bridges": True, "capillary": "rabinovich" if on else None, "rolling": True, "tangential_history": True,
+               "gravity": True, "transfer": "parabola", "wall_films": True, "viscous_normal": "pitois",
+               "viscous_tangential": "goldman", "dynamic_rupture": "pitois"}  # fmt: skip
+    rows = [
+        {"effect": e, "predicted_share": 0.25} for e in ("gravity", "capillary", "viscous_normal", "viscous_tangential")
+    ]
+    return {
+        "scene": "moist_pom", "seed": seed, "variant": variant, "effects": effects, "wanted": {"mean_height": value},
+        "cpu_s": time, "loop_cpu_s": time, "wall_s": time, "steps": 100, "spheres": 10, "plugin": True, "peak_memory_B": 10**8,
+        "plugin_arrays_B": 1000, "shares": {r["effect"]: 0.25 for r in rows}, "plan": rows,
+    }  # fmt: skip
+
+
+def made_up(change: float, scatter: float) -> list[dict[str, Any]]:
+    found = []
+    for seed, wobble in enumerate((-scatter, 0.0, scatter)):
+        found.append(record(runs.EVERYTHING, seed, 1.0, 2.0))
+        found.append(record(runs.PLANNED, seed, 1.0 + change + wobble, 1.0, on=False))
+        found.append(record("no capillary", seed, 1.0 + change + wobble, 1.0, on=False))
+    return found
+
+
+def test_judgement_by_hand() -> None:
+    """Half the time is a saving of 50 %. -s, 0, s over three seeds have the variance s²; of two degrees of freedom the median is
+    ln 2 of the true one, so that the spread is twice sqrt(s²/ln 2/3).
+    """
+    plan = verdict.choices(made_up(0.05, 0.01))[0]
+    assert plan.worst.change == pytest.approx(0.05) and plan.worst.spread == pytest.approx(
+        0.02 / (3 * math.log(2)) ** 0.5
+    )
+    assert not plan.harmless and plan.saving == pytest.approx(0.5)
+    assert verdict.choices(made_up(0.02, 0.0))[0].worst.sure == pytest.approx(0.02)
+    assert verdict.choices(made_up(0.019, 0.0))[0].harmless
+    assert verdict.left_out(made_up(0.0, 0.0)) == ["capillary"]
+
+
+def test_page_from_records(tmp_path: Path) -> None:
+    """Cards, matrix and verdict follow from the records alone, and a wrong plan is called wrong."""
+    records = {"moist_pom": made_up(0.3, 0.0)}
+    judged = {"moist_pom": verdict.choices(records["moist_pom"])}
+    text = page.write_page(tmp_path / "effects.html", records, judged).read_text()
+    assert "0 of 1" in text and 'class="bad">wrong' in text and "+30.00 %" in text
+    assert study.table(records, judged)["scenes"]["moist_pom"]["plan_right"] is False
+    assert "WRONG" in study.lines(records, judged)[0]
+
+
+@pytest.mark.parametrize("name", ["dry_glass", "moist_pom", "micron_powder"])
+@pytest.mark.parametrize("seed", range(6))
+def test_no_bed_begins_with_spheres_in_the_floor(name: str, seed: int) -> None:
+    """A floor that a sphere begins in throws it up, and through its column the topmost one out of the box."""
+    setup = SCENES[name].setup(seed, 1.0)
+    radius = {c.type: c.radius_m for c in setup.classes}
+    assert min(s.position[2] - radius[s.kind] for s in setup.spheres) > -1e-15

@@ -1,0 +1,157 @@
+"""Campaign, kept tables and page: what is stored, what goes on after a failure, and that the page follows from the tables."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pywet import config as settings
+from pywet.apparatus.motion import velocity
+from pywet.errors import PywetError
+from pywet.evidence.accuracy.cost import Coefficients
+from pywet.evidence.full_scale import campaign, kept, page
+from pywet.evidence.full_scale.kept import Kept, keep, wedged
+from pywet.files import read_json, write_json, write_table
+from pywet.runs.rundir import RunDir
+from pywet.scene import Vibration
+from pywet.screening import results, summary
+from tests.evidence.full_scale.made import make
+from tests.evidence.test_times import costs_of
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parents[3]
+MACHINE = Coefficients(costs_of(335), costs_of(17416))
+
+
+@pytest.fixture
+def finished(tmp_path: Path) -> Path:
+    """A run directory with results, and a replay that agrees."""
+    run = synthetic.make(tmp_path / "run" / "case02", moist=True)
+    row = {"scale": "largest force", "count": 12, "largest": 1e-15, "median": 0.0, "tolerance": 1e-9}
+    write_json(run / "replay.json", {"quantities": {"capillary": row}})
+    results.write(run)
+    summary.write(run)
+    return run
+
+
+def test_what_is_kept_can_be_read_again(finished: Path, tmp_path: Path) -> None:
+    one = keep(finished, tmp_path / "data", "case02-1", {"case": 2, "variant": "", "scale": "full"})
+    table = RunDir(finished).table("results/fraction_retained")
+    np.testing.assert_allclose(one.retained(), table["fraction_retained"], rtol=1e-6)
+    assert (one.case, one.about["contacts"], one.about["ledger_error"] < 1e-12) == (2, 12, True)
+    held = one.liquid("coarse_material", "fines")[-1] + one.walls[-1] + one.liquid("collecting_bin")[-1]
+    assert held == pytest.approx(1.0, rel=1e-6)
+    assert list(kept.variants(tmp_path / "data")[""]) == [2]
+
+
+def test_a_run_that_may_not_be_believed_is_not_kept(finished: Path, tmp_path: Path) -> None:
+    replay = read_json(finished / "replay.json", "")
+    replay["quantities"]["capillary"]["largest"] = 1e-3
+    write_json(finished / "replay.json", replay)
+    with pytest.raises(PywetError, match="the replay disagrees on capillary"):
+        keep(finished, tmp_path / "data", "case02-1", {"case": 2})
+    assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.parametrize(
+    ("height", "share", "stuck"), [(6e-3, 1.0, False), (3e-3, 1.0, True), (3e-3, 0.6, True), (3e-3, 0.4, False)]
+)
+def test_a_sphere_is_wedged_when_it_moves_with_the_screen(
+    tmp_path: Path, height: float, share: float, stuck: bool
+) -> None:
+    """A sphere of 4 mm over the vibrating screen with a share of its speed: stuck when slower against it than half of that."""
+    run = synthetic.make(tmp_path / "case02", moist=True)
+    shaken = Vibration(amplitude_m=(0.0, 0.0, 9e-4), phase_rad=(0.0, 0.0, 0.0), frequency_Hz=50.0)
+    scene = RunDir(run).scene.model_copy(update={"vibration": shaken})
+    write_json(run / "scene.json", scene.model_dump(mode="json"))
+    assert scene.time_step_s * 100 * 50.0 == pytest.approx(
+        0.5
+    )  # at the outputs the screen is in its middle, at its fastest
+    table, motion = RunDir(run).trajectory.astype({"vz": float}), RunDir(run).mesh_motion
+    coarse = table["id"] == 1
+    shift = table.loc[coarse, "step"].map(motion[motion["mesh"] == "wires"].set_index("step")["dz"]).to_numpy()
+    table.loc[coarse, "z"] = scene.screen_z_m + shift + height
+    table.loc[coarse, ["vx", "vy"]] = 0.0
+    table.loc[coarse, "vz"] = share * velocity(shaken, table.loc[coarse, "time"].to_numpy())[:, 2]
+    write_table(table, run / "trajectory.parquet")
+    found = wedged(RunDir(run))[:, 0]
+    assert len(found) == 3 and (found == stuck).all()
+
+
+FAKE = """
+import shutil, sys
+number, seed, out = sys.argv[1], sys.argv[3], sys.argv[5]
+if number == "1":
+    sys.exit("case 1 cannot be run")
+shutil.copytree(sys.argv[0].replace("fake.py", "run/case02"), out, dirs_exist_ok=True)
+"""
+
+
+def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_again(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "fake.py").write_text(FAKE)
+    loaded = settings.load(ROOT / "config")
+    jobs = campaign.prepare(loaded, [1, 2], [7], "smoke", tmp_path / "out", "", MACHINE)
+    data, command = tmp_path / "data", [sys.executable, str(tmp_path / "fake.py")]
+    failed = campaign.Campaign(jobs, data, command, {"variant": "", "scale": "smoke"}, cores=2).run()
+    assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
+    assert Kept(data / "case02-7").case == 2
+    assert "case02-7: kept in" in capsys.readouterr().out
+
+
+def test_disk_and_time_follow_from_the_configuration() -> None:
+    """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, case 1 at full scale 101 MB: within a quarter."""
+    loaded = settings.load(ROOT / "config")
+    dry, moist = campaign.prepare(loaded, [1, 2], [1], "full", Path("out"), "", MACHINE)
+    assert moist.name == "case02-1" and moist.seconds - dry.seconds > 1e-7 * moist.load.evaluations
+    smoke = campaign.prepare(loaded, [1, 2], [1], "smoke", Path("out"), "", MACHINE)
+    disk = [job.disk_B for job in (*smoke, dry)]
+    np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6], rtol=0.25)
+    lines = campaign.table([dry, moist])
+    assert [line.split()[0] for line in lines] == ["case", "1", "2", "all"]
+    assert float(lines[-1].split()[1]) == pytest.approx((dry.seconds + moist.seconds) / 3600.0, abs=0.05)
+
+
+def test_the_campaign_turns_what_it_says(tmp_path: Path) -> None:
+    for variant, stiffness, fraction in (("", 0.1, 0.1), ("paper", 1.0, 0.05)):
+        loaded = settings.load(campaign.turned(ROOT / "config", tmp_path, variant))
+        assert loaded.scale("full").stiffness_factor.value == stiffness
+        assert loaded.settings.time_step.fraction.value == fraction
+
+
+def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of 2 h, one half done in 2 h: as slow as it was, 2 h for its rest and 4 h for the other (the start counts 10 min)."""
+    loaded = settings.load(ROOT / "config")
+    first, second = campaign.prepare(loaded, [1, 2], [1], "smoke", tmp_path, "", MACHINE)
+    for job in (first, second):
+        job.seconds = 7200.0
+    one = campaign.Campaign([first, second], tmp_path, [], {}, cores=1)
+    assert one.to_go([first, second], []) == 14400.0 and one.to_go([], []) == 0.0
+    monkeypatch.setattr(campaign.Job, "step", property(lambda job: job.steps // 2))
+    monkeypatch.setattr(campaign.time, "monotonic", lambda: 7200.0)
+    assert one.to_go([second], [first]) == pytest.approx(10800.0 * (7200 + 600) / (3600 + 600), rel=1e-3)
+
+
+def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> None:
+    folder = tmp_path / "full_scale"
+    data = ROOT / "docs" / "full_scale" / "data"
+    if data.exists():
+        folder.mkdir()
+        (folder / "data").symlink_to(data)
+    assert page.write(folder / "data", settings.load(ROOT / "config")) == (ROOT / "docs" / "full_scale.md").read_text()
+
+
+def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
+    for case in (1, 2, 11):
+        make(tmp_path / "data", case)
+    text = page.write(tmp_path / "data", settings.load(ROOT / "config"))
+    assert (
+        "Not run yet: 3, 4, 5" in text
+        and "| case02-1 | full, springs 1e+04 N/m, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
+    )
+    assert {p.name for p in tmp_path.glob("*.svg")} == {"fig10.svg", "fig12.svg", "fig13.svg", "fig14.svg", "fig15.svg"}
+    assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))

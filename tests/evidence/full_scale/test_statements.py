@@ -1,0 +1,106 @@
+"""How statements of the paper are judged: by thresholds, by seeds, by what is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pywet.evidence.full_scale import kept
+from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, above, below, decide, judge
+from pywet.evidence.full_scale.statements import STATEMENTS
+from tests.evidence.full_scale.made import COARSE_SHARE, TIMES, make
+
+OF = {s.number: s for s in STATEMENTS}
+
+
+def runs(data: Path) -> dict[int, list[kept.Kept]]:
+    return kept.variants(data)[""]
+
+
+def test_every_statement_of_the_paper_is_there_once() -> None:
+    assert [s.number for s in STATEMENTS] == list(range(1, 34))
+    assert all(s.parts and all(1 <= c <= 18 for c in s.cases) for s in STATEMENTS)
+
+
+@pytest.mark.parametrize("part", [above("x", 1.0, lambda c: 0.0), below("x", 1.0, lambda c: 0.0)])
+def test_seeds_must_lie_on_one_side(part: object) -> None:
+    """Student's 95 % half width of (a, b) is 12.706 |a − b|/2: 1.1 and 1.2 have 1.15 ± 0.64, 2.0 and 2.1 have 2.05 ± 0.64."""
+    more = part.more  # type: ignore[attr-defined]
+    assert decide(part, [1.1, 1.2]) == OPEN  # type: ignore[arg-type]
+    assert decide(part, [2.0, 2.1]) == (HOLDS if more else FAILS)  # type: ignore[arg-type]
+    assert decide(part, [0.0, -0.1]) == (FAILS if more else HOLDS)  # type: ignore[arg-type]
+    assert decide(part, [1.1]) == (HOLDS if more else FAILS)  # type: ignore[arg-type]
+
+
+def test_the_undersize_left_is_judged_at_15_s(tmp_path: Path) -> None:
+    """exp(−0.4·15) = 0.0025 and exp(−0.32·15) = 0.0082: U = 0.0053; at a quarter of the rates U = 0.26."""
+    make(tmp_path, 1, rate=0.4)
+    answer = judge(OF[1], runs(tmp_path))
+    assert (answer.verdict, answer.values[0][0]) == (HOLDS, pytest.approx(0.00535, abs=2e-4))
+    make(tmp_path, 1, rate=0.1)
+    assert judge(OF[1], runs(tmp_path)).verdict == FAILS
+
+
+def test_cases_are_compared_at_the_same_seed(tmp_path: Path) -> None:
+    make(tmp_path, 1, seed=1), make(tmp_path, 4, seed=2)
+    assert judge(OF[2], runs(tmp_path)).verdict == MISSING
+    make(tmp_path, 4, seed=1, rate=0.3)
+    assert judge(OF[2], runs(tmp_path)).verdict == HOLDS
+    make(tmp_path, 1, seed=2, rate=0.5)
+    assert len(judge(OF[2], runs(tmp_path)).values[0]) == 2
+
+
+def rate_of(case: int) -> float:
+    """Rates that show what the paper says of Y: moist slower, 0.8 mm slower, 5.6 mm much slower."""
+    slow = {1: 0.5, 2: 0.4, 3: 0.39, 4: 0.45, 5: 0.35, 6: 0.3, 7: 0.25, 8: 0.15, 9: 0.1,
+            10: 0.5, 11: 0.48, 12: 0.46, 13: 0.45, 14: 0.445, 15: 0.44, 16: 0.24, 17: 0.2, 18: 0.18}  # fmt: skip
+    return slow[case]
+
+
+def test_all_statements_are_answered_where_all_cases_are_there(tmp_path: Path) -> None:
+    """With rates made to order the statements on Y(t) hold, and turned round they do not."""
+    for case in range(1, 19):
+        make(tmp_path, case, rate=rate_of(case), walls=0.3 if case == 2 else 0.1, large=10.0 if case == 7 else 5.0)
+    answers = {n: judge(OF[n], runs(tmp_path)) for n in OF}
+    assert MISSING not in {a.verdict for a in answers.values()}
+    assert all(np.isfinite(v).all() for a in answers.values() for v in a.values)
+    for number in (1, 2, 4, 6, 7, 8, 9, 11, 12, 13, 16, 18, 23, 24, 25, 27, 30, 33):
+        assert answers[number].verdict == HOLDS, (number, answers[number])
+    for case in range(1, 19):
+        make(tmp_path, case, rate=rate_of(19 - case), near=2.0 * rate_of(19 - case), walls=0.1 if case == 2 else 0.3)
+    answers = {n: judge(OF[n], runs(tmp_path)) for n in OF}
+    for number in (2, 4, 6, 16, 18, 24, 25):
+        assert answers[number].verdict == FAILS, (number, answers[number])
+
+
+def test_a_run_is_read_at_times_it_has(tmp_path: Path) -> None:
+    run = make(tmp_path, 2)
+    assert run.retained()[0] == 1.0 and run.end == 20.0
+    assert run.at(run.retained(), 0.0) == 1.0
+    assert run.mean(np.asarray(TIMES), 2.0, 4.0) == pytest.approx(3.0)
+    assert run.undersize[0] == pytest.approx(1.0)
+    assert run.at(run.walls, 20.0) == pytest.approx(0.2 * (1.0 - np.exp(-10.0)))
+    assert run.about["coarse_share"] == COARSE_SHARE
+
+
+@pytest.mark.parametrize(
+    ("break_it", "said"),
+    [
+        (lambda folder: (folder / "spheres.csv").unlink(), "lacks a whole table"),
+        (lambda folder: (folder / "run.json").write_text("[]"), "names no case"),
+        (
+            lambda folder: (folder / "fraction_retained.csv").write_text("time_since_opening_s\n0\n1\n"),
+            "lacks the column",
+        ),
+    ],
+)
+def test_damaged_tables_are_a_sentence(tmp_path: Path, break_it: Callable[[Path], None], said: str) -> None:
+    run = make(tmp_path, 2)
+    break_it(run.folder)
+    with pytest.raises(kept.PywetError, match=said):
+        _ = run.case, run.count("above", "small"), run.retained()
+    with pytest.raises(kept.PywetError, match="is not in it"):
+        make(tmp_path, 2).at(TIMES, 21.0)

@@ -1,0 +1,90 @@
+"""The stability study: reproducible cases, its parts against the workflow, and what the cases brought to light."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet.evidence.stability import campaign, hard, maps, report, running, sweep
+from pywet.laws.exact_bridge import rupture
+from reference_impl.replay import exact, laws
+
+RULES = Path(__file__).parents[3] / "workflow" / "rules" / "study_stability.smk"
+
+
+def test_the_same_seed_gives_the_same_cases() -> None:
+    """Bit for bit; another seed gives others."""
+    one, two, other = campaign.draw_batch(1, 3, 20), campaign.draw_batch(1, 3, 20), campaign.draw_batch(2, 3, 20)
+    assert one.cells[0].bodies == two.cells[0].bodies and one.time_step == two.time_step
+    assert one.time_step != other.time_step
+
+
+def test_cases_cover_the_stated_ranges() -> None:
+    """Over 40 batches: radii from 20 um to 10 mm, size ratio to 10, liquids from none to 10 Pa s; steps within the advisor's."""
+    batches = [campaign.draw_batch(1, n, 1) for n in range(40)]
+    radii = np.array([[c.radius_m for c in b.classes] for b in batches])
+    assert radii.min() >= 20e-6 and radii.max() <= 10e-3 * (1 + 1e-12)
+    assert (radii[:, 1] / radii[:, 0]).max() > 8.0
+    viscosity = [b.liquid.viscosity_Pa_s for b in batches]
+    assert min(viscosity) == 0.0 and 1.0 < max(viscosity) <= 10.0
+    assert {b.how for b in batches} == {"explicit", "semi_implicit"} and {b.ranks for b in batches} == {1, 2}
+    assert all(b.time_step < 0.3 * campaign.allowed_step(b) for b in batches[:3])
+
+
+def test_rules_know_the_maps_and_the_scenes() -> None:
+    """The workflow names as many rows and scenes as there are; 40 batches of 50 are 2000 cases."""
+    text = RULES.read_text()
+    for name, chart in maps.MAPS.items():
+        assert f'"{name}": {len(chart.y[1])}' in text
+    assert all(f'"{name}"' in text for name in hard.SCENES)
+    found = re.search(r"STABILITY_BATCHES = 1, (\d+)", text)
+    assert found and int(found.group(1)) == sweep.batches(2000)
+
+
+@pytest.mark.engine
+def test_a_cell_that_stops_the_run_is_quieted(tmp_path: Path) -> None:
+    """The two that guards object to are named; the third comes through, and its liquid is whole."""
+    batch, stopped = running.run_cells(hard.out_of_the_box(), tmp_path / "run", allow_unstable=True)
+    assert set(stopped) == {"too fast for the step", "pressed too deep"}
+    assert "lower the time step" in stopped["too fast for the step"] and "overlaps" in stopped["pressed too deep"]
+    assert len(batch.cells) == 3
+
+
+def test_share_of_a_bridge_that_swallows_a_wire() -> None:
+    """A meridian that meets the large body beyond its equator widens before it narrows: its neck is still found.
+
+    Against the independent solution, 1e-9 as both are converged to better.
+    """
+    thin = 1.0 / 7.0
+    for volume in (0.3, 0.4, 0.5):
+        other = exact.end((volume, 1.0, thin, 0.0, 0.0))
+        assert other is not None
+        mine = rupture(volume, 1.0, thin, 0.0, 0.0)
+        assert mine.transfer_ratio == pytest.approx(other.transfer_ratio_i, abs=1e-9)
+        assert mine.transfer_ratio < 1.0
+
+
+def test_dynamic_rupture_without_surface_tension() -> None:
+    """The static distance holds, also at rest, where the formula would be 0/0."""
+    assert (laws.pitois_factor(np.array([0.0, 0.1]), 1e-3, 0.0) == 1.0).all()
+
+
+def test_score_counts_both_sides_of_the_line() -> None:
+    """Points within and beyond the advisor's line."""
+    table = pd.DataFrame({"limit": [2.0, 2.0, 0.5, 0.5], "state": ["stable", "energy", "stable", "stopped"]})
+    assert report.score(table) == {
+        "inside": 2, "inside_stable": 1, "inside_stopped": 0, "outside": 2, "outside_stable": 1,
+    }  # fmt: skip
+
+
+def test_advised_step_for_the_energy_of_a_contact() -> None:
+    """k dt^2/m = 0.04 for a pair of elastic spheres: a quarter of it, 1 %, is what a collision can make."""
+    batch = maps.stiffness_batch(1.0)
+    one = maps.stiffness_limit(float(maps.STIFFNESSES[0]), 1.0) * maps.STEP_STIFFNESS
+    m = 0.5 * batch.classes[0].mass_kg
+    assert one <= 2.0 * math.sqrt(m / maps.STIFFNESSES[0]) * (1.0 + 1e-9)

@@ -1,0 +1,86 @@
+"""The time step advisor: closed forms, what governs, the sentence of refusal, and the true limit in the engine."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from pywet.errors import PywetError
+from pywet.plan import time_steps as advisor
+from tests.engines.liggghts import stability
+
+
+def test_closed_forms() -> None:
+    """Spring alone 2 sqrt(m/k), drag alone 2 m/c, and with both explicit and semi-implicit the roots of the margins."""
+    assert advisor.largest_step(2.0, 8.0, 0.0, 0.0, False) == pytest.approx(1.0, rel=1e-12)
+    assert advisor.largest_step(2.0, 0.0, 0.0, 8.0, False) == pytest.approx(0.5, rel=1e-12)
+    k, c, m = 3.0, 5.0, 2.0
+    both = (-c + math.sqrt(c * c + 4 * k * m)) / k
+    assert advisor.largest_step(m, k, 0.0, c, False) == pytest.approx(both, rel=1e-12)
+    implicit = (c + math.sqrt(c * c + 4 * k * m)) / k
+    assert advisor.largest_step(m, k, 0.0, c, True) == pytest.approx(implicit, rel=1e-12)
+    assert math.isinf(advisor.largest_step(m, 0.0, 0.0, c, True))
+    assert advisor.largest_step(m, k, 0.0, 0.0, False, 4.0) == pytest.approx(math.sqrt(m / k), rel=1e-12)
+
+
+def test_a_wet_and_viscous_scene_is_governed_by_the_drag(tmp_path: Path) -> None:
+    """And a thin liquid by the contact; the lines say so."""
+    thick, _ = stability.pressed_pair(tmp_path / "thick", 1.0, 2e-6, "explicit")
+    thin, _ = stability.pressed_pair(tmp_path / "thin", 1e-4, 2e-5, "explicit")
+    assert advisor.advise(thick).governs.effect == "viscous normal"
+    assert advisor.advise(thin).governs.effect in ("contact", "viscous normal")
+    assert "which is: viscous normal" in advisor.advise(thick).lines[-1]
+
+
+def test_unstable_step_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    """It names the scene, the step, the effect, the bodies, the limit and the remedy."""
+    scene, _ = stability.pressed_pair(tmp_path, 1.0, 4e-5, "explicit")
+    with pytest.raises(
+        PywetError, match=r"4e-05 s, would be unstable: the viscous normal of class1 and class1 allows at most "
+    ):
+        advisor.refuse_unstable(scene)
+    scene, _ = stability.pressed_pair(tmp_path, 1.0, 4e-5, "semi_implicit")
+    advisor.refuse_unstable(scene)
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize(
+    ("viscosity", "how"),
+    [
+        (1.0, "explicit"),
+        pytest.param(1e-4, "explicit", marks=pytest.mark.slow),
+        pytest.param(0.01, "semi_implicit", marks=pytest.mark.slow),
+    ],
+)
+def test_limit_in_the_engine(tmp_path: Path, viscosity: float, how: str) -> None:
+    """At 0.97 of the advised limit a pair comes to rest, at 1.03 it does not."""
+    limit, _ = stability.advised(tmp_path / "advised", viscosity, how)
+    assert stability.is_stable(tmp_path / "below", viscosity, 0.97 * limit, how)
+    assert not stability.is_stable(tmp_path / "above", viscosity, 1.03 * limit, how)
+
+
+@pytest.mark.engine
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("viscosity", "how"),
+    [(eta, "explicit") for eta in (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)]
+    + [(eta, "semi_implicit") for eta in (1e-3, 1e-2, 0.1)],
+)
+def test_limit_by_bisection(tmp_path: Path, viscosity: float, how: str) -> None:
+    """The advised limit is within 5 % of the true one: six halvings of an interval of 1.5/0.7 leave 1.2 %, and at 1e-4 Pa s a
+    swing close to the limit dies away too slowly to be told from one that does not."""
+    limit, _ = stability.advised(tmp_path, viscosity, how)
+    assert stability.true_limit(tmp_path, viscosity, how, limit) == pytest.approx(limit, rel=0.05)
+
+
+@pytest.mark.engine
+@pytest.mark.slow
+@pytest.mark.parametrize("viscosity", [1.0, 10.0, 1000.0])
+def test_semi_implicit_is_stable_at_the_contact_limit(tmp_path: Path, viscosity: float) -> None:
+    """Whatever the viscosity, a step just below the dry contact's limit is stable."""
+    scene, _ = stability.pressed_pair(tmp_path / "advised", viscosity, 1e-6, "semi_implicit")
+    contact = next(limit for limit in advisor.advise(scene).limits if limit.effect == "contact")
+    assert advisor.advise(scene).governs == contact
+    assert stability.is_stable(tmp_path / "run", viscosity, 0.97 * contact.time_step_s, "semi_implicit")

@@ -1,0 +1,64 @@
+"""The picture, looked at by numbers: a sphere's film must show as blue where the sphere is, in both ways of drawing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from pywet.errors import PywetError
+from pywet.report import render, sketch
+from pywet.runs.rundir import RunDir
+from tests.screening import synthetic
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return synthetic.make(tmp_path / "case02")
+
+
+def _share_of_blue(picture: Path) -> float:
+    image = matplotlib.image.imread(picture)[..., :3]
+    return float(np.mean(image[..., 2] - image[..., 0] > 0.15))
+
+
+def test_telling_step_is_where_a_third_has_passed(run: Path) -> None:
+    # Two spheres pass, at steps 100 and 200: a third of two has passed at step 100.
+    assert render.telling_step(RunDir(run)) == 100
+
+
+def test_colours_reach_a_little_beyond_the_thickest_film(run: Path) -> None:
+    # Thickest at the start: 5e-9 m3 on a 2 mm sphere, h = (3L/(4 pi) + r^3)^(1/3) - r = 98.2 um.
+    thickest = (3 * 5e-9 / (4 * np.pi) + 8e-9) ** (1 / 3) - 2e-3
+    assert render.colour_limit(RunDir(run), 0) == pytest.approx(1.05 * thickest, rel=1e-9)
+
+
+def test_sketch_shows_the_films(run: Path, tmp_path: Path) -> None:
+    sketch.draw(RunDir(run), 0, tmp_path / "sketch.png")
+    # The discs of three spheres cover several per cent of the picture.
+    assert _share_of_blue(tmp_path / "sketch.png") > 0.02
+
+
+def test_picture_is_drawn_whatever_the_machine_has(run: Path, tmp_path: Path) -> None:
+    how = render.write(run, tmp_path / "picture.png", step=0)
+    assert how in ("vtk", "matplotlib")
+    assert _share_of_blue(tmp_path / "picture.png") > 0.01
+
+
+def test_falls_back_when_vtk_dies(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(render.sys, "executable", "/bin/false")
+    assert render.write(run, tmp_path / "picture.png", step=0) == "matplotlib"
+
+
+def test_a_step_without_output_is_refused(run: Path, tmp_path: Path) -> None:
+    with pytest.raises(PywetError, match="step 7 is not an output step"):
+        render.write(run, tmp_path / "picture.png", step=7)
+
+
+def test_projection_keeps_heights_and_order() -> None:
+    # Straight up: right unchanged, up by cos(tilt); a point in front (smaller y) is nearer.
+    up = sketch.project(np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
+    np.testing.assert_allclose(up[0], [0.0, np.cos(sketch.TILT), np.sin(sketch.TILT)], atol=1e-15)
+    assert up[1, 2] > 0

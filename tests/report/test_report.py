@@ -1,0 +1,180 @@
+"""The report of synthetic cases: what a person must find in it, done and failed."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from pywet import config as settings
+from pywet import stages
+from pywet.errors import PywetError
+from pywet.report import plots, presets, report
+from pywet.report.collect import CaseResult, collect
+from pywet.scene import Scene
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parent.parent.parent
+REPLAY = {
+    "quantities": {
+        "bridge_volume": {"scale": "itself", "count": 3, "largest": 2e-12, "median": 1e-16, "tolerance": 1e-9}
+    }
+}
+CASES = (1, 2, 3)
+
+
+@pytest.fixture(scope="module")
+def config() -> settings.Config:
+    return settings.load(ROOT / "config")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Case 1 dry and done, case 2 moist and done, case 3 failed in the engine."""
+    for number in CASES:
+        run = synthetic.make(tmp_path / f"case{number:02d}", moist=number > 1, name=f"case{number:02d}")
+        classes = [
+            {**c, "name": name}
+            for c, name in zip(json.loads((run / "scene.json").read_text())["classes"], ("large", "small"), strict=True)
+        ]
+        (run / "scene.json").write_text(
+            json.dumps({**json.loads((run / "scene.json").read_text()), "classes": classes})
+        )
+        assert Scene.read(run / "scene.json").classes[1].name == "small"
+        if number > 1:
+            (run / "replay.json").write_text(json.dumps(REPLAY))
+        for stage in stages.NEEDS:
+            stages.attempt(run, stage, _work(run, number, stage))
+    return tmp_path
+
+
+@pytest.fixture
+def unbridged(tmp_path: Path) -> Path:
+    """Cases 2 and 3 with liquid and `effects.bridges: off`: films that nothing touches, no ledger and no replay."""
+    for number in (2, 3):
+        run = synthetic.make(tmp_path / f"case{number:02d}", name=f"case{number:02d}", bridges=False)
+        for stage in stages.NEEDS:
+            stages.attempt(run, stage, _work(run, number=2, stage=stage))
+    return tmp_path
+
+
+def _work(run: Path, number: int, stage: str):  # type: ignore[no-untyped-def]
+    def work() -> None:
+        if (number, stage) == (3, "simulate"):
+            raise PywetError("LIGGGHTS stopped: spheres left the simulated box <lost>")
+        if stage == "results":
+            stages.results(run)
+
+    return work
+
+
+def _write(config: settings.Config, folder: Path, picture: Path | None = None) -> str:
+    report.write(config, "smoke", CASES, folder, ROOT / "workflow" / "report", picture, folder / "report.html")
+    return (folder / "report.html").read_text()
+
+
+def test_report_counts_done_and_cross_checked_cases(config: settings.Config, folder: Path) -> None:
+    text = _write(config, folder)
+    assert re.search(r"<b>2 of 3</b><span>cases done", text)
+    assert re.search(r"<b>1 of 2</b><span>moist cases cross-checked", text)
+    assert "2.0e−12" in text
+
+
+def test_moist_cases_without_bridges_are_done_and_have_no_ledger(config: settings.Config, unbridged: Path) -> None:
+    report.write(config, "smoke", (2, 3), unbridged, ROOT / "workflow" / "report", None, unbridged / "report.html")
+    text = (unbridged / "report.html").read_text()
+    assert re.search(r"<b>2 of 2</b><span>cases done", text) and re.search(r"<b>0 of 0</b><span>moist cases", text)
+    ledger = text.partition('<section id="ledger">')[2].partition("</section>")[0]
+    assert ledger.count("<tr>") == 1  # the head alone
+
+
+def test_the_summary_of_a_dry_run_is_not_taken_for_a_moist_case(config: settings.Config, tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02", moist=False)
+    for stage in stages.NEEDS:
+        stages.attempt(run, stage, _work(run, number=1, stage=stage))
+    assert "that of a dry run" in collect(tmp_path, [config.case(2)])[0].problems[0]
+
+
+def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: settings.Config, folder: Path) -> None:
+    """The synthetic run's ledger ends with four bridges formed and two ruptured."""
+    usual = collect(folder, [config.case(2)])[0]
+    rows = {
+        r["name"]: (r["paper"], r["other"]) for r in presets.shown([presets.Pair(usual, usual, "exact")])[0]["rows"]
+    }
+    assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
+
+
+def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config, folder: Path) -> None:
+    text = _write(config, folder)
+    assert "<b>case03</b>: stage simulate failed: LIGGGHTS stopped: spheres left the simulated box &lt;lost&gt;" in text
+
+
+def test_report_needs_no_other_file(config: settings.Config, folder: Path) -> None:
+    (folder / "picture.png").write_bytes(b"\x89PNG stand-in")
+    text = _write(config, folder, folder / "picture.png")
+    sources = re.findall(r'(?:src|href)="([^"#][^"]*)"', text)
+    assert sources
+    assert all(source.startswith("data:image/") for source in sources)
+    assert sum(source.startswith("data:image/png") for source in sources) == 1
+
+
+def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:
+    assert "studies/" not in _write(config, folder)
+    page = folder.parent / "studies" / "effects.html"
+    page.parent.mkdir(exist_ok=True)
+    page.touch()
+    text = _write(config, folder)
+    page.unlink()
+    assert '<a href="../studies/effects.html">which effects count</a>' in text and "accuracy.html" not in text
+
+
+def test_an_empty_picture_is_left_out(config: settings.Config, folder: Path) -> None:
+    (folder / "picture.png").touch()
+    assert "data:image/png" not in _write(config, folder, folder / "picture.png")
+
+
+def test_statement_says_how_the_scale_departs_from_the_paper(config: settings.Config) -> None:
+    smoke = " ".join(report.scale_statement(config, "smoke"))
+    # Softened to 0.01: the duration of a collision goes with stiffness to the power -1/2.
+    assert "0.01 of table 1's stiffness, so collisions take 10 times as long" in smoke
+    full = " ".join(report.scale_statement(config, "full"))
+    assert "have the stiffness of table 1" in full
+    assert "curves end early" not in full
+
+
+def test_every_assumption_of_the_configuration_is_listed_with_its_reason(config: settings.Config) -> None:
+    rows = list(report.assumptions(config, "smoke"))
+    scales = (ROOT / "config" / "scales.yaml").read_text()
+    apparatus = scales.split("scales:")[0].count("source: assumption")
+    assert sum(row.name.startswith("apparatus") for row in rows) == apparatus
+    assert all(len(row.reason) >= 10 for row in rows)
+
+
+def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.Config) -> None:
+    results = [CaseResult(case, ("not run",)) for case in config.cases.values()]
+    assert [len(g) for _, g in plots._panels(results, lambda r: r.configuration, plots.title)] == [3] * 6
+    assert [r.case.case for r in plots._strong(results)] == [1, 2, 3, 7, 8, 9, 10, 11, 12, 16, 17, 18]
+    for draw in (plots.dry_curves, plots.moisture_curves, plots.class_curves, plots.liquid_curves):
+        assert "<svg" in draw(results)
+
+
+def test_curves_hold_the_numbers_of_the_tables(folder: Path, config: settings.Config) -> None:
+    results = collect(folder, [config.case(n) for n in CASES])
+    assert [r.done for r in results] == [True, True, False]
+    table = results[1].retained
+    assert isinstance(table, pd.DataFrame)
+    figure = plots.plt.figure()
+    axes = figure.subplots()
+    plots._draw_moisture(axes, results)
+    line = axes.get_lines()[1]
+    assert list(line.get_ydata()) == table["fraction_retained"].tolist()
+    assert line.get_label() == "M = 5 %"
+    plots.plt.close(figure)
+
+
+def test_a_missing_template_is_named(config: settings.Config, folder: Path) -> None:
+    with pytest.raises(PywetError, match=r"no report\.html\.j2 in"):
+        report.write(config, "smoke", CASES, folder, folder, None, folder / "report.html")

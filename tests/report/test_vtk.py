@@ -1,0 +1,69 @@
+"""VTK files of the synthetic run, read back by meshio; numbers as in tests/screening/synthetic.py."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import pyvista
+
+from pywet.laws.contact import film_thickness
+from pywet.report import vtk
+from tests.screening import synthetic
+from tests.screening.synthetic import UNIT
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    run = synthetic.make(tmp_path / "case02")
+    vtk.write(run)
+    return run / "vtk"
+
+
+def test_series_names_every_output_with_its_time(folder: Path) -> None:
+    for kind in ("particles", "bridges", "walls"):
+        sets = ET.parse(folder / f"{kind}.pvd").findall("./Collection/DataSet")
+        assert [float(s.attrib["timestep"]) for s in sets] == [0.0, 0.01, 0.02]
+        assert all((folder / s.attrib["file"]).exists() for s in sets)
+
+
+def test_particles_carry_radius_film_and_place(folder: Path) -> None:
+    mesh = meshio.read(folder / "particles_000000200.vtu")
+    assert mesh.point_data["in_bin"].tolist() == [0, 1, 1]
+    assert mesh.point_data["radius"].tolist() == [4e-3, 2e-3, 2e-3]
+    expected = film_thickness(np.array([7.5, 5.0, 4.0]) * UNIT, mesh.point_data["radius"])
+    np.testing.assert_allclose(mesh.point_data["film_thickness"], expected, rtol=1e-15)
+    np.testing.assert_allclose(mesh.point_data["liquid"], np.array([9.25, 5, 4.5]) * UNIT, rtol=1e-14)
+
+
+def test_bridges_are_lines_between_their_ends(folder: Path) -> None:
+    mesh = meshio.read(folder / "bridges_000000200.vtu")
+    np.testing.assert_allclose(mesh.cell_data_dict["volume"]["line"], [2 * UNIT, UNIT])
+    first = mesh.points[mesh.cells_dict["line"][0]]
+    np.testing.assert_allclose(first, [[-0.006, 0, 0.006], [0.006, 0, -0.05]])
+
+
+def test_walls_follow_their_motion_and_show_the_film(folder: Path) -> None:
+    mesh = meshio.read(folder / "walls_000000200.vtu")
+    z = mesh.points[mesh.cells_dict["triangle"]][:, :, 2]
+    np.testing.assert_allclose(z, np.repeat([2e-3, 2e-3, -0.06], 2)[:, None] * np.ones(3))
+    np.testing.assert_allclose(mesh.cell_data_dict["film_thickness"]["triangle"], [0, 0, 0, 0, 0.5 * UNIT / 8e-4, 0])
+
+
+def test_vtk_itself_reads_the_series_also_where_there_is_no_bridge(folder: Path) -> None:
+    reader = pyvista.get_reader(str(folder / "bridges.pvd"))
+    counts = []
+    for time in reader.time_values:
+        reader.set_active_time_value(time)
+        counts.append(reader.read()[0].n_cells)
+    assert counts == [0, 0, 2]
+
+
+def test_a_dry_run_has_no_bridges(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case01", moist=False)
+    vtk.write(run)
+    assert len(meshio.read(run / "vtk" / "particles_000000000.vtu").points) == 3
+    assert pyvista.read(run / "vtk" / "bridges_000000000.vtu").n_cells == 0

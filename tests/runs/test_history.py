@@ -1,0 +1,107 @@
+"""Raw logs to tables in blocks of records, and tables read back part by part: the same as at once, however they are cut."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet.engines.liggghts import collecting, windows
+from pywet.errors import NotWhole, PywetError
+from pywet.files import read_parts, read_table, write_parts
+from pywet.runs import tables
+from pywet.schema import RAW
+
+RANKS = 2
+
+
+def raw(folder: Path, count: int = 400) -> None:
+    """Logs of two ranks; one has steps that the other lacks, and none is in the order within a step that tables have."""
+    random = np.random.default_rng(1)
+    for name in tables.SORT:
+        for rank in range(RANKS):
+            records = np.zeros(count + 100 * rank, RAW[name])
+            for field in records.dtype.names or ():
+                kind = records[field].dtype.kind
+                shape = records[field].shape
+                records[field] = random.integers(0, 50, shape) if kind == "i" else random.random(shape)
+            records[np.argsort(records["step"], kind="stable")].tofile(folder / f"{name}.{rank}.bin")
+
+
+def at_once(folder: Path, name: str) -> pd.DataFrame:
+    """All records of all ranks, sorted."""
+    records = [np.fromfile(folder / f"{name}.{rank}.bin", RAW[name]) for rank in range(RANKS)]
+    return tables.to_frame(np.concatenate(records)).sort_values(tables.SORT[name], kind="stable", ignore_index=True)
+
+
+@pytest.mark.parametrize("block", [1, 7, 1000, tables.BLOCK])
+def test_blocks_give_the_whole(tmp_path: Path, block: int) -> None:
+    """Steps of some ten records a rank, so that blocks of 1 and 7 end within a step."""
+    raw(tmp_path)
+    tables.convert(tmp_path, tmp_path / "history", block)
+    for name in tables.SORT:
+        pd.testing.assert_frame_equal(
+            pd.read_parquet(tmp_path / "history" / f"{name}.parquet"), at_once(tmp_path, name), check_exact=True
+        )
+
+
+def test_empty_logs_give_empty_tables(tmp_path: Path) -> None:
+    """With all columns."""
+    for name in tables.SORT:
+        (tmp_path / f"{name}.0.bin").touch()
+    tables.convert(tmp_path, tmp_path / "history")
+    events = read_table(tmp_path / "history" / "events.parquet")
+    assert len(events) == 0 and {"step", "volume", "speed"} <= set(events)
+    (part,) = read_parts(tmp_path / "history" / "events.parquet", ["step", "volume"])
+    assert len(part) == 0 and list(part) == ["step", "volume"]
+
+
+def test_a_log_out_of_order_is_refused(tmp_path: Path) -> None:
+    """As are records that are cut."""
+    raw(tmp_path)
+    path = tmp_path / "films.0.bin"
+    records = np.fromfile(path, RAW["films"])
+    records[::-1].tofile(path)
+    with pytest.raises(NotWhole, match=r"films\.0\.bin is not in the order of its steps"):
+        tables.convert(tmp_path, tmp_path / "history", 100)
+    path.write_bytes(records.tobytes()[:-1])
+    with pytest.raises(NotWhole, match=r"films\.0\.bin ends in the middle of a record"):
+        tables.convert(tmp_path, tmp_path / "history")
+
+
+def test_trajectory_frame_by_frame(tmp_path: Path) -> None:
+    """From file to file what it is at once; a part ends with a frame."""
+    frames = [
+        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\nITEM: ATOMS id\n"
+        + "".join(f"{i} 1 " + " ".join([f"{step + 0.1 * i:.17g}"] * 9) + "\n" for i in (1, 2))
+        for step in range(0, 50, 10)
+    ]
+    path = tmp_path / "trajectory.txt"
+    path.write_text("".join(frames))
+    whole = collecting.read_trajectory(path, 1e-3)
+    assert len(whole) == 10 and whole["x"].iloc[-1] == 40.2
+    parts = list(windows.dump_parts(path, collecting.TRAJECTORY, most_bytes=1))
+    assert [part["step"].unique().tolist() for part in parts] == [[0], [10], [20], [30], [40]]
+    collecting.convert_trajectory(path, tmp_path / "trajectory.parquet", 1e-3)
+    pd.testing.assert_frame_equal(read_table(tmp_path / "trajectory.parquet"), whole, check_exact=True)
+
+
+def test_parts_are_refused_as_tables_are(tmp_path: Path) -> None:
+    """A column that is not there, a number that is none, a bit that was flipped."""
+    path = tmp_path / "history" / "films.parquet"
+    good = pd.DataFrame({"step": np.arange(1000), "id": 1, "film": np.random.default_rng(1).random(1000)})
+    write_parts([good[:500], good[500:]], path)
+    assert [len(part) for part in read_parts(path, ["step", "film"], rows=300)] == [300, 200, 300, 200]
+    assert list(read_table(path, step=700)["film"]) == [good["film"][700]]
+    with pytest.raises(PywetError, match="has no column thickness"):
+        list(read_parts(path, ["thickness"]))
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+    with pytest.raises(PywetError, match="could not be read as a table"):
+        list(read_parts(path, ["step", "id", "film"]))
+    write_parts([good.assign(film=np.nan)], path)
+    with pytest.raises(PywetError, match="column film holds a value that is not finite"):
+        list(read_parts(path, ["film"]))
