@@ -1,1 +1,1 @@
-"""Evidence about pywet: accuracy, stability and effects studied, agreement with other engines, laws and measurements, full scale."""
+"""Evidence about pywet: accuracy, stability, effects; agreement with other engines and with measurement; full scale."""

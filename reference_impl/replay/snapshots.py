@@ -95,7 +95,7 @@ def _in_windows(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
     places = places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)]
     film, done, parts = film.copy(), 0, []
     for step, rows in places.groupby("step"):
-        until = int(np.searchsorted(events["step"].to_numpy(), step, "right"))
+        until = int(np.searchsorted(events["step"].to_numpy(), np.asarray(step), "right"))
         keep_films(film, events.iloc[done:until], run)
         done = until
         parts.append(rows.assign(film=np.maximum(film[rows["id"].to_numpy(np.int64)], 0.0)))
