@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
-from pywet.collisions import sweep, wall
-from pywet.collisions.curves import problem
+from pywet.collisions.wall import sweep, wall
+from pywet.collisions.wall.curves import problem
 
 ROUNDS, COUNT, SINGLE = 3, 1000, 10
 

@@ -330,7 +330,7 @@ def wall(
     csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write a sweep as CSV as well.")] = None,
 ) -> None:
     """A wet sphere against a wall; lists in place of numbers make a sweep."""
-    from pywet.collisions import command
+    from pywet.collisions.wall import command
 
     command.wall(file, table, csv)
 
@@ -341,7 +341,7 @@ def spheres(file: JsonFile) -> None:
     import json
 
     from pywet import machine_code
-    from pywet.collisions import spheres as module
+    from pywet.collisions.spheres import command as module
 
     problem = module.read(file)
     machine_code.say_wait()

@@ -32,13 +32,13 @@ def _bridge() -> None:
 
 
 def _wall() -> None:
-    from pywet.collisions import curves, wall
+    from pywet.collisions.wall import curves, wall
 
     wall.collide(curves.problem("glass_1.74mm", ("water", 100)))
 
 
 def _spheres() -> None:
-    from pywet.collisions.spheres import collide
+    from pywet.collisions.spheres.command import collide
 
     collide({"form": "three_equal_spheres", "St_n": 12, "t_end": 4})
 

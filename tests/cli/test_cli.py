@@ -35,7 +35,7 @@ def test_a_question_whose_machine_code_is_not_made_yet_says_that_it_takes_a_whil
 ) -> None:
     """A line on standard error where the mark of `pywet.cli.warm` is missing, else none; the answer is JSON alone."""
     from pywet import machine_code
-    from pywet.collisions import spheres
+    from pywet.collisions.spheres import command as spheres
 
     monkeypatch.setattr(spheres, "run", lambda problem: problem)
     monkeypatch.setattr(spheres, "describe", lambda problem: {"t_end": problem.t_end})

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pywet.collisions import data
-from pywet.collisions.problem import Problem
-from pywet.collisions.wall import collide
+from pywet.collisions.wall import data
+from pywet.collisions.wall.problem import Problem
+from pywet.collisions.wall.wall import collide
 
 
 def problem(particle: str = "glass_1.74mm", layer: tuple[str, int] | None = None, **given: Any) -> Problem:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pywet.collisions.spheres import Problem, three_equal_spheres
+from pywet.collisions.spheres.command import Problem, three_equal_spheres
 
 
 def arrange(base: Problem, places: np.ndarray, striker: int, gaps: dict[tuple[int, int], float]) -> Problem:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import fixed_quad
 
-from pywet.collisions import adaptive, model, wall
-from pywet.collisions.problem import Problem
+from pywet.collisions.wall import adaptive, model, wall
+from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
 from tests.collisions.cases import problem, run
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.collisions import bridge, drag, engine, twin, wall
+from pywet.collisions.wall import bridge, drag, engine, twin, wall
 from pywet.laws import registry
 from tests.collisions.cases import problem
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pywet.collisions import data
+from pywet.collisions.wall import data
 from tests.collisions.cases import normal, problem, run, sticking_velocity
 
 GLASS, SMALL, ALUMINA = "glass_1.74mm", "glass_0.91mm", "alumina_1.74mm"

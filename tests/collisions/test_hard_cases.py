@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pywet.collisions import data
-from pywet.collisions.problem import Problem
-from pywet.collisions.wall import CLOSURE, collide
+from pywet.collisions.wall import data
+from pywet.collisions.wall.problem import Problem
+from pywet.collisions.wall.wall import CLOSURE, collide
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from tests.collisions.cases import problem, run

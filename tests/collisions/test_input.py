@@ -12,8 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.collisions import data, sweep, wall
-from pywet.collisions.problem import VARIANTS, Problem
+from pywet.collisions.wall import data, sweep, wall
+from pywet.collisions.wall.problem import VARIANTS, Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from tests.collisions.cases import problem

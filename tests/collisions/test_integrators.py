@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pywet.collisions import compiled, wall
-from pywet.collisions.problem import Problem
+from pywet.collisions.wall import compiled, wall
+from pywet.collisions.wall.problem import Problem
 from tests.collisions.cases import problem, run, sticking_velocity
 
 GLASS, ALUMINA = "glass_1.74mm", "alumina_1.74mm"

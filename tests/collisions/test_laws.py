@@ -9,7 +9,7 @@ import math
 import pytest
 from scipy.integrate import quad
 
-from pywet.collisions import bridge, contact, drag
+from pywet.collisions.wall import bridge, contact, drag
 
 LAWS = [
     getattr(module, name)

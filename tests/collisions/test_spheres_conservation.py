@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pywet.collisions.nspheres.outcome import times
-from pywet.collisions.nspheres.simulate import METHODS
-from pywet.collisions.spheres import Run, run, three_equal_spheres
+from pywet.collisions.spheres.command import Run, run, three_equal_spheres
+from pywet.collisions.spheres.outcome import times
+from pywet.collisions.spheres.simulate import METHODS
 from pywet.errors import PywetError
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.collisions.nspheres import engine
+from pywet.collisions.spheres import engine
 from pywet.laws import davis
 
 pytestmark = pytest.mark.engine

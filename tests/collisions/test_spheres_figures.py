@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.collisions.nspheres import maps, page, paper, plots
-from pywet.collisions.spheres import run, three_equal_spheres, wet_restitution
+from pywet.collisions.spheres import maps, page, paper, plots
+from pywet.collisions.spheres.command import run, three_equal_spheres, wet_restitution
 
 
 def test_plane_holds_single_collisions() -> None:

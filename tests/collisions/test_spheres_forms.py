@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.collisions.spheres import collide
+from pywet.collisions.spheres.command import collide
 from pywet.errors import PywetError
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from pywet.collisions.nspheres import contacts, simulate
-from pywet.collisions.spheres import Problem, Run, run, three_equal_spheres
+from pywet.collisions.spheres import contacts, simulate
+from pywet.collisions.spheres.command import Problem, Run, run, three_equal_spheres
 from pywet.errors import PywetError
 from tests.collisions import spheres_hard as hard
 

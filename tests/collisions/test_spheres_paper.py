@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from pywet.collisions import spheres
-from pywet.collisions.nspheres import paper
-from pywet.collisions.nspheres.outcome import times
+from pywet.collisions.spheres import command as spheres
+from pywet.collisions.spheres import paper
+from pywet.collisions.spheres.outcome import times
 
 
 def half_digit(printed: float) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pywet.collisions.spheres import collide, parse, run
+from pywet.collisions.spheres.command import collide, parse, run
 from reference_impl.spheres.spheres import solve
 from tests.collisions.spheres_cases import several, three
 

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.collisions import ITEMS, curves, effects, figures, page, study, verlet, wall
-from pywet.collisions.problem import RTOL
+from pywet.collisions import ITEMS
+from pywet.collisions.wall import curves, effects, figures, page, study, verlet, wall
+from pywet.collisions.wall.problem import RTOL
 from pywet.errors import PywetError
 from tests.collisions.cases import problem
 

@@ -27,8 +27,9 @@ from pywet import config, stages
 from pywet.bench import bridge_query
 from pywet.cli import showing
 from pywet.cli.app import app
-from pywet.collisions import spheres, sweep
-from pywet.collisions.nspheres import simulate
+from pywet.collisions.spheres import command as spheres
+from pywet.collisions.spheres import simulate
+from pywet.collisions.wall import sweep
 from pywet.errors import PywetError
 from pywet.evidence.compare import digest, quantities
 from pywet.files import parse_json, write_json

@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 from pywet import stages
-from pywet.collisions.nspheres import cost, engine, plots
+from pywet.collisions.spheres import cost, engine, plots
 
 folder = Path(snakemake.output.figures[0]).parent
 with stages.logged(Path(snakemake.log[0])):

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.collisions import page
+from pywet.collisions.wall import page
 
 out = Path(snakemake.output.table)
 with stages.logged(Path(snakemake.log[0])):

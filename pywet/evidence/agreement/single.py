@@ -38,9 +38,9 @@ def _rest(row: str) -> Iterator[Cell]:
 
 def _buck(folder: Path) -> Iterator[Cell]:
     """A wet sphere thrown at a wall: the engine against its equations in Python, integrated to 1e-9."""
-    from pywet.collisions import engine, wall
-    from pywet.collisions.curves import problem
-    from pywet.collisions.twin import normal_coefficient
+    from pywet.collisions.wall import engine, wall
+    from pywet.collisions.wall.curves import problem
+    from pywet.collisions.wall.twin import normal_coefficient
 
     row, found, own, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):
@@ -63,7 +63,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
 
 def _pair() -> Iterator[Cell]:
     """Two wet spheres head on against the closed form (Davis 41)."""
-    from pywet.collisions.nspheres.equal import head_on_restitution
+    from pywet.collisions.spheres.equal import head_on_restitution
     from reference_impl.spheres import spheres
 
     row = "davis_pair"
@@ -106,7 +106,7 @@ def restitution(answer: dict[str, Any]) -> float:
 
 def _three(folder: Path) -> Iterator[Cell]:
     """Three wet spheres: the reference, our resolved solver (in the note), the engine with stiff contacts."""
-    from pywet.collisions.nspheres import engine
+    from pywet.collisions.spheres import engine
     from reference_impl.spheres import spheres
 
     row = "davis_three"

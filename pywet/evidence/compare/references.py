@@ -71,8 +71,8 @@ def screening(seed: int, folder: Path) -> Numbers:
 
 def wall(seed: int, folder: Path) -> Numbers:
     """A wet glass sphere against a wall by the model of Buck et al. 2018: coefficients and budget."""
-    from pywet.collisions import wall as module
-    from pywet.collisions.curves import problem
+    from pywet.collisions.wall import wall as module
+    from pywet.collisions.wall.curves import problem
 
     found = module.collide(problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=1.0, angle_deg=30.0))
     return _flat(found)
@@ -80,8 +80,8 @@ def wall(seed: int, folder: Path) -> Numbers:
 
 def spheres(seed: int, folder: Path) -> Numbers:
     """Three wet spheres by the model of Davis 2023: final velocities and energy."""
-    from pywet.collisions.nspheres.equal import three_equal_spheres
-    from pywet.collisions.nspheres.simulate import run
+    from pywet.collisions.spheres.equal import three_equal_spheres
+    from pywet.collisions.spheres.simulate import run
 
     made = run(three_equal_spheres(6.0, theta12_deg=30.0, t_end=4.0, h_a=0.01, h_min=0.05))
     numbers: Numbers = {}

@@ -1,0 +1,56 @@
+"""Collisions of N wet spheres in a plane after Davis 2023: the public face.
+
+Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts,
+every event located,
+a few spheres, adaptive steps.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pywet.collisions.spheres.equal import head_on_restitution, stokes_to_rebound, three_equal_spheres
+from pywet.collisions.spheres.forms import parse
+from pywet.collisions.spheres.outcome import describe, mechanism, outcome, wet_restitution
+from pywet.collisions.spheres.problem import Problem
+from pywet.collisions.spheres.simulate import METHODS, Run, run
+from pywet.files import read_json, shown
+
+__all__ = [
+    "METHODS",
+    "Problem",
+    "Run",
+    "collide",
+    "collide_file",
+    "describe",
+    "head_on_restitution",
+    "mechanism",
+    "outcome",
+    "parse",
+    "read",
+    "run",
+    "stokes_to_rebound",
+    "three_equal_spheres",
+    "wet_restitution",
+]
+
+
+def collide(description: dict[str, Any], where: str = "the description") -> dict[str, Any]:
+    """Run a description in either form; see `forms` for its keys and `outcome.describe` for those of the answer.
+
+    >>> answer = collide({"form": "three_equal_spheres", "St_n": 12, "theta12_deg": 30, "t_end": 40})
+    >>> answer["outcome"], round(answer["pairs"]["1-2"]["e_wet"], 4)
+    ('FS', 0.1678)
+    """
+    return describe(run(parse(description, where)))
+
+
+def read(path: Path) -> Problem:
+    """The problem that a JSON file describes."""
+    return parse(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))
+
+
+def collide_file(path: Path) -> dict[str, Any]:
+    """Run the description in a JSON file."""
+    return describe(run(read(path)))

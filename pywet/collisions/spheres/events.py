@@ -1,0 +1,134 @@
+"""Where events are, compiled: films that touch or part, solid contacts, resting contacts that would pull.
+
+An event is suspected where the cubic through the ends of a step crosses its level, the start of a bounce inside a single
+step included, and located by repeating the step with other lengths: its place is as accurate as a step.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pywet.collisions.spheres.contacts import CONTACT, OVERLAP, RELEASE, SEPARATION
+from pywet.collisions.spheres.dynamics import WORKS, H, U, compiled, pair_geometry
+from pywet.collisions.spheres.steppers import SIZE, TIME, step
+
+SAMPLES = 8
+"""Points of a step at which the cubic is looked at."""
+
+
+@compiled
+def gap_of(y: Any, s: Any, w: Any, p: int, polar: bool, out: Any) -> tuple[float, float]:
+    """Monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
+    k = w.slot[p]
+    pair_geometry(y, s, p, k, polar, out)
+    if polar and k >= 0:
+        return y[5 * s.radius.size + WORKS + 4 * k], -out[U] / out[H]
+    return out[H], -out[U]
+
+
+@compiled
+def level_of(s: Any, w: Any, p: int, kind: int, polar: bool) -> float:
+    """Level of the monitored gap at which an event of that kind happens."""
+    level = s.h_min[p] if kind == CONTACT else s.film[p]
+    return math.log(level) if polar and w.slot[p] >= 0 else level
+
+
+@compiled
+def cubic(a: float, da: float, b: float, db: float, x: float) -> float:
+    """Hermite's cubic on 0..1 with end values a, b and slopes da, db."""
+    z = 1.0 - x
+    return a * z * z * (1.0 + 2.0 * x) + b * x * x * (3.0 - 2.0 * x) + da * x * z * z - db * x * x * z
+
+
+@compiled
+def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[float, float]:
+    """Part of the step (lo, hi) in which the cubic rises through 0 to above `slack`, or rises above it; hi < 0 for none.
+
+    lo < 0: it leaves the level at first and is beyond it soon after, and the cubic does not show where it turns.
+    """
+    if max(a, b) + 0.3 * (abs(da) + abs(db)) < 0.0:
+        return 0.0, -1.0
+    before, x0 = a, 0.0
+    for k in range(1, SAMPLES + 1):
+        x = k / SAMPLES
+        v = cubic(a, da, b, db, x)
+        if v > slack and (before <= slack or v > before):
+            if k == 1 and a > -slack:  # starts on the level: begin where it is deepest below
+                best = 0.0
+                for o in range(1, 16):
+                    if cubic(a, da, b, db, o / (16.0 * SAMPLES)) < min(best, 0.0):
+                        best, x0 = cubic(a, da, b, db, o / (16.0 * SAMPLES)), o / (16.0 * SAMPLES)
+                if best == 0.0 and da <= 0.0:
+                    return -1.0, x
+            return x0, x
+        before, x0 = v, x
+    return 0.0, -1.0
+
+
+@compiled
+def value_at(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> float:
+    """The quantity that rises through 0 at the event, at w.y_new."""
+    if kind == RELEASE:
+        return -w.lam_new[p]
+    sign = 1.0 if kind == SEPARATION else -1.0
+    return sign * (gap_of(w.y_new, s, w, p, polar, out)[0] - level_of(s, w, p, kind, polar))
+
+
+@compiled
+def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, int, float, float]:
+    """Earliest suspected event of the step just made: kind (−1 none), pair, and the part of the step it is in."""
+    kind, pair, low, high = -1, -1, 0.0, 2.0
+    for p in range(s.first.size):
+        active = w.slot[p] >= 0
+        if active and w.rest[p]:
+            if w.lam_new[p] < 0.0 and high > 1.0:
+                kind, pair, low, high = RELEASE, p, 0.0, 1.0
+            continue
+        a, da = gap_of(w.y, s, w, p, polar, out)
+        b, db = gap_of(w.y_new, s, w, p, polar, out)
+        slack = 1e-11 if polar and active else 2e-11
+        for one in (CONTACT, SEPARATION) if active else (OVERLAP, -1):
+            if one < 0:
+                continue
+            sign, level = (1.0 if one == SEPARATION else -1.0), level_of(s, w, p, one, polar)
+            lo, hi = crossing(sign * (a - level), sign * da * dt, sign * (b - level), sign * db * dt, slack)
+            if hi > 0.0 and (hi < high or (hi == high and lo < low)):
+                kind, pair, low, high = one, p, lo, hi
+    return kind, pair, low, high
+
+
+@compiled
+def locate(
+    dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any, tab: Any, polar: bool, out: Any
+) -> tuple[float, bool]:
+    """Repeat the step with other lengths until the event is at its end; returns the length and whether there is an event."""
+    x1 = high * dt
+    step(x1, s, w, tab, polar)
+    g1 = value_at(kind, p, s, w, polar, out)
+    if g1 <= 0.0:
+        return x1, False
+    x0, g0 = low * dt, -1e-300
+    if low > 0.0:
+        step(x0, s, w, tab, polar)
+        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
+    else:
+        w.y_new[: w.number[SIZE]] = w.y[: w.number[SIZE]]
+        w.lam_new[p] = w.lam[p]
+        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
+    x, side, enough = x1, 0, 1e-13 if polar and w.slot[p] >= 0 else 1e-12
+    for k in range(80):
+        x = x0 + (x1 - x0) * (-g0 / (g1 - g0)) if k % 6 != 5 else 0.5 * (x0 + x1)
+        if x1 - x0 < 4e-16 * max(w.value[TIME], 1e-3 * dt) or not x0 < x < x1:
+            x = x1
+        step(x, s, w, tab, polar)
+        g = value_at(kind, p, s, w, polar, out)
+        if abs(g) < enough or x == x1:
+            break
+        if g > 0.0:
+            x1, g1, g0 = x, g, g0 * (0.5 if side == 1 else 1.0)
+            side = 1
+        else:
+            x0, g0, g1 = x, g, g1 * (0.5 if side == -1 else 1.0)
+            side = -1
+    return x, True

@@ -1,0 +1,138 @@
+"""The two JSON descriptions of `pywet collide spheres`, typed; a mistake is answered in one sentence that names the key."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, ValidationError, model_validator
+
+from pywet.collisions.spheres.equal import three_equal_spheres
+from pywet.collisions.spheres.problem import MOST_SPHERES, Problem
+from pywet.config.entries import Excusable
+from pywet.config.messages import mistake
+from pywet.errors import PywetError
+from pywet.ranges import LIMITS
+from pywet.strict import Strict
+
+LEAST, MOST = 1e-30, 1e12
+"""Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
+
+
+def _sized(value: float) -> float:
+    if value != 0.0 and not LEAST <= abs(value) <= MOST:
+        raise ValueError(f"0 or a number of size {LEAST:g} to {MOST:g}")
+    return value
+
+
+Number = Annotated[float, AfterValidator(_sized)]
+Positive = Annotated[Number, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
+
+
+class ThreeEqualSpheres(Strict):
+    """Dimensionless, as in Davis 2023, table I; times in t̂ = v_n0 t/δ_12. `h23_0` null: no third sphere.
+
+    `reference_speed`: what e_wet refers to, in v_n0; null: v_n0.
+    """
+
+    form: Literal["three_equal_spheres"]
+    St_n: Positive
+    Ca: Positive | None = None
+    h_a: Positive = 0.01
+    h_min: Positive = 0.05
+    theta12_deg: Number = 45.0
+    theta23_deg: Number = 0.0
+    h23_0: Positive | None = 1.0
+    d23: Positive = 1.0
+    d13: Positive = 1.0
+    e_dry: Positive = 1.0
+    mu_f: NotNegative = 0.0
+    t_end: Positive = 400.0
+    rtol: Positive = 1e-9
+    reference_speed: Positive | None = None
+
+    def problem(self) -> Problem:
+        """The problem described."""
+        found = three_equal_spheres(**self.model_dump(exclude={"form", "reference_speed"}))
+        return found.with_(reference_speed=self.reference_speed)
+
+
+class WetSphere(Excusable):
+    """One sphere in SI units, its film's thickness included."""
+
+    radius_m: Positive
+    mass_kg: Positive
+    film_m: NotNegative
+    position_m: tuple[Number, Number]
+    velocity_m_per_s: tuple[Number, Number] = (0.0, 0.0)
+    omega_rad_per_s: Number = 0.0
+
+    @model_validator(mode="after")
+    def _heavy(self) -> WetSphere:
+        density = self.mass_kg / (4.0 / 3.0 * math.pi * self.radius_m**3)
+        limits = LIMITS["density_kg_per_m3"]
+        if density not in limits and self.unusual is None:
+            raise ValueError(
+                f"mass_kg and radius_m that give a density of {limits}, not {density:.3g}, unless `unusual: why` says so"
+            )
+        return self
+
+
+class Spheres(Excusable):
+    """Spheres of any sizes, masses and films, in SI units.
+
+    `reference_speed_m_per_s`: what e_wet refers to; null: the largest initial normal approach of a pair whose paths cross.
+    """
+
+    form: Literal["spheres"]
+    spheres: Annotated[list[WetSphere], Field(min_length=2, max_length=MOST_SPHERES)]
+    viscosity_Pa_s: Positive
+    surface_tension_N_per_m: NotNegative = 0.0
+    h_min_m: Positive
+    e_dry: Positive = 1.0
+    mu_f: NotNegative = 0.0
+    gravity_m_per_s2: tuple[Number, Number] = (0.0, 0.0)
+    t_end_s: Positive
+    rtol: Positive = 1e-9
+    reference_speed_m_per_s: Positive | None = None
+
+    def problem(self) -> Problem:
+        """The problem described."""
+        s = self.spheres
+        return Problem(
+            radius=np.array([k.radius_m for k in s]),
+            mass=np.array([k.mass_kg for k in s]),
+            position=np.array([k.position_m for k in s]),
+            velocity=np.array([k.velocity_m_per_s for k in s]),
+            omega=np.array([k.omega_rad_per_s for k in s]),
+            film={(i, j): s[i].film_m + s[j].film_m for i in range(len(s)) for j in range(i + 1, len(s))},
+            viscosity=self.viscosity_Pa_s,
+            surface_tension=self.surface_tension_N_per_m,
+            h_min=self.h_min_m,
+            e_dry=self.e_dry,
+            mu_f=self.mu_f,
+            gravity=self.gravity_m_per_s2,
+            t_end=self.t_end_s,
+            rtol=self.rtol,
+            reference_speed=self.reference_speed_m_per_s,
+        )
+
+
+FORMS: dict[str, type[ThreeEqualSpheres] | type[Spheres]] = {
+    "three_equal_spheres": ThreeEqualSpheres,
+    "spheres": Spheres,
+}
+
+
+def parse(description: Any, where: str = "the description") -> Problem:
+    """The problem a JSON description stands for."""
+    form = description.get("form") if isinstance(description, dict) else None
+    if not isinstance(form, str) or form not in FORMS:
+        raise PywetError(f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (docs/sphere_collisions.md)')
+    model = FORMS[form]
+    try:
+        return model.model_validate(description).problem()
+    except ValidationError as error:
+        raise mistake(error, model, where) from error

@@ -1,0 +1,90 @@
+"""Many collisions of three equal spheres: coefficients of restitution along a curve or over a plane, outcomes over a plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pywet.collisions.spheres.equal import three_equal_spheres
+from pywet.collisions.spheres.outcome import mechanism, outcome, wet_restitution
+from pywet.collisions.spheres.simulate import Run, run
+
+WINDOW = 6.0
+"""Time window t* = v_10 t/4a for which outcomes are stated."""
+
+
+def window(theta12_deg: float, h_a: float = 0.01, t_star: float = WINDOW) -> float:
+    """t̂ at t*: t̂ = t* cos β/ĥ_a."""
+    return t_star * math.cos(math.radians(theta12_deg)) / h_a
+
+
+def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any], workers: int = 2) -> list[Any]:
+    """Run all jobs (arguments of `three_equal_spheres`) in threads, the compiled part without the interpreter's lock."""
+
+    def one(given: dict[str, Any]) -> Any:
+        return then(run(three_equal_spheres(**given)))
+
+    jobs = list(jobs)
+    first = [one(jobs[0])] if jobs else []  # compiles, if need be, in one thread
+    with ThreadPoolExecutor(workers) as pool:
+        return first + list(pool.map(one, jobs[1:]))
+
+
+def restitutions(found: Run) -> tuple[float, float]:
+    """e12 and e23, 0 where the films did not part."""
+    return wet_restitution(found, (0, 1)) or 0.0, wet_restitution(found, (1, 2)) or 0.0
+
+
+def curve(stokes: np.ndarray, workers: int = 2, **given: Any) -> np.ndarray:
+    """e12 and e23 over St_n, shape (n, 2)."""
+    return np.array(many(({"St_n": float(s), **given} for s in stokes), restitutions, workers))
+
+
+def two_sphere_curve(stokes: np.ndarray, **given: Any) -> np.ndarray:
+    """e12 of two spheres over St_n, shape (n,)."""
+    jobs = ({"St_n": float(s), "h23_0": None, **given} for s in stokes)
+    return np.array(many(jobs, lambda found: wet_restitution(found, (0, 1)) or 0.0))
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Values over impact angle (columns) and St_n (rows)."""
+
+    angle_deg: np.ndarray
+    stokes: np.ndarray
+    e12: np.ndarray
+    e23: np.ndarray
+    outcome: np.ndarray
+    """0 FA; 1, 2, 3 PA with 1-2, 2-3, 1-3 staying; 4 FS."""
+    slow: np.ndarray
+    """True where the films 1-2 part by stick-rotate-separate."""
+
+
+def code(found: Run) -> int:
+    """Number of an outcome, see `Plane.outcome`."""
+    kind = outcome(found)
+    if kind != "PA":
+        return {"FA": 0, "FS": 4}[kind]
+    return {(0, 1): 1, (1, 2): 2, (0, 2): 3}[found.overlapping[0]]
+
+
+def plane(angle_deg: np.ndarray, stokes: np.ndarray, t_star: float = WINDOW, workers: int = 2, **given: Any) -> Plane:
+    """Collisions over a grid of angles and Stokes numbers, conditions of the paper's Fig. 5 unless given."""
+
+    def then(found: Run) -> tuple[float, float, int, bool]:
+        return *restitutions(found), code(found), mechanism(found, (0, 1)) == "stick-rotate-separate"
+
+    jobs = [
+        {"St_n": float(s), "theta12_deg": float(a), "t_end": window(float(a), t_star=t_star), **given}
+        for s in stokes
+        for a in angle_deg
+    ]
+    rows = many(jobs, then, workers)
+    shape = (len(stokes), len(angle_deg))
+    e12, e23, kinds, slow = (np.array([row[k] for row in rows]).reshape(shape) for k in range(4))
+    return Plane(angle_deg, stokes, e12, e23, kinds, slow)

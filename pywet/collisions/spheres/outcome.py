@@ -1,0 +1,114 @@
+"""What became of a collision: who sticks, who parted when and how fast, by which mechanism; as plain data for JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pywet.collisions.spheres.simulate import Run
+
+CRADLES = {(0, 1): "Newton's cradle", (1, 2): "reverse Newton's cradle", (0, 2): "transfer"}
+"""Names of partial agglomeration of three spheres, by the pair that stays (Donahue et al. 2010; Liu et al. 2017)."""
+
+
+def clusters(count: int, pairs: list[tuple[int, int]]) -> list[list[int]]:
+    """Spheres (from 0) joined by pairs, larger groups first."""
+    group = list(range(count))
+    for i, j in pairs:
+        old, new = group[j], group[i]
+        group = [new if g == old else g for g in group]
+    found = [[k for k in range(count) if group[k] == g] for g in sorted(set(group))]
+    return sorted(found, key=lambda c: (-len(c), c))
+
+
+def outcome(run: Run) -> str:
+    """FA where all spheres hang together at the end, FS where none do, else PA."""
+    groups = clusters(len(run.omega), run.overlapping)
+    if len(groups) == 1:
+        return "FA"
+    return "FS" if all(len(g) == 1 for g in groups) else "PA"
+
+
+def times(run: Run, pair: tuple[int, int], kind: str) -> list[float]:
+    """Times of the events of a kind of a pair."""
+    return [e.time for e in run.events if e.pair == pair and e.kind == kind]
+
+
+def reference_speed(run: Run) -> float:
+    """The speed to which e_wet refers, as given or the largest initial normal approach of a pair whose paths cross."""
+    return run.problem.reference_speed or run.speed
+
+
+def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
+    """Speed of the last parting of the films over the striker's normal speed (Davis 2023, 40); None where they never part."""
+    speeds = [-e.speed for e in run.events if e.pair == pair and e.kind == "separation"]
+    return speeds[-1] / reference_speed(run) if speeds else None
+
+
+def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
+    """How a pair parted the last time: rapid bounce, stick-rotate-separate, or None where it did not.
+
+    A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at
+    parting. A pair that
+    stuck and is drawn apart by its rotation speeds up: its mean speed is below half of that at parting (or there was no contact).
+    """
+    parted = [e for e in run.events if e.pair == pair and e.kind == "separation"]
+    touched = [t for t in times(run, pair, "contact") if parted and t <= parted[-1].time]
+    began = [t for t in times(run, pair, "overlap") if parted and t <= parted[-1].time]
+    if not parted:
+        return None
+    if not touched or touched[-1] < began[-1]:
+        return "stick-rotate-separate"
+    path = run.problem.film[pair] - run.problem.h_min
+    mean = path / max(parted[-1].time - touched[-1], 1e-300)
+    return "rapid bounce" if mean >= -0.5 * parted[-1].speed else "stick-rotate-separate"
+
+
+def describe(run: Run) -> dict[str, Any]:
+    """The answer of `pywet collide spheres`; spheres numbered from 1, units those of the problem."""
+    groups = clusters(len(run.omega), run.overlapping)
+    kind = outcome(run)
+    name = CRADLES.get(run.overlapping[0]) if kind == "PA" and len(run.omega) == 3 and run.overlapping else None
+    pairs = {}
+    for i, j in run.problem.pairs:
+        pairs[f"{i + 1}-{j + 1}"] = {
+            "overlap_times": times(run, (i, j), "overlap"),
+            "contact_times": times(run, (i, j), "contact"),
+            "rest_times": times(run, (i, j), "rest"),
+            "separation_times": times(run, (i, j), "separation"),
+            "e_wet": wet_restitution(run, (i, j)),
+            "mechanism": mechanism(run, (i, j)),
+        }
+    e = run.energy
+    return {
+        "outcome": kind,
+        "name": name,
+        "until": run.problem.t_end,
+        "stuck_pairs": [[i + 1, j + 1] for i, j in run.overlapping],
+        "resting_pairs": [[i + 1, j + 1] for i, j in run.resting],
+        "clusters": [[k + 1 for k in g] for g in groups if len(g) > 1],
+        "reference_speed": reference_speed(run),
+        "pairs": pairs,
+        "final": {
+            "position": run.position.tolist(),
+            "velocity": run.velocity.tolist(),
+            "omega": run.omega.tolist(),
+        },
+        "energy": {
+            "in": e.start,
+            "out": e.end,
+            "viscous": e.viscous,
+            "capillary": e.capillary,
+            "impact": e.impact,
+            "gravity": e.gravity,
+            "residual": e.residual,
+        },
+        "work": {
+            "steps": run.steps,
+            "implicit_steps": run.implicit_steps,
+            "evaluations": run.evaluations,
+            "impacts": run.impacts,
+            "events_not_listed": run.events_left_out,
+            "rest_speed": run.rest_speed,
+        },
+        "wall_s": run.wall_s,
+    }

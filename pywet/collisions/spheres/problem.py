@@ -1,0 +1,185 @@
+"""What collides: spheres, films, liquid, contact, and the scales in which the equations are solved. SI or any
+consistent units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pywet.collisions.spheres.dynamics import System
+from pywet.errors import PywetError
+
+MOST_SPHERES = 60
+"""Every pair is looked at in every step."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Spheres in a plane and the liquid between them; any consistent units.
+
+    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair touch,
+    δ_i + δ_j, and `gap`
+    gaps known better than from differences of positions, both by pair (i, j), i < j, from 0.
+    """
+
+    radius: np.ndarray
+    mass: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    omega: np.ndarray
+    film: dict[tuple[int, int], float]
+    viscosity: float
+    surface_tension: float
+    h_min: float
+    e_dry: float
+    mu_f: float
+    t_end: float
+    gravity: tuple[float, float] = (0.0, 0.0)
+    gap: dict[tuple[int, int], float] = field(default_factory=dict)
+    rtol: float = 1e-9
+    speed: float | None = None
+    """Speed to which the rest speed refers; default the largest initial normal approach of a pair whose paths cross."""
+    reference_speed: float | None = None
+    """Speed to which e_wet refers; default that of the rest speed. No result but e_wet depends on it."""
+    rest_speed: float = 1e-5
+    """Rebounds slower than this times `speed` come to rest where the contact is pressed."""
+    slip_scale: float = 1e-3
+    """Slip, times `speed`, over which the friction of resting contacts builds up."""
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """All pairs (i, j), i < j."""
+        n = len(self.radius)
+        return [(i, j) for i in range(n) for j in range(i + 1, n)]
+
+    def gap_of(self, i: int, j: int) -> float:
+        """Initial gap of a pair."""
+        apart = float(np.hypot(*(self.position[j] - self.position[i])))
+        return self.gap.get((i, j), apart - float(self.radius[i] + self.radius[j]))
+
+    def with_(self, **changes: object) -> Problem:
+        """The same with some entries changed."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Units in which the equations are solved: length (largest film gap), speed, mass (smallest)."""
+
+    length: float
+    speed: float
+    mass: float
+
+    @property
+    def time(self) -> float:
+        """Length over speed."""
+        return self.length / self.speed
+
+    @property
+    def energy(self) -> float:
+        """Mass times speed squared."""
+        return self.mass * self.speed**2
+
+
+def approach_speed(problem: Problem) -> float:
+    """Largest normal speed with which a pair meets if nothing deflects it (films touching counts); 0 where none does."""
+    best = 0.0
+    for i, j in problem.pairs:
+        d = problem.position[j] - problem.position[i]
+        v = problem.velocity[i] - problem.velocity[j]
+        reach, v2, along = float(problem.radius[i] + problem.radius[j] + problem.film[i, j]), float(v @ v), float(v @ d)
+        if along <= 0.0 or v2 == 0.0:
+            continue
+        if float(np.hypot(*d)) <= reach * (1 + 1e-12):
+            best = max(best, along / float(np.hypot(*d)))
+        else:
+            miss2 = float(d @ d) - along**2 / v2
+            best = max(best, math.sqrt(max(v2 * (1.0 - miss2 / reach**2), 0.0)))
+    return best
+
+
+def scales(problem: Problem) -> Scales:
+    """Scales of a problem; where nothing approaches, the speed is what capillarity or gravity makes of a film's thickness."""
+    length = max(problem.film.values())
+    mass = float(problem.mass.min())
+    speed = problem.speed or approach_speed(problem)
+    if speed == 0.0:
+        a = 0.5 * float(problem.radius.min())
+        pull = 8.0 * math.pi * a * problem.surface_tension / mass + math.hypot(*problem.gravity)
+        speed = max(math.sqrt(pull * length), float(np.abs(problem.velocity).max()))
+        speed = speed or float(np.abs(problem.omega).max() * problem.radius.max()) or 1.0
+    return Scales(length, speed, mass)
+
+
+def system(problem: Problem, unit: Scales) -> System:
+    """Constants of the equations in the scales `unit`."""
+    pairs = problem.pairs
+    first, second = (np.array([p[k] for p in pairs], dtype=np.int64) for k in (0, 1))
+    radius = problem.radius / unit.length
+    reduced = radius[first] * radius[second] / (radius[first] + radius[second])
+    viscosity = problem.viscosity * unit.length**2 / (unit.mass * unit.speed)
+    tension = problem.surface_tension * unit.length**2 / unit.energy
+    g = np.array(problem.gravity) * unit.time / unit.speed
+    return System(
+        radius=radius,
+        mass=problem.mass / unit.mass,
+        first=first,
+        second=second,
+        film=np.array([problem.film[p] for p in pairs]) / unit.length,
+        h_min=np.full(len(pairs), problem.h_min / unit.length),
+        normal=6.0 * np.pi * viscosity * reduced**2,
+        tangential=2.0 * np.pi * viscosity * reduced,
+        capillary=8.0 * np.pi * tension * reduced,
+        e_dry=float(problem.e_dry),
+        mu_f=float(problem.mu_f),
+        slip_scale=float(problem.slip_scale),
+        gx=float(g[0]),
+        gy=float(g[1]),
+    )
+
+
+def refuse(condition: bool, what: str) -> None:
+    """Raise a `PywetError` where a condition on the input is not met."""
+    if not condition:
+        raise PywetError(what)
+
+
+def check(problem: Problem) -> None:
+    """Refuse what the model cannot describe, in one sentence."""
+    n = len(problem.radius)
+    refuse(2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}")
+    numbers = [problem.radius, problem.mass, problem.position, problem.velocity, problem.omega]
+    refuse(
+        all(np.all(np.isfinite(x)) for x in numbers),
+        "radii, masses, positions and velocities hold a value that is not finite; expected numbers",
+    )
+    for name, value in (("radii", problem.radius.min()), ("masses", problem.mass.min())):
+        refuse(value > 0.0, f"the {name} hold {value:g}; expected positive numbers")
+    for name in ("viscosity", "h_min", "t_end"):
+        value = getattr(problem, name)
+        refuse(math.isfinite(value) and value > 0.0, f"{name} is {value:g}; expected a positive number")
+    refuse(problem.surface_tension >= 0.0, f"surface_tension is {problem.surface_tension:g}; expected 0 or more")
+    refuse(0.0 < problem.e_dry <= 1.0, f"e_dry is {problem.e_dry:g}; expected more than 0 and at most 1")
+    refuse(problem.mu_f >= 0.0, f"mu_f is {problem.mu_f:g}; expected 0 or more")
+    refuse(1e-12 <= problem.rtol <= 1e-2, f"rtol is {problem.rtol:g}; expected 1e-12 to 1e-2")
+    for i, j in problem.pairs:
+        gap, film = problem.gap_of(i, j), problem.film[i, j]
+        name = f"spheres {i + 1} and {j + 1}"
+        refuse(
+            film > problem.h_min,
+            f"the films of {name} touch at a gap of {film:g}, not above h_min = {problem.h_min:g}; "
+            "expected thicker films or a smaller h_min",
+        )
+        refuse(
+            gap >= problem.h_min * (1.0 - 1e-9),
+            f"{name} start with a gap of {gap:g}; expected at least h_min = {problem.h_min:g}: move them apart",
+        )
+        refuse(
+            film < min(problem.radius[i], problem.radius[j]),
+            f"the films of {name} together are {film:g} thick; expected less than the smaller radius (thin films)",
+        )

@@ -1,0 +1,151 @@
+"""A collision by `scipy.integrate.solve_ivp`, any of its methods; slower than `compiled` and the yardstick for it.
+
+Also the one that keeps the path, for pictures of a collision and for integrals over it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from pywet.collisions.wall import model
+from pywet.collisions.wall.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY, TOO_SMALL, next_phase, scales
+from pywet.collisions.wall.model import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U
+from pywet.machine_code import njit
+
+
+@njit(cache=True, error_model="numpy")
+def rates(phase: int, state: np.ndarray, p: Parameters) -> np.ndarray:
+    """Rates of the state."""
+    out = np.empty(SIZE)
+    model.rates(phase, state, p, out)
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
+    """Event functions of the phase."""
+    return model.events(phase, state, p)
+
+
+@njit(cache=True, error_model="numpy")
+def rupture(h: float, u: float, p: Parameters) -> float:
+    """Event function of rupture."""
+    return model.rupture(h, u, p)
+
+
+@njit(cache=True, error_model="numpy")
+def start(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
+    """Time scale [s] and absolute tolerances of a phase."""
+    atol = np.empty(SIZE)
+    return scales(phase, state, p, rtol, atol), atol
+
+
+@njit(cache=True, error_model="numpy")
+def follow(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
+    """The phase after an event."""
+    return next_phase(phase, which, state, p)
+
+
+@njit(cache=True, error_model="numpy")
+def volume(h: float, p: Parameters) -> float:
+    """Volume of the bridge."""
+    return model.bridge_volume(h, p)
+
+
+@dataclass
+class Course:
+    """A collision as integrated; `pieces` holds (phase, start time, solution with dense output) where the path was kept."""
+
+    state: np.ndarray
+    code: int = OK
+    log: list[tuple[float, int, int]] = field(default_factory=list)
+    steps: int = 0
+    calls: int = 0
+    pieces: list[tuple[int, float, Any]] = field(default_factory=list)
+
+
+def collide(
+    p: Parameters, state: np.ndarray, rtol: float, method: str, keep_path: bool = False, most_calls: int = 4_000_000
+) -> Course:
+    """Run a collision from `state`; `method` is one of solve_ivp's."""
+    course = Course(np.array(state))
+    phase, time = (ENTRY if p.wet else CONTACT), 0.0
+    while phase != DONE:
+        course.state[S] = 0.0
+        if phase == BRIDGE and rupture(course.state[H], course.state[U], p) >= 0.0:
+            which, spent = PASSAGE, 0.0
+        else:
+            which, spent = _run_phase(phase, time, p, rtol, method, keep_path, most_calls, course)
+        time += spent
+        course.log.append((time, phase, which))
+        if course.code != OK:
+            break
+        phase = follow(phase, which, course.state, p)
+    return course
+
+
+def _run_phase(
+    phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, most: int, course: Course
+) -> tuple[int, float]:
+    """Advance `course.state` to the end of the phase: (which event, duration)."""
+    scale, atol = start(phase, course.state, p, rtol)
+
+    def rhs(t: float, y: np.ndarray) -> np.ndarray:
+        course.calls += 1
+        if course.calls > most:
+            raise _TooMany
+        return rates(phase, y, p)
+
+    found = [_event(phase, n, p) for n in range(3)]
+    # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
+    options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
+    try:
+        solved: Any = solve_ivp(
+            rhs, (0.0, 1e9 * scale), course.state.copy(), events=found, dense_output=True, **options
+        )
+    except _TooMany:
+        course.code = TOO_MANY
+        return NOTHING, 0.0
+    course.steps += len(solved.t) - 1
+    if solved.status != 1:
+        course.code = TOO_SMALL
+        return NOTHING, float(solved.t[-1])
+    which = 1 + int(np.argmax([len(t) for t in solved.t_events]))
+    at, end = float(solved.t[-1]), solved.y[:, -1]
+    if phase == BRIDGE and which >= STOP and rupture(end[H], 0.0, p) >= 0.0:
+        which, at = PASSAGE, _rupture_before(solved, at, p)
+        end = solved.sol(at)
+    if keep:
+        course.pieces.append((phase, time, solved))
+    course.state[:] = end
+    return which, at
+
+
+def _rupture_before(solved: Any, stop: float, p: Parameters) -> float:
+    """Time of rupture within the step that ends with the stop, where √Ca collapses."""
+
+    def beyond(t: float) -> float:
+        state = solved.sol(t)
+        return float(rupture(state[H], 0.0 if t == stop else state[U], p))
+
+    before = float(solved.t[-2])
+    return float(brentq(beyond, before, stop, xtol=1e-300, rtol=1e-14)) if beyond(before) < 0.0 else before
+
+
+def _event(phase: int, n: int, p: Parameters) -> Callable[..., float]:
+    def event(t: float, y: np.ndarray) -> float:
+        return float(events(phase, y, p)[n])
+
+    event.terminal = True  # type: ignore[attr-defined]
+    event.direction = 1.0  # type: ignore[attr-defined]
+    return event
+
+
+class _TooMany(Exception):
+    """More calls of the forces than allowed."""

@@ -1,0 +1,74 @@
+"""`pywet collide wall FILE`: reads the file, runs one collision or a sweep, prints the answer."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+
+import pandas as pd
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from pywet.collisions.wall import sweep
+from pywet.collisions.wall.problem import Problem
+from pywet.config.loading import parse
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.machine_code import say_wait
+
+WIDE = 160
+"""Columns of a table that goes into a file or a pipe."""
+err = Console(stderr=True, highlight=False)
+SHOWN = ("e_n", "e_t", "e_omega", "stuck", "omega_out", "duration_s", "refused")
+"""Results in the printed table; JSON and CSV have all."""
+
+
+def wall(file: Path, as_table: bool, csv: Path | None) -> None:
+    """One collision: JSON. A sweep: a list of rows as JSON, or a table."""
+    content = sweep.read(file)
+    if not sweep.swept(content):
+        if as_table or csv is not None:
+            raise PywetError(f"{file} describes one collision, expected a list somewhere for --table or --csv")
+        problem = parse(Problem, content, str(file))
+        say_wait()
+        with err.status("one collision"):
+            from pywet.collisions.wall.wall import collide
+
+            answer = collide(problem)
+        print(json.dumps(answer, indent=2, allow_nan=False))
+        return
+    frame = _run(content, file)
+    if csv is not None:
+        with atomic_write(csv) as temporary:
+            frame.to_csv(temporary, index=False)
+    if as_table:
+        _print(_table(frame, len(sweep.swept(content))))
+    else:
+        print(json.dumps(sweep.records(frame), indent=1, allow_nan=False))
+
+
+def _run(content: dict[str, object], file: Path) -> pd.DataFrame:
+    with Progress(console=err, transient=True) as progress:
+        task = progress.add_task("collisions", total=None)
+
+        def report(done: int, total: int) -> None:
+            if done % 100 == 0 or done == total:
+                progress.update(task, completed=done, total=total)
+
+        return sweep.table(content, str(file), threads=os.cpu_count() or 1, report=report)
+
+
+def _print(table: Table) -> None:
+    """To a terminal in its width, elsewhere in a fixed one."""
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDE).print(table)
+
+
+def _table(frame: pd.DataFrame, swept: int) -> Table:
+    columns = [*frame.columns[:swept], *(c for c in SHOWN if c in frame and frame[c].notna().any())]
+    table = Table(*columns, box=None, header_style="bold")
+    for row in frame[columns].itertuples(index=False):
+        table.add_row(*("-" if pd.isna(x) else f"{x:.6g}" if isinstance(x, float) else str(x) for x in row))
+    return table

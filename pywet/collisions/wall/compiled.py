@@ -1,0 +1,205 @@
+"""A collision from entry to rupture by scipy's DOP853 (its tableau and its step control), compiled, one call per collision.
+
+Events are found as roots over the fraction of a step, each trial being a step of its own from the same start: no interpolation
+error, and the state after an event is a state of the method.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from pywet.collisions.wall import model
+from pywet.collisions.wall.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U
+from pywet.machine_code import njit
+
+STAGES = 12
+A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
+B = np.ascontiguousarray(DOP853.B)
+E3, E5 = np.ascontiguousarray(DOP853.E3), np.ascontiguousarray(DOP853.E5)
+MAX_STEPS = 100_000
+OK, TOO_MANY, TOO_SMALL = 0, 1, 2
+"""Outcome of an integration: ended by an event; more than MAX_STEPS steps; a step below round-off."""
+NOTHING, PASSAGE, STOP, REST = 0, 1, 2, 3
+"""Which of the event functions ended a phase."""
+
+
+@njit(error_model="numpy")
+def stages(phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, end: np.ndarray) -> None:
+    """One step from `state` with k[0] given: fills k[1..12], writes the new state into `end`."""
+    for i in range(1, STAGES):
+        for n in range(SIZE):
+            total = 0.0
+            for j in range(i):
+                total += A[i, j] * k[j, n]
+            end[n] = state[n] + step * total
+        model.rates(phase, end, p, k[i])
+    for n in range(SIZE):
+        total = 0.0
+        for j in range(STAGES):
+            total += B[j] * k[j, n]
+        end[n] = state[n] + step * total
+    model.rates(phase, end, p, k[STAGES])
+
+
+@njit(error_model="numpy")
+def error_norm(state: np.ndarray, end: np.ndarray, step: float, k: np.ndarray, rtol: float, atol: np.ndarray) -> float:
+    """scipy's estimate of the local error over the tolerance."""
+    fifth = third = 0.0
+    for n in range(SIZE):
+        scale = atol[n] + rtol * max(abs(state[n]), abs(end[n]))
+        five = three = 0.0
+        for j in range(STAGES + 1):
+            five += E5[j] * k[j, n]
+            three += E3[j] * k[j, n]
+        fifth += (five / scale) ** 2
+        third += (three / scale) ** 2
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return abs(step) * fifth / np.sqrt((fifth + 0.01 * third) * SIZE)
+
+
+@njit(error_model="numpy")
+def locate(
+    which: int, phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, low: float, high: float
+) -> float:
+    """Smallest fraction found, within the step, at which event function `which` is no longer negative (Illinois)."""
+    trial = np.empty(SIZE)
+    x0, x1, f0, f1 = 0.0, 1.0, low, high
+    side = 0
+    for _ in range(200):
+        if x1 - x0 <= 1e-15 or f1 == 0.0:
+            break
+        x = x1 - f1 * (x1 - x0) / (f1 - f0) if np.isfinite(f1 - f0) else 0.5 * (x0 + x1)
+        if not x0 < x < x1:
+            x = 0.5 * (x0 + x1)
+            if not x0 < x < x1:
+                break
+        stages(phase, state, x * step, p, k, trial)
+        f = model.events(phase, trial, p)[which - 1]
+        if f >= 0.0:
+            x1, f1 = x, f
+            if side == 1:
+                f0 *= 0.5
+            side = 1
+        else:
+            x0, f0 = x, f
+            if side == -1:
+                f1 *= 0.5
+            side = -1
+    return x1
+
+
+@njit(error_model="numpy")
+def first_event(
+    phase: int,
+    state: np.ndarray,
+    step: float,
+    p: Parameters,
+    k: np.ndarray,
+    before: tuple[float, float, float],
+    after: tuple[float, float, float],
+) -> tuple[int, float]:
+    """(which, fraction) of the first event of a step; a bridge is tested again where the sphere stops."""
+    which, at = NOTHING, 1.0
+    for n in range(1, 4):
+        if before[n - 1] < 0.0 and after[n - 1] >= 0.0:
+            x = locate(n, phase, state, step, p, k, before[n - 1], after[n - 1])
+            if which == NOTHING or x < at:
+                which, at = n, x
+    if phase == BRIDGE and which > PASSAGE:
+        end = np.empty(SIZE)
+        stages(phase, state, at * step, p, k, end)
+        length = model.rupture(end[H], 0.0, p)  # √Ca has gone: shorter than at any velocity before
+        if length >= 0.0 and before[0] < 0.0:
+            return PASSAGE, at * locate(PASSAGE, phase, state, at * step, p, k, before[0], length)
+    return which, at
+
+
+@njit(error_model="numpy")
+def run_phase(
+    phase: int, state: np.ndarray, p: Parameters, rtol: float, atol: np.ndarray, first: float
+) -> tuple[int, int, float, int, int]:
+    """Advance `state` to the end of the phase: (code, which event, duration, steps, evaluations of the forces)."""
+    k, end = np.empty((STAGES + 1, SIZE)), np.empty(SIZE)
+    time, step, steps, tried, rejected = 0.0, first, 0, 0, False
+    model.rates(phase, state, p, k[0])
+    before = model.events(phase, state, p)
+    while steps < MAX_STEPS and tried < 4 * MAX_STEPS:
+        if step < 1e-15 * time or step < 1e-300:
+            return TOO_SMALL, NOTHING, time, steps, 12 * tried
+        tried += 1
+        stages(phase, state, step, p, k, end)
+        error = error_norm(state, end, step, k, rtol, atol)
+        if not error < 1.0:
+            step *= max(0.2, 0.9 * error ** (-0.125)) if np.isfinite(error) else 0.2
+            rejected = True
+            continue
+        steps += 1
+        after = model.events(phase, end, p)
+        which, at = first_event(phase, state, step, p, k, before, after)
+        if which != NOTHING:
+            model.rates(phase, state, p, k[0])
+            stages(phase, state, at * step, p, k, end)
+            state[:] = end
+            return OK, which, time + at * step, steps, 12 * tried
+        time += step
+        growth = min(10.0, 0.9 * error ** (-0.125)) if error > 0.0 else 10.0
+        step *= min(1.0, growth) if rejected else growth
+        rejected = False
+        state[:] = end
+        k[0] = k[STAGES]
+        before = after
+    return TOO_MANY, NOTHING, time, steps, 12 * tried
+
+
+@njit(error_model="numpy")
+def scales(phase: int, state: np.ndarray, p: Parameters, rtol: float, atol: np.ndarray) -> float:
+    """Absolute tolerances of a phase (a thousandth of rtol, B section 3.2, of the phase's own scales); a time scale [s]."""
+    speed = max(abs(state[U]), 1e-3 * np.sqrt(2.0 * p.gravity * p.layer), 1e-9 * p.speed)
+    along = abs(state[model.V]) + abs(state[model.W])
+    depth = (1.25 * p.mass * speed * speed / p.stiffness) ** 0.4
+    length = depth if phase == CONTACT else min(p.layer, p.radius)
+    along = max(along, 1e-12 * speed)
+    small = max(1e-3 * rtol, 1e-15)
+    atol[:] = small
+    atol[H] *= length
+    atol[U] *= speed
+    atol[S] *= depth * along / speed
+    atol[model.V] *= along
+    atol[model.W] *= along
+    atol[WORK:] *= 0.5 * (max(p.speed, speed) ** 2)
+    return length / speed
+
+
+@njit(error_model="numpy")
+def next_phase(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
+    """The phase that follows; DONE after rupture and when the sphere stays."""
+    if which != PASSAGE or phase == BRIDGE:
+        return DONE
+    if phase == ENTRY:
+        return CONTACT
+    if phase == CONTACT:
+        return LEAVING if p.wet else DONE
+    return BRIDGE
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def collide(p: Parameters, state: np.ndarray, rtol: float, log: np.ndarray) -> tuple[int, int, int, int]:
+    """Run a collision; `log` gets one row per event (time, phase that ended, which event); (code, rows, steps, calls)."""
+    atol = np.empty(SIZE)
+    phase, time, steps, calls, rows = (ENTRY if p.wet else CONTACT), 0.0, 0, 0, 0
+    while phase != DONE:
+        state[S] = 0.0
+        scale = scales(phase, state, p, rtol, atol)
+        if phase == BRIDGE and model.rupture(state[H], state[U], p) >= 0.0:
+            code, which, spent, n, m = OK, PASSAGE, 0.0, 0, 0
+        else:
+            code, which, spent, n, m = run_phase(phase, state, p, rtol, atol, 1e-4 * scale)
+        time, steps, calls = time + spent, steps + n, calls + m
+        log[rows, 0], log[rows, 1], log[rows, 2] = time, phase, which
+        rows += 1
+        if code != OK:
+            return code, rows, steps, calls
+        phase = next_phase(phase, which, state, p)
+    return OK, rows, steps, calls

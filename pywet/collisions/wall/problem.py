@@ -1,0 +1,197 @@
+"""The input of `pywet collide wall`: typed, checked, with one sentence for a mistake; becomes `Parameters` in SI units."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from pywet.collisions.wall import contact
+from pywet.collisions.wall.model import Parameters
+from pywet.config.entries import Excusable
+from pywet.laws.contact import effective_mass, reduced_radius
+from pywet.strict import Strict
+
+Positive = Annotated[float, Field(ge=1e-30, le=1e30, allow_inf_nan=False)]
+Poisson = Annotated[float, Field(gt=-1, le=0.5)]
+Restitution = Annotated[float, Field(ge=0, le=1)]
+Integrator = Literal["compiled", "DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA"]
+RTOL = 1e-9
+"""Default relative tolerance; docs/wall_collision.md says why."""
+
+
+STEEPEST_DEG = 170.0
+
+
+class Wall(Excusable):
+    """An elastic half-space that does not move."""
+
+    youngs_modulus_Pa: Positive
+    poisson_ratio: Poisson
+
+
+class Particle(Wall):
+    """A sphere; `restitution` is that of the dry, normal contact."""
+
+    radius_m: Annotated[float, Field(gt=0, le=1)]
+    density_kg_per_m3: Positive
+    restitution: Restitution
+
+
+class Partner(Wall):
+    """A free sphere at rest in place of the wall."""
+
+    radius_m: Annotated[float, Field(gt=0, le=1)]
+    density_kg_per_m3: Positive
+
+
+class Liquid(Excusable):
+    """The layer on the wall and the bridge that it forms."""
+
+    density_kg_per_m3: Positive
+    viscosity_Pa_s: Positive
+    surface_tension_N_per_m: Annotated[float, Field(ge=0, le=1e30)]
+    layer_thickness_m: Annotated[float, Field(gt=0, le=1)]
+    contact_angle_deg: Annotated[float, Field(ge=0, le=90)] = 15.0
+    half_filling_angle_deg: Annotated[float, Field(gt=0, le=90)]
+
+    @model_validator(mode="after")
+    def _toroid(self) -> Liquid:
+        if self.contact_angle_deg + self.half_filling_angle_deg > STEEPEST_DEG:
+            raise ValueError(
+                f"contact_angle_deg + half_filling_angle_deg of at most {STEEPEST_DEG:g} "
+                "(at 180 the toroid's radius r_m is infinite)"
+            )
+        return self
+
+
+Print = Literal["mended", "as_printed"] | None
+
+
+class Readings(Strict):
+    """Which reading of each doubtful place of the paper is taken (docs/wall_collision.md); None: that of the variant."""
+
+    shear_modulus: Print = None
+    drag: Print = None
+    gap: Print = None
+    goldman_signs: Print = None
+    suction_sign: Print = None
+    neck_radius: Print = None
+    volume_factors: Print = None
+    bridge_volume: Literal["follows", "frozen"] | None = None
+    contact_end: Literal["overlap", "force"] | None = None
+    rupture_from: Literal["film", "wall"] | None = None
+    capillary: Literal["bridge", "film_and_bridge"] | None = None
+
+
+MISPRINTS = ("shear_modulus", "drag", "gap", "goldman_signs", "suction_sign", "neck_radius", "volume_factors")
+NO_MISPRINTS = {"bridge_volume": "follows", "contact_end": "overlap", "rupture_from": "film", "capillary": "bridge"}
+VARIANTS = {
+    name: Readings.model_validate({**dict.fromkeys(MISPRINTS, name), **NO_MISPRINTS})
+    for name in ("mended", "as_printed")
+}
+"""All equations mended, or as the paper (or its scan) has them; readings that are no misprints are the same in both."""
+
+
+class Problem(Strict):
+    """One collision."""
+
+    particle: Particle
+    wall: Wall | None = None
+    partner: Partner | None = None
+    liquid: Liquid | None
+    friction: Annotated[float, Field(ge=0, le=10)]
+    normal_velocity_m_per_s: Annotated[float, Field(ge=1e-9, le=1e4)]
+    angle_deg: Annotated[float, Field(ge=0, lt=90)] = 0.0
+    omega_rad_per_s: Annotated[float, Field(ge=-1e9, le=1e9)] = 0.0
+    gravity_m_per_s2: Annotated[float, Field(ge=0, le=1e4)] = 9.81
+    rtol: Annotated[float, Field(ge=1e-13, le=1e-2)] = RTOL
+    variant: Literal["mended", "as_printed"] = "mended"
+    readings: Readings = Readings()
+    integrator: Integrator = "compiled"
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Problem:
+        if (self.wall is None) == (self.partner is None):
+            raise ValueError("either wall or partner, and not both")
+        if self.liquid is not None and self.chosen().capillary != "bridge":
+            c = self.particle.radius_m * (1.0 - math.cos(math.radians(self.liquid.half_filling_angle_deg)))
+            if self.liquid.layer_thickness_m >= c:
+                raise ValueError(
+                    f"a layer thinner than R(1 − cos φ) = {c:.3g} m where the capillary force acts in the film as well "
+                    "(the toroid's radius r_m passes through zero there)"
+                )
+        return self
+
+    def chosen(self) -> Readings:
+        """The readings of the variant, with those named one by one in their place."""
+        return VARIANTS[self.variant].model_copy(update=self.readings.model_dump(exclude_none=True))
+
+    @property
+    def tangential_velocity(self) -> float:
+        """v_n tan(angle) [m/s]."""
+        return self.normal_velocity_m_per_s * math.tan(math.radians(self.angle_deg))
+
+    @property
+    def mass(self) -> float:
+        """Mass of the sphere [kg]."""
+        return _mass(self.particle)
+
+    def parameters(self) -> Parameters:
+        """The numbers that the force balance needs."""
+        other = self.wall or self.partner
+        assert other is not None
+        particle, chosen = self.particle, self.chosen()
+        radius = reduced = particle.radius_m
+        mass = self.mass
+        if self.partner is not None:
+            mass = effective_mass(mass, _mass(self.partner))
+            reduced = reduced_radius(radius, self.partner.radius_m)
+        moduli = (particle.youngs_modulus_Pa, particle.poisson_ratio, other.youngs_modulus_Pa, other.poisson_ratio)
+        stiffness = 4.0 / 3.0 * contact.effective_modulus(*moduli) * math.sqrt(reduced)
+        printed = chosen.shear_modulus == "as_printed"
+        return Parameters(
+            mass=mass,
+            radius=radius,
+            reduced=reduced,
+            stiffness=stiffness,
+            damping=contact.damping_constant(particle.restitution) * math.sqrt(mass * stiffness),
+            shear=8.0 * contact.effective_shear(*moduli, printed) * math.sqrt(reduced),
+            friction=float(self.friction),
+            gravity=0.0 if self.partner is not None else float(self.gravity_m_per_s2),
+            speed=float(self.normal_velocity_m_per_s),
+            **_liquid(self.liquid),
+            drag_printed=chosen.drag == "as_printed",
+            gap_printed=chosen.gap == "as_printed",
+            goldman_printed=chosen.goldman_signs == "as_printed",
+            suction_printed=chosen.suction_sign == "as_printed",
+            neck_printed=chosen.neck_radius == "as_printed",
+            volume_printed=chosen.volume_factors == "as_printed",
+            volume_frozen=chosen.bridge_volume == "frozen",
+            end_at_force=chosen.contact_end == "force",
+            rupture_from_wall=chosen.rupture_from == "wall",
+            capillary_in_film=chosen.capillary != "bridge",
+        )
+
+
+def _mass(body: Particle | Partner) -> float:
+    return 4.0 / 3.0 * math.pi * body.density_kg_per_m3 * body.radius_m**3
+
+
+def _liquid(liquid: Liquid | None) -> dict[str, Any]:
+    """The parameters that concern the liquid; placeholders without effect where there is none."""
+    if liquid is None:
+        return {
+            "wet": False, "layer": 0.0, "density": 1.0, "viscosity": 1.0, "surface_tension": 0.0,
+            "contact_angle": 0.0, "half_filling": 1.0,
+        }  # fmt: skip
+    return {
+        "wet": True,
+        "layer": float(liquid.layer_thickness_m),
+        "density": float(liquid.density_kg_per_m3),
+        "viscosity": float(liquid.viscosity_Pa_s),
+        "surface_tension": float(liquid.surface_tension_N_per_m),
+        "contact_angle": math.radians(liquid.contact_angle_deg),
+        "half_filling": math.radians(liquid.half_filling_angle_deg),
+    }

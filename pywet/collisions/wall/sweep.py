@@ -1,0 +1,123 @@
+"""Input files of `pywet collide wall`: one collision, or a sweep where lists stand in place of numbers."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet.collisions.wall import wall
+from pywet.collisions.wall.problem import Problem
+from pywet.config.loading import parse
+from pywet.errors import PywetError
+from pywet.files import read_json
+
+MOST = 1_000_000
+RESULTS = (
+    "e_n",
+    "e_t",
+    "e_omega",
+    "stuck",
+    "v_n_out",
+    "v_t_out",
+    "omega_out",
+    "rupture_length_m",
+    "bridge_volume_m3",
+    "duration_s",
+)
+ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual")
+
+
+def read(path: Path) -> dict[str, Any]:
+    """The content of an input file."""
+    content: dict[str, Any] = read_json(
+        path, "describe particle, wall, liquid and so on as in docs/wall_collision.md", dict[str, Any]
+    )
+    return content
+
+
+def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], list[Any]]]:
+    """Places of the lists in an input, in the order of the file: (path of keys, values)."""
+    found: list[tuple[tuple[str, ...], list[Any]]] = []
+    for key, value in content.items():
+        if isinstance(value, dict):
+            found += swept(value, (*path, key))
+        elif isinstance(value, list):
+            if not value:
+                raise PywetError(f"key {'.'.join((*path, key))} is an empty list, expected a number or some numbers")
+            found.append(((*path, key), value))
+    return found
+
+
+def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """Each combination of the lists' values: (what was chosen by dotted key, the input with it)."""
+    places = swept(content)
+    for chosen in itertools.product(*(values for _, values in places)):
+        given = copy.deepcopy(content)
+        for (keys, _), value in zip(places, chosen, strict=True):
+            inner = given
+            for key in keys[:-1]:
+                inner = inner[key]
+            inner[keys[-1]] = value
+        yield {".".join(keys): value for (keys, _), value in zip(places, chosen, strict=True)}, given
+
+
+def table(
+    content: dict[str, Any],
+    where: str = "the input",
+    *,
+    threads: int = 2,
+    report: Callable[[int, int], None] | None = None,
+) -> pd.DataFrame:
+    """One row per combination: the swept values, the results, the energies [J]; a refused one has its sentence in `refused`."""
+    count = 1
+    for _, values in swept(content):
+        count *= len(values)
+    if count > MOST:
+        raise PywetError(f"{where} asks for {count} collisions, expected at most {MOST}; split the sweep")
+    pairs = list(combinations(content))
+    problems = [(chosen, parse(Problem, given, f"{where} ({_said(chosen)})")) for chosen, given in pairs]
+    return run(problems, threads=threads, report=report)
+
+
+def run(
+    problems: Sequence[tuple[dict[str, Any], Problem]],
+    *,
+    threads: int = 2,
+    report: Callable[[int, int], None] | None = None,
+) -> pd.DataFrame:
+    """The table of given problems; collisions run beside each other in `threads` (the compiled ones do not hold the lock)."""
+    rows = []
+    with ThreadPoolExecutor(threads) as pool:
+        for row in pool.map(_row, problems, chunksize=16):
+            rows.append(row)
+            if report is not None:
+                report(len(rows), len(problems))
+    return pd.DataFrame(rows)
+
+
+def _row(pair: tuple[dict[str, Any], Problem]) -> dict[str, Any]:
+    chosen, problem = pair
+    try:
+        got = wall.collide(problem)
+    except PywetError as error:
+        return {**chosen, "refused": str(error)}
+    energies = {f"energy_{name}_J": got["energy_J"][name] for name in ENERGIES}
+    return {**chosen, **{name: got[name] for name in RESULTS}, **energies, "refused": None}
+
+
+def _said(chosen: dict[str, Any]) -> str:
+    return ", ".join(f"{key} {value}" for key, value in chosen.items())
+
+
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The table as plain rows; None where there is no number."""
+    return [
+        {str(key): None if pd.isna(value) else value for key, value in row.items()}
+        for row in frame.to_dict(orient="records")
+    ]

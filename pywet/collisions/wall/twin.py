@@ -1,0 +1,125 @@
+"""The engine's normal collision in a few lines of Python: its laws, its linear contact, its bridge; and the steps towards it.
+
+Serves to say where the difference between the model and the engine comes from: what the twin shares with the engine is not an
+error of the engine. Only the normal motion; the tangential one does not act on it.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.integrate import solve_ivp
+
+from pywet.collisions.wall import engine, wall
+from pywet.collisions.wall.curves import problem
+from pywet.collisions.wall.problem import Problem, Readings
+from pywet.laws import registry
+from pywet.laws.contact import damping, film_volume
+from pywet.laws.force_law import ForceLaw
+from pywet.scene import Effects
+
+
+def _law(kind: str, name: str | None) -> ForceLaw:
+    assert name is not None
+    return registry.get(kind, name).functions[0]
+
+
+def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
+    """e_n of the engine's equations for a wet problem: bridge from touch of the film to rupture, linear spring in overlap."""
+    liquid, radius, mass = case.liquid, case.particle.radius_m, case.mass
+    assert liquid is not None
+    pair = engine.contact_of(case)
+    stiffness = pair.normal_stiffness_N_per_m
+    gamma = damping(pair.restitution, mass, stiffness)
+    angle = math.radians(liquid.contact_angle_deg)
+    volume = float(
+        _law("formation", effects.formation)(film_volume(liquid.layer_thickness_m, radius), radius, math.inf)
+    )
+    capillary, viscous = _law("capillary", effects.capillary), _law("viscous_normal", effects.viscous_normal)
+    static = float(_law("rupture", effects.rupture)(volume, radius, math.inf, angle, 0.0))
+    stretch = _law("dynamic_rupture", effects.dynamic_rupture)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        s, u = float(y[0]), float(y[1])
+        force = viscous(s, volume, radius, math.inf, u, liquid.viscosity_Pa_s)
+        force -= capillary(s, volume, radius, math.inf, angle, 0.0, liquid.surface_tension_N_per_m)
+        if s < 0.0:
+            force += max(-stiffness * s - gamma * u, 0.0)  # the engine's contact does not pull
+        return [u, force / mass - case.gravity_m_per_s2]
+
+    def rupture(t: float, y: np.ndarray) -> float:
+        return float(y[0] - static * stretch(abs(y[1]), liquid.viscosity_Pa_s, liquid.surface_tension_N_per_m))
+
+    def stop(t: float, y: np.ndarray) -> float:
+        return float(y[1]) if t > start_of_rebound else 1.0
+
+    for event in (rupture, stop):
+        event.terminal = True  # type: ignore[attr-defined]
+    rupture.direction, stop.direction = 1.0, -1.0  # type: ignore[attr-defined]
+    start_of_rebound = 0.0
+    y = np.array([liquid.layer_thickness_m, -case.normal_velocity_m_per_s])
+    options: dict[str, Any] = {"rtol": 1e-9, "atol": [1e-14, 1e-11], "max_step": 0.05 * liquid.layer_thickness_m}
+    down = solve_ivp(rates, (0.0, 1.0), y, events=_touch(0.0), **options)
+    contact = 2.0 * math.pi * math.sqrt(mass / stiffness)
+    y = down.y[:, -1] - np.array([1e-15, 0.0])
+    through = solve_ivp(rates, (0.0, 5.0 * contact), y, events=_touch(1.0), **(options | {"max_step": contact / 200}))
+    found: Any = solve_ivp(rates, (0.0, 1.0), through.y[:, -1], events=(rupture, stop), **options)
+    return max(float(found.y[1, -1]), 0.0) / case.normal_velocity_m_per_s if len(found.t_events[0]) else 0.0
+
+
+def _touch(direction: float) -> Any:
+    """Event at zero gap, on the way down (0) or out (1)."""
+
+    def touch(t: float, y: np.ndarray) -> float:
+        return float(y[0])
+
+    touch.terminal = True  # type: ignore[attr-defined]
+    touch.direction = 1.0 if direction else -1.0  # type: ignore[attr-defined]
+    return touch
+
+
+def ladder(case: Problem, folder: Path) -> pd.DataFrame:
+    """e_n from the model to the engine, one difference at a time; each row keeps those above it."""
+    steps: list[tuple[str, dict[str, str]]] = [
+        ("the model", {}),
+        ("volume of the bridge frozen at film exit", {"bridge_volume": "frozen"}),
+        ("length of the bridge counted from the wall", {"rupture_from": "wall"}),
+        ("capillary force in the film as well", {"capillary": "film_and_bridge"}),
+    ]
+    readings: dict[str, str] = {}
+    rows = []
+    for said, changed in steps:
+        readings |= changed
+        rows.append(
+            (said, wall.collide(case.model_copy(update={"readings": Readings.model_validate(readings)}))["e_n"])
+        )
+    rows.append(
+        ("gap from the wall, volume and φ from the film drawn, linear contact (twin)", normal_coefficient(case))
+    )
+    rows.append(("the engine, same laws", engine.run(case, folder).e_n))
+    return pd.DataFrame(rows, columns=["step", "e_n"])
+
+
+def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)) -> pd.DataFrame:
+    """e_n of 1.74 mm glass on 100 µm of water over the impact velocity: model, its nearest readings, twin and engine."""
+    near = Readings(bridge_volume="frozen", rupture_from="wall", capillary="film_and_bridge")
+    rows = []
+    with TemporaryDirectory() as scratch:
+        for v in np.linspace(0.15, 3.0, 58):
+            case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=float(v))
+            like = case.model_copy(update={"readings": near})
+            for line, e_n in (
+                ("model", wall.collide(case)["e_n"]),
+                ("model, volume frozen, counted from the wall", wall.collide(like)["e_n"]),
+                ("engine's equations in Python", normal_coefficient(case)),
+            ):
+                rows.append({"line": line, "x": float(v), "e_n": e_n})
+        for v in velocities:
+            case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=v)
+            rows.append({"line": "engine", "x": v, "e_n": engine.run(case, Path(scratch) / f"{v:g}").e_n})
+    return pd.DataFrame(rows)

@@ -1,0 +1,63 @@
+"""The same collision with a fixed time step, as an engine for many particles takes it: velocity Verlet, phases seen step by step.
+
+Positions move by the half-kicked velocity, forces that depend on velocity use it as well (as LIGGGHTS does); contact, film
+exit, rupture and sticking are noticed at the end of the step in which they happen, nothing is located within it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pywet.collisions.wall import model
+from pywet.collisions.wall.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
+from pywet.machine_code import njit
+
+MOST = 20_000_000
+
+
+@njit(error_model="numpy")
+def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
+    """The phase of the next step, by position and velocity at the end of this one."""
+    h, u = state[H], state[U]
+    if phase == ENTRY:
+        if h <= 0.0:
+            return CONTACT
+        return DONE if model.entry_rest(h, u, p) >= 0.0 else ENTRY
+    if phase == CONTACT:
+        if h <= 0.0:
+            return CONTACT
+        return LEAVING if p.wet else DONE
+    if u <= 0.0:
+        return DONE
+    if phase == LEAVING:
+        return BRIDGE if h >= p.layer else LEAVING
+    return DONE if model.rupture(h, u, p) >= 0.0 else BRIDGE
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
+    """Advance `state` to the end: (steps, whether the end was reached)."""
+    out = np.empty(SIZE)
+    phase = ENTRY if p.wet else CONTACT
+    model.rates(phase, state, p, out)
+    for n in range(MOST):
+        for k in (U, V, W):
+            state[k] += 0.5 * step * out[k]
+        state[H] += step * state[U]
+        state[S] = state[S] + step * (state[V] + state[W]) if phase == CONTACT else 0.0
+        phase = phase_after(phase, state, p)
+        if phase == DONE:
+            return n + 1, True
+        model.rates(phase, state, p, out)
+        for k in (U, V, W):
+            state[k] += 0.5 * step * out[k]
+        for k in range(WORK, SIZE):
+            state[k] += step * out[k]
+    return MOST, False
+
+
+def collide(p: Parameters, state: np.ndarray, step: float) -> tuple[np.ndarray, int]:
+    """Run a collision from `state` with time step `step` [s]: (state at the end, steps)."""
+    end = state.copy()
+    steps, _ = run(p, end, float(step))
+    return end, int(steps)

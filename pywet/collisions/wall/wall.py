@@ -1,0 +1,147 @@
+"""One wet collision of a sphere with a wall (or a free sphere): coefficients of restitution, energy budget, events.
+
+The budget is a check: kinetic energy comes from the velocities, the works are quadratures of their own along the path. Where
+it does not close to CLOSURE of the initial energy the tolerance is tightened until it does. At very low velocities gravity and
+capillarity turn over so much more than the initial energy that double precision cannot hold that digit; then CLOSURE of the
+largest energy turned over is asked for, and a collision that does not reach it is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pywet.collisions.wall import adaptive, compiled, model
+from pywet.collisions.wall.problem import Problem
+from pywet.errors import PywetError
+
+CLOSURE = 1e-8
+"""Largest residual of the energy budget over the initial energy."""
+TIGHTEST = 1e-14
+KINDS = {model.ENTRY: "contact", model.CONTACT: "lift_off", model.LEAVING: "film_exit", model.BRIDGE: "rupture"}
+"""Phase -> what ends it, unless the sphere stays."""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """What an integrator gives back: the state at the end, the log of phases, the work it took."""
+
+    state: np.ndarray
+    code: int
+    log: list[tuple[float, int, int]]
+    steps: int
+    calls: int
+
+
+def start(problem: Problem, p: model.Parameters) -> np.ndarray:
+    """The state at entry (dry: at touch)."""
+    state = np.zeros(model.SIZE)
+    state[model.H], state[model.U] = p.layer, -p.speed
+    state[model.V] = problem.tangential_velocity
+    state[model.W] = problem.omega_rad_per_s * p.radius
+    return state
+
+
+def integrate(p: model.Parameters, state: np.ndarray, rtol: float, integrator: str) -> Raw:
+    """Run the named integrator from a state."""
+    if integrator == "compiled":
+        end, log = state.copy(), np.zeros((8, 3))
+        code, rows, steps, calls = compiled.collide(p, end, float(rtol), log)
+        rows_log = [(float(t), int(phase), int(which)) for t, phase, which in log[:rows]]
+        return Raw(end, code, rows_log, steps, calls)
+    course = adaptive.collide(p, state, rtol, integrator)
+    return Raw(course.state, course.code, course.log, course.steps, course.calls)
+
+
+def energy(state: np.ndarray) -> float:
+    """Kinetic energy per unit of mass [J/kg]: ½ u² + ½ v² + ½ (2/5) w²."""
+    return float(0.5 * (state[model.U] ** 2 + state[model.V] ** 2 + 0.4 * state[model.W] ** 2))
+
+
+def budget(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """(residual over the initial energy, residual over the largest energy that was turned over)."""
+    first, last, works = energy(before), energy(after), after[model.WORK :]
+    residual = abs(first - last - float(np.sum(works)))
+    return residual / first, residual / max(first, last, float(np.max(np.abs(works))))
+
+
+def collide(problem: Problem) -> dict[str, Any]:
+    """Run a collision; the keys are those of docs/wall_collision.md. Raises `PywetError` where it cannot be done."""
+    p = problem.parameters()
+    state, rtol = start(problem, p), problem.rtol
+    best: tuple[Raw, float] | None = None
+    while True:
+        raw = integrate(p, state, rtol, problem.integrator)
+        finite = raw.code == compiled.OK and bool(np.all(np.isfinite(raw.state)))
+        of_initial, of_turnover = budget(state, raw.state) if finite else (math.inf, math.inf)
+        if of_turnover <= CLOSURE:
+            best = raw, rtol
+        if of_initial <= CLOSURE or rtol <= TIGHTEST or raw.code != compiled.OK:
+            break
+        rtol = max(0.03 * rtol, TIGHTEST)
+    if best is None:
+        raise PywetError(_refusal(problem, raw.code, of_turnover))
+    return outcome(problem, p, state, *best)
+
+
+def _refusal(problem: Problem, code: int, left: float) -> str:
+    why = {
+        compiled.OK: f"its energy budget is open by {left:.1e}",
+        compiled.TOO_MANY: "it takes too many steps: a force is very stiff",
+        compiled.TOO_SMALL: "its time step falls below round-off",
+    }[code]
+    return (
+        f"the collision at {problem.normal_velocity_m_per_s:g} m/s and {problem.angle_deg:g}° cannot be integrated by "
+        f"{problem.integrator} ({why}); expected a closed budget: mend the input or name another integrator"
+    )
+
+
+def outcome(problem: Problem, p: model.Parameters, first: np.ndarray, raw: Raw, rtol: float) -> dict[str, Any]:
+    """The answer as plain data."""
+    end, in_bridge = raw.state, raw.log[-1][1] == model.BRIDGE
+    stuck = raw.log[-1][2] != 1
+    volume = float(adaptive.volume(end[model.H], p)) if in_bridge else None
+    spin = problem.omega_rad_per_s + (end[model.W] - first[model.W]) * p.mass / problem.mass / p.radius
+    return {
+        "e_n": 0.0 if stuck else max(0.0, float(end[model.U])) / p.speed,
+        "e_t": _ratio(end[model.V], first[model.V]),
+        "e_omega": _ratio(spin, problem.omega_rad_per_s),
+        "stuck": stuck,
+        "v_n_out": 0.0 if stuck and abs(end[model.U]) < 1e-12 * p.speed else float(end[model.U]),
+        "v_t_out": float(end[model.V]),
+        "omega_out": float(spin),
+        "energy_J": _energies(p.mass, first, end),
+        "rupture_length_m": None if stuck or volume is None else _length(end, p),
+        "bridge_volume_m3": volume,
+        "duration_s": raw.log[-1][0],
+        "events": _events(p, raw.log),
+        "rtol_used": rtol,
+        "steps": raw.steps,
+    }
+
+
+def _energies(mass: float, first: np.ndarray, end: np.ndarray) -> dict[str, float]:
+    works = dict(zip(("contact", "viscous", "capillary", "gravity"), end[model.WORK :], strict=True))
+    terms = {"in": energy(first), "out": energy(end), **works}
+    residual = terms["in"] - terms["out"] - sum(works.values())
+    return {name: mass * float(value) for name, value in {**terms, "residual": residual}.items()}
+
+
+def _ratio(after: float, before: float) -> float | None:
+    """Coefficient of restitution; None where there was nothing (or nothing to speak of) before."""
+    with np.errstate(all="ignore"):
+        ratio = np.divide(after, before)
+    return float(ratio) if np.isfinite(ratio) else None
+
+
+def _length(state: np.ndarray, p: model.Parameters) -> float:
+    """Length at which the bridge ruptured [m], from where it is counted."""
+    return float(state[model.H]) - (0.0 if p.rupture_from_wall else p.layer)
+
+
+def _events(p: model.Parameters, log: list[tuple[float, int, int]]) -> list[dict[str, Any]]:
+    entry = [{"t": 0.0, "kind": "entry" if p.wet else "contact"}]
+    return entry + [{"t": t, "kind": KINDS[phase] if which == 1 else "stick"} for t, phase, which in log]
