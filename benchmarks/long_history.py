@@ -141,7 +141,7 @@ def contact_rows(
     n /= np.sqrt((n**2).sum(axis=1))[:, None]
     made["xj"] = made["xi"] - n * (p.ri + np.where(p.wall, 0.0, p.rj) + gap)[:, None]
     made["vi"], made["wi"] = random.normal(0, 0.05, (2, len(made), 3))
-    made["volume"], made["factor_normal"], made["factor_tangential"] = stand.volume, 1.0, 1.0
+    made["volume"], made["weight"], made["factor_normal"], made["factor_tangential"] = stand.volume, 1.0, 1.0, 1.0
     part = replace(run, tables={**run.tables, "contacts": to_frame(made)})
     c = forces.contacts(part)
     pull, drag, side = forces.capillary_term(part, c), forces.normal_term(part, c), forces.tangential_term(part, c)

@@ -94,8 +94,9 @@ def _in_windows(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
     places, events = run.table("window_states")[["step", "id", "x", "y", "z"]], run.table("events")
     places = places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)]
     film, done, parts = film.copy(), 0, []
-    for step, rows in places.groupby("step"):
-        until = int(np.searchsorted(events["step"].to_numpy(), np.asarray(step), "right"))
+    for step in np.unique(places["step"].to_numpy()):
+        rows = places[places["step"] == step]
+        until = int(np.searchsorted(events["step"].to_numpy(), step, "right"))
         keep_films(film, events.iloc[done:until], run)
         done = until
         parts.append(rows.assign(film=np.maximum(film[rows["id"].to_numpy(np.int64)], 0.0)))

@@ -93,11 +93,8 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
     for step in ends(logs, outputs, len(run.table("spheres")), size):
         began = time.process_time()
-        events = logs["events"].until(step)
-        note(f"events: {logs['events'].taken}")
-        places = {name: logs[name].until(step) for name in OF_PLACES if name in logs}
-        part = replace(run, tables={**run.tables, "events": events, **places})
-        known(part, ("events", "bridges"))
+        part = _part(run, logs, step)
+        events = part.table("events")
         found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row))
         lives = Lives(before, events, found.events, start)
         inside = outputs[(outputs > start) & (outputs <= step)]
@@ -128,6 +125,15 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     found.add("liquid", samples.of_events())
     found.add("forces", samples.of_contacts(), "contacts")
     found.add("between", samples.between_nodes())
+    return found
+
+
+def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
+    """The next part of the logs, up to a step, but for its contacts."""
+    note(f"events: {logs['events'].taken}")
+    part = {name: logs[name].until(step) for name in ("events", *OF_PLACES) if name in logs}
+    found = replace(run, tables={**run.tables, **part})
+    known(found, ("events", "bridges"))
     return found
 
 
