@@ -66,6 +66,8 @@ def touching_pairs(run: Run, lives: Lives, film: Floats) -> pd.DataFrame:
     `film`: what each sphere holds by the log before its first event here.
     """
     table = pd.concat([_at_outputs(run), _in_windows(run, lives, film)], ignore_index=True)
+    if not len(table):
+        return table
     step = table["step"]
     # drops come after the formations of their step
     moved = np.concatenate([_place(log["step"], log[s]) for log in (run.table("events"), run.shed) for s in "ij"])
