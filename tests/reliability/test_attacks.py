@@ -22,6 +22,7 @@ from pywet import caches, config, machine_code
 from pywet.bench import small
 from pywet.cli import doctor
 from pywet.cli.app import app
+from pywet.engines import process
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 from pywet.laws import davis, own, registry, viscous
@@ -404,7 +405,7 @@ def test_the_doctor_ends_though_a_program_hangs(
     script.write_text("#!/bin/sh\nsleep 1000\necho late\n")
     script.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    monkeypatch.setattr(build, "ANSWER_S", 1.0)
+    monkeypatch.setattr(process, "ANSWER_S", 1.0)
     name = "plugin" if program == "g++" else program
     found = next(check for check in doctor.checks() if check.name == name)
     assert not found.ok
