@@ -9,8 +9,6 @@ import math
 
 from numba import njit
 
-from pywet.laws.contact import damping_ratio
-
 
 def damping_constant(restitution: float) -> float:
     """α = −√5 ln e/√(ln² e + π²) [-], so that the contact returns e at every velocity. e = 0: the limit √5. Source: (16).
@@ -22,7 +20,8 @@ def damping_constant(restitution: float) -> float:
     """
     if restitution <= 0.0:
         return math.sqrt(5.0)
-    return math.sqrt(5.0) * damping_ratio(restitution)
+    log = math.log(restitution)  # as digests have it: steps of an adaptive integrator follow the last bit
+    return -math.sqrt(5.0) * log / math.hypot(log, math.pi)
 
 
 def effective_modulus(modulus_i: float, poisson_i: float, modulus_j: float, poisson_j: float) -> float:

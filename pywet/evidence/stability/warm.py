@@ -7,6 +7,6 @@ from pywet.engines.liggghts import plugin_api, worker
 from pywet.laws import registry
 
 READY = [worker.__name__]
-for _kind in plugin_api.SLOTS:
+for _kind in plugin_api.SLOTS.keys() & small.PAPER.laws:
     for _function in plugin_api.in_use(registry.get(_kind, small.PAPER.laws[_kind])):
         READY.append(f"{_kind} {_function.address}")
