@@ -155,3 +155,14 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     )
     assert {p.name for p in tmp_path.glob("*.svg")} == {"fig10.svg", "fig12.svg", "fig13.svg", "fig14.svg", "fig15.svg"}
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))
+
+
+def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
+    """Case 2 at full scale: bridges formed, ledger, and what is left on the screen, moist and dry."""
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    dry, moist = (Kept(ROOT / "docs" / "full_scale" / "data" / f"case0{k}-10007") for k in (1, 2))
+    assert f"{moist.about['events']['formations']:,} liquid bridges" in readme
+    assert f"ledger closes to {moist.about['ledger_error']:.0e}".replace("e-0", "e-") in readme
+    left = [round(100 * run.at(run.retained(), 1.5)) for run in (moist, dry)]
+    assert f"{left[0]} % of the feed is still on the screen after 1.5 s, dry {left[1]} %" in readme
+    assert max(run.at(run.undersize, 10.0) for run in (moist, dry)) < 0.005
