@@ -27,8 +27,6 @@ FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 
 
-DROP_INTERVAL = 1e-3
-"""Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
 FASTEST = 5.0
 """Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
 
@@ -108,14 +106,6 @@ def longest_bridge(scene: Scene) -> float:
 def skin(scene: Scene) -> float:
     """Skin [m] of the neighbour list, 0.4 of the smallest radius; a sphere falling at 1 m/s needs a rebuild in 10 to 30 steps."""
     return 0.4 * min(c.radius_m for c in scene.classes)
-
-
-def drop_every(scene: Scene) -> int:
-    """Steps between looks at what drips: about `DROP_INTERVAL`, and a whole number of them between outputs."""
-    looks = max(1, round(scene.output_every * scene.time_step_s / DROP_INTERVAL))
-    return next(
-        scene.output_every // n for n in range(min(looks, scene.output_every), 0, -1) if scene.output_every % n == 0
-    )
 
 
 def checkpoints(scene: Scene) -> list[int]:

@@ -14,8 +14,7 @@ import pandas as pd
 
 from pywet.apparatus.prisms import prism_of
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import drop_every
-from pywet.engines.schedule import checkpoint_every
+from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.laws import registry
 from pywet.laws.batch import batch
