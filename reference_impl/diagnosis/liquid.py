@@ -17,7 +17,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.rows import of_bridges
 from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.motion import impulses
-from reference_impl.replay import coverage, laws, snapshots
+from reference_impl.replay import coverage, formations, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
@@ -115,8 +115,8 @@ def due(run: Run, e: Events) -> Link | None:
 
 def touch(run: Run, e: Events) -> Link:
     """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
-    films, gap, ri = snapshots.films_at_events(run)
-    room = snapshots.ROOM * ri
+    *layers, gap, ri = formations.films_at_events(run)
+    films, room = layers[0] + layers[1], formations.ROOM * ri
     wrong = (e.formation & (gap > films + room)).astype(float)
     one = np.ones(len(gap))
 
@@ -131,11 +131,12 @@ def touch(run: Run, e: Events) -> Link:
 def missed(run: Run) -> Iterator[Link]:
     """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
     events = run.table("events")
-    table = snapshots.touching_pairs(run, Lives(none(), events, 0, -1), bodies(run).film)
+    table = formations.touching(run, Lives(none(), events, 0, -1), formations.Held(run))
     if not len(table):
         return
     logged = table["missed"].to_numpy(float)
-    films, gap, _ = snapshots.films_at_events(run)
+    *layers, gap, _ = formations.films_at_events(run)
+    films = layers[0] + layers[1]
     formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
     reach = float((gap / films)[formed].max()) if formed.any() else 0.0
     near = table["separation"].to_numpy() / table["films"].to_numpy()

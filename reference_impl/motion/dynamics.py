@@ -10,8 +10,8 @@ from typing import Any
 
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
-from reference_impl.motion import contributions, newton, window
-from reference_impl.replay import between_nodes, io, whole
+from reference_impl.motion import budget, contributions, newton, window
+from reference_impl.replay import between_nodes, io, kept_tables, whole
 from reference_impl.replay.compare import Quantity, merged
 
 NOT_RECORDED = (
@@ -38,9 +38,12 @@ def check(
             found += between
         else:
             more["transfer_interpolation"] = {**between[0].as_dict(), "note": between_nodes.note(between[0])}
+    setup = window.read(folder)
+    found += [*kept_tables.mesh_motion(setup), *kept_tables.times(setup, run is not None)]
     if not window.recorded(folder):
         return found, more
-    setup = window.read(folder)
+    found += kept_tables.velocities(setup)
+    works = run is not None and budget.judged(run)
     shares, counts = contributions.Shares(setup, run), newton.Counts()
     parts: dict[str, list[Quantity]] = {}
     for f in newton.each(setup, run):  # a window's forces are large: one at a time
@@ -52,7 +55,8 @@ def check(
         in_windows = [
             replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
         ]
-        for q in (*newton.check(setup, [f]), *in_windows):
+        of_works = budget.in_window(setup, f) if works else []
+        for q in (*newton.check(setup, [f]), *in_windows, *of_works):
             parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
     io.write_json(folder / "contributions.json", shares.result(moved))

@@ -33,7 +33,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))
     quantities = [
         *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
-        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"),
+        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"), *found.of("tables"), *found.of("energy"),
     ]  # fmt: skip
     failed = [q.name for q in quantities if not q.ok]
     result = {
