@@ -70,9 +70,10 @@ class Budget:
     def add(self, part: Run, lives: Lives) -> None:
         """A part of the logs; the table of places has the speeds too."""
         table, events = part.table("trajectory").sort_values(["step", "id"]), part.table("events")
-        if not len(table):
-            return
         outputs = np.unique(table["step"].to_numpy())
+        of_bridges = self._bridges(part, events, lives, outputs) if self.known else {}
+        if not len(outputs):
+            return
         shape = (len(outputs), len(self.setup.ids), 3)
         x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
         self.start = x[0] if self.start is None else self.start
@@ -85,9 +86,7 @@ class Budget:
             "gravity": fall.sum(axis=1),
             "gravity_size": np.abs(fall).sum(axis=1) + float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6,
         }
-        if self.known:
-            own |= self._bridges(part, events, lives, outputs)
-        self.rows.append(pd.DataFrame(own))
+        self.rows.append(pd.DataFrame({**own, **of_bridges}))
 
     @property
     def known(self) -> bool:
@@ -107,7 +106,7 @@ class Budget:
             ("ruptured", np.where(formation, 0.0, energy)),
             ("steps", way),
         ):
-            sums = np.concatenate([[0.0], np.cumsum(terms)]) + getattr(self, name)
+            sums = np.cumsum(np.concatenate([[getattr(self, name)], terms]))
             found[name] = sums[until]
             setattr(self, name, float(sums[-1]))
         shots = part.table("bridges")
@@ -129,7 +128,9 @@ class Budget:
 
         def one(name: str, mine: Any, size: Any, scale: str) -> Quantity:
             logged = both[name].to_numpy(float) if name in both else np.zeros(len(both))
-            return compare(f"energy_{name}", scale, logged, np.asarray(mine, float), np.asarray(size, float), both, LIMITS[name])
+            return compare(
+                f"energy_{name}", scale, logged, np.asarray(mine, float), np.asarray(size, float), both, LIMITS[name]
+            )
 
         found = [one(name, both[f"{name}_own"], turnover, "all that was turned over") for name in ("kinetic", "spin")]
         found.append(one("gravity", both["gravity_own"], both["gravity_size"], "weight times way of all spheres"))
@@ -140,7 +141,9 @@ class Budget:
             size = np.maximum((both["formed_own"].abs() + both["ruptured_own"].abs()), 1e-300)
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
             own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
-            found.append(one("capillary", own_work, SLACK * both["steps"] + 1e-9 * turnover, "works of the steps of the events"))
+            found.append(
+                one("capillary", own_work, SLACK * both["steps"] + 1e-9 * turnover, "works of the steps of the events")
+            )
         return found
 
 

@@ -1,13 +1,14 @@
 """Spheres in flight from one output to the next, integrated by the reference: forces outside the recorded windows.
 
-A group of spheres held together by bridges, none of which forms, breaks or meets a wall between two outputs, moves under weight and
-bridges alone, and its motion follows from trajectory.parquet and the snapshot of bridges at the first output. A sphere with a
-film cannot touch anything without an event. Step by step as the engine goes: half a kick, a step, forces, half a kick.
+A group of spheres held together by bridges, none of which forms, breaks or meets a wall between two outputs, moves under weight
+and bridges alone, and its motion follows from trajectory.parquet and the snapshot of bridges at the first output. A sphere with
+a film cannot touch anything without an event. Step by step as the engine goes: half a kick, a step, forces, half a kick.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -99,19 +100,18 @@ class Hangar:
         now = {n: part.table(n) for n in ("trajectory", "bridges", "films", "events")}
         both = {n: pd.concat([self.last[n], now[n]]) if n in self.last else now[n] for n in now}
         steps = np.unique(both["trajectory"]["step"].to_numpy())
-        for one, two in zip(steps, steps[1:], strict=False):
+        for one, two in pairwise(steps):
             if one in self.starts:
                 self._add(both, int(one), int(two))
-        if len(steps):
-            events = both["events"]
-            self.last = {n: both[n][both[n]["step"] == steps[-1]] for n in ("trajectory", "bridges", "films")}
-            self.last["events"] = events[events["step"] > steps[-1]]
+        last = steps[-1] if len(steps) else -1
+        self.last = {n: rows[rows["step"] >= last] for n, rows in both.items()}
 
     def _add(self, logs: dict[str, pd.DataFrame], one: int, two: int) -> None:
         setup, fixed = self.setup, bodies(self.run)
         start, end = (logs["trajectory"][logs["trajectory"]["step"] == s].sort_values("id") for s in (one, two))
         stand, film = (logs[n][logs[n]["step"] == one] for n in ("bridges", "films"))
-        events = logs["events"][(logs["events"]["step"] > one) & (logs["events"]["step"] <= two)]
+        # a bridge that forms at the first output acts from the next step on only
+        events = logs["events"][(logs["events"]["step"] >= one) & (logs["events"]["step"] <= two)]
         p, q = pairs(stand, fixed), pairs(events, fixed)
         place = np.full(len(fixed.radius), -1)
         place[setup.ids] = np.arange(len(setup.ids))
@@ -124,7 +124,9 @@ class Hangar:
         n = len(setup.ids)
         _, group = connected_components(coo_matrix((np.ones(len(i)), (i, j)), shape=(n, n)), directed=False)
         fly = ~np.isin(group, group[bad])
-        values = [[t[list(c)].to_numpy(float) for c in ("xyz", ("vx", "vy", "vz"), ("wx", "wy", "wz"))] for t in (start, end)]
+        values = [
+            [t[list(c)].to_numpy(float) for c in ("xyz", ("vx", "vy", "vz"), ("wx", "wy", "wz"))] for t in (start, end)
+        ]
         whole = Flights(
             np.full(n, one), setup.ids, np.full(n, two - one), *values[0], *values[1], setup.mass, setup.radius, i, j,
             stand["volume"].to_numpy(float)[rows], p.ti[rows], p.tj[rows],
@@ -148,7 +150,10 @@ class Hangar:
         if flights is None:
             return []
         x, v, w, whole = fly(self.run, self.setup, flights)
-        rows, r = pd.DataFrame({"step": flights.step, "i": flights.id})[whole].reset_index(drop=True), flights.radius[whole]
+        rows, r = (
+            pd.DataFrame({"step": flights.step, "i": flights.id})[whole].reset_index(drop=True),
+            flights.radius[whole],
+        )
         speed = np.sqrt((flights.v_end[whole] ** 2).sum(axis=1))
         logged = np.concatenate([flights.v_end, flights.radius[:, None] * flights.w_end], axis=1)[whole]
         own = np.concatenate([v, flights.radius[:, None] * w], axis=1)[whole]

@@ -93,9 +93,7 @@ class Parts:
                 )
         return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
 
-    def _closest(
-        self, y: Floats, part: Floats, many: Floats, values: Floats
-    ) -> tuple[Floats, Floats, Floats, Floats]:
+    def _closest(self, y: Floats, part: Floats, many: Floats, values: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         row, start = np.repeat(np.arange(len(y)), many), np.cumsum(many) - many
         t = self.order[np.repeat(self.first[part], many) + np.arange(len(row)) - np.repeat(start, many)]
         apart = size(y[row] - self.middle[t])

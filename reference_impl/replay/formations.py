@@ -66,7 +66,12 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
     p = pairs(events, fixed)
     area = np.where(p.wall, fixed.area[np.where(p.wall, events["triangle"], -1)], 1.0)
     i, j = (np.maximum(events[f"film_{s}_before"].to_numpy(float), 0.0) for s in "ij")
-    return thickness(i, p.ri), np.where(p.wall, j / area, thickness(j, p.rj)), events["separation"].to_numpy(float), p.ri
+    return (
+        thickness(i, p.ri),
+        np.where(p.wall, j / area, thickness(j, p.rj)),
+        events["separation"].to_numpy(float),
+        p.ri,
+    )
 
 
 def due(run: Run) -> Quantity:
@@ -232,7 +237,10 @@ def _of_spheres(rows: pd.DataFrame) -> pd.DataFrame:
 def _at_walls(run: Run, rows: pd.DataFrame, walls: Floats) -> pd.DataFrame:
     """Spheres and wall parts; of several triangles as near the one with the least film counts."""
     parts, fixed, step = nearest.parts(run), bodies(run), int(rows["step"].iloc[0])
-    x, reach, radius, film = rows[["x", "y", "z"]].to_numpy(float), *(rows[n].to_numpy() for n in ("reach", "radius", "film"))
+    x, reach, radius, film = (
+        rows[["x", "y", "z"]].to_numpy(float),
+        *(rows[n].to_numpy() for n in ("reach", "radius", "film")),
+    )
     thick = np.nan_to_num(walls[: len(parts.middle)] / fixed.area[: len(parts.middle)])
     most = np.zeros(len(parts))
     np.maximum.at(most, parts.setup.part, thick)

@@ -63,7 +63,11 @@ def times(setup: window.Setup, moist: bool) -> list[Quantity]:
         parts.append(table.assign(table=name))
     rows = pd.concat(parts, ignore_index=True)
     own = rows["step"].to_numpy(float) * setup.step
-    return [compare("time", "itself, or one time step", rows["time"].to_numpy(float), own, np.maximum(own, setup.step), rows)]
+    return [
+        compare(
+            "time", "itself, or one time step", rows["time"].to_numpy(float), own, np.maximum(own, setup.step), rows
+        )
+    ]
 
 
 class Count:

@@ -33,7 +33,8 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))
     quantities = [
         *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
-        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"), *found.of("tables"), *found.of("energy"),
+        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run),
+        *(q for group in ("trajectory", "tables", "energy") for q in found.of(group)),
     ]  # fmt: skip
     failed = [q.name for q in quantities if not q.ok]
     result = {

@@ -6,19 +6,14 @@ windows that record motion, there at every step at which bridges act. So none is
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import pandas as pd
-from scipy.spatial import cKDTree
 
-from reference_impl.motion import impulses
-from reference_impl.replay import laws
 from reference_impl.replay.bodies import bodies, pairs, shapes
 from reference_impl.replay.compare import Floats, Quantity, compare
-from reference_impl.replay.io import Run, where
-from reference_impl.replay.lives import FORMATION, Lives, keys
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import Lives, keys
 from reference_impl.replay.transfer import Tables
+
 
 def standing_at_outputs(run: Run, tables: Tables, lives: Lives) -> list[Quantity]:
     """Volumes and shares of the bridges at every output."""

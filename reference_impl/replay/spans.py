@@ -13,7 +13,18 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import budget, contributions, flights, impulses, weight, window
-from reference_impl.replay import bridge_ends, coverage, drops, forces, formations, kept_tables, liquid, sampled, snapshots, whole
+from reference_impl.replay import (
+    bridge_ends,
+    coverage,
+    drops,
+    forces,
+    formations,
+    kept_tables,
+    liquid,
+    sampled,
+    snapshots,
+    whole,
+)
 from reference_impl.replay.bodies import bodies, holders, known, pairs
 from reference_impl.replay.booking import WORTH_COMPILING, book
 from reference_impl.replay.compare import Floats, Quantity, merged
@@ -26,8 +37,9 @@ SIZE = 200_000
 """Events of a part; it holds outputs of about as many spheres at most."""
 PIECE = 200_000
 """Contacts of a part are gone through in pieces of so many."""
+PLACE = ["step", "id", "x", "y", "z"]
 LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
-        "trajectory": ["step", "id", "x", "y", "z", *budget.VELOCITY], "window_states": ["step", "id", "x", "y", "z"]}  # fmt: skip
+        "trajectory": [*PLACE, *budget.VELOCITY], "window_states": PLACE}  # fmt: skip
 OF_PLACES = ("bridges", "films", "wall_films", "trajectory", "window_states")
 
 

@@ -15,8 +15,8 @@ from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
 from pywet.bench.bodies import water
 from pywet.scene import Output, Slide, Vibration
-from tests.reference_impl.newton_scenes import DOWN, R, contacts, moving
 from tests.engines.liggghts.scenes import spheres_of
+from tests.reference_impl.newton_scenes import DOWN, R, contacts, moving
 
 SYRUP = water(3e-5, viscosity=4e-3)
 """Drag that counts, and slow enough for many bridges to stand."""
@@ -51,7 +51,12 @@ def spheres() -> list[small.Sphere]:
         return small.Sphere(1 + int(random.integers(2)), at, tuple(v), tuple(w))
 
     wide = 5.3e-3
-    heap = [thrown((wide * (i - 1), wide * (j - 1), 4.2e-3 + wide * k), 0.1) for k in (0, 1) for i in (0, 1, 2) for j in (0, 1, 2)]
+    heap = [
+        thrown((wide * (i - 1), wide * (j - 1), 4.2e-3 + wide * k), 0.1)
+        for k in (0, 1)
+        for i in (0, 1, 2)
+        for j in (0, 1, 2)
+    ]
     drawn = [thrown((0.026 + wide * i, wide * (j - 0.5), 3e-3), 0.1) for i in (0, 1) for j in (0, 1)]
     below = [thrown((wide * (i - 1) + 1e-3, 1e-3, -0.0083), 0.1) for i in (0, 1, 2)]
     flights = []
