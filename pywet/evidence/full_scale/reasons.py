@@ -39,7 +39,7 @@ def passage(runs: Sequence[RunDir]) -> pd.DataFrame:
     """Liquid [m3] of the small and near-mesh spheres that passed, at the last output before each passed and at the end."""
     (run,) = runs
     line = run.timeline
-    through = line.passed.any(axis=0)
+    through = np.asarray(line.passed.any(axis=0))
     before = np.maximum(line.passed.argmax(axis=0) - 1, 0)
     volumes = {"before": line.liquid[before, np.arange(len(through))], "end": line.liquid[-1]}
     return pd.DataFrame(
