@@ -13,11 +13,10 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import AGAIN, write_json
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import EngineRun, Replay
+from pywet.runs.shapes import EngineRun
 from pywet.schema import WORKS
 from pywet.screening import results
 
-"""Columns of history/energy that add up to the change of kinetic energy."""
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
 
 
@@ -71,7 +70,6 @@ def summarise(run: RunDir) -> dict[str, Any]:
         "ledger_error": _ledger_error(run),
         "energy_J": _energy(run),
         "checks": [asdict(c) for c in results.checks(run, retained, liquid)],
-        "replay": _replay(run),
     }
 
 
@@ -139,9 +137,3 @@ def _events(run: RunDir) -> dict[str, int] | None:
         "ruptures": int(last["ruptures"]),
         "standing_bridges": int(last["bridge_count"]),
     }
-
-
-def _replay(run: RunDir) -> dict[str, Any] | None:
-    """What the replay said, without its worst contacts; None before a replay (and for a dry run, which has none)."""
-    found = run.json("replay.json", Replay)
-    return None if found is None else {k: v for k, v in found.items() if not isinstance(v, dict | list)}

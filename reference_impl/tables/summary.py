@@ -19,7 +19,7 @@ from reference_impl.tables.own import Own
 
 WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
 """Columns of the energy log that add up to the change of kinetic energy."""
-NOT_COMPARED = ("versions of packages", "replay")
+NOT_COMPARED = ("versions of packages",)
 """What of summary.json no log says."""
 LOGS = "the raw logs"
 
