@@ -135,10 +135,18 @@ def results(run_dir: Path) -> None:
 
 
 def vtk(run_dir: Path) -> None:
-    """Stage vtk: time series for ParaView."""
+    """Stage vtk: time series for ParaView, read back by the reference and held against the logs."""
     from pywet.report import vtk as series
+    from reference_impl.replay.io import ReplayError
+    from reference_impl.shown import vtk as shown
 
     series.write(run_dir)
+    try:
+        wrong = shown.disagreement(Path(run_dir))
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
+    if wrong:
+        raise PywetError(wrong)
 
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:

@@ -192,12 +192,14 @@ def replay(
 def view(
     run_dir: RunFolder, step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None
 ) -> None:
-    """Write the VTK time series of a run and a picture of it."""
+    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it."""
+    from pywet import stages
     from pywet.report import render, vtk
 
     showing.need_run(run_dir)
-    for path in vtk.write(run_dir):
-        out.print(str(path), soft_wrap=True, markup=False)
+    stages.vtk(run_dir)
+    for kind in vtk.KINDS:
+        out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
     out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)

@@ -13,6 +13,7 @@ from reference_impl.diagnosis import motion as links_motion
 from reference_impl.motion import contributions, newton, window
 from reference_impl.replay import between_nodes, io, sections, whole
 from reference_impl.replay.compare import Quantity, merged
+from reference_impl.shown import vtk
 
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
@@ -121,6 +122,8 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         )
     held, beside = whole.check(folder), sections.check(folder)
     quantities, more = check(folder, None)
+    seen, misshown = vtk.check(folder)
+    quantities += seen
     failed = [q.name for q in quantities if not q.ok]
     result = {
         "ok": not failed,
@@ -128,10 +131,10 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "contacts": 0,
         "compared": held,
         "unchecked": [],
-        "not_checked": not_checked(more, held),
+        "not_checked": [*not_checked(more, held), *vtk.not_checked(folder)],
         "notes": notes(more),
         **more,
-        "diagnosis": named(folder, None, failed) if failed else None,
+        "diagnosis": vtk.with_findings(misshown, failed, lambda rest: named(folder, None, rest)),
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
         "events_per_s": 0.0,
