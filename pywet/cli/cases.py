@@ -52,7 +52,7 @@ def run(
         int | None, number("--seed", LIMITS["seed"], "Of the first arrangement; default: that of config.yaml")
     ] = None,
 ) -> None:
-    """Run one case: build, simulate, replay, results."""
+    """Run one case: build, simulate, results, replay."""
     from pywet import config as settings
     from pywet import stages
     from pywet.engines.choice import chosen
@@ -67,8 +67,8 @@ def run(
     if engine == "liggghts":
         showing.say_time(loaded, case, name)
     showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-    showing.stage(folder, "replay", lambda: stages.replay(folder))
     showing.stage(folder, "results", lambda: stages.results(folder))
+    showing.stage(folder, "replay", lambda: stages.replay(folder))
     showing.show_summary(folder)
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import AGAIN, write_json
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import EngineRun, Replay
+from pywet.runs.shapes import EngineRun
 from pywet.runs.tables import ledger_error
 from pywet.schema import WORKS
 from pywet.screening.results import Results, coarse_share
@@ -68,7 +68,6 @@ def summarise(run: RunDir, results: Results) -> dict[str, Any]:
         "ledger_error": ledger_error(run.ledger) if run.moist else None,
         "energy_J": _energy(run),
         "checks": [asdict(c) for c in results.checks],
-        "replay": _replay(run),
     }
 
 
@@ -126,9 +125,3 @@ def _events(run: RunDir) -> dict[str, int] | None:
         "ruptures": int(last["ruptures"]),
         "standing_bridges": int(last["bridge_count"]),
     }
-
-
-def _replay(run: RunDir) -> dict[str, Any] | None:
-    """What the replay said, without its worst contacts; None before a replay (and for a dry run, which has none)."""
-    said = run.json("replay.json", Replay)
-    return None if said is None else {k: v for k, v in said.items() if not isinstance(v, dict | list)}
