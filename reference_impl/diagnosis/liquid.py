@@ -12,17 +12,18 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis import chain as links_chain
+from reference_impl.diagnosis import formations as links_formations
 from reference_impl.diagnosis.chain import Pair
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.rows import of_bridges
 from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.motion import impulses
-from reference_impl.replay import coverage, formations, laws
+from reference_impl.replay import coverage, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
-from reference_impl.replay.lives import FORMATION, Lives, none
+from reference_impl.replay.lives import FORMATION
 from reference_impl.replay.transfer import Tables
 
 
@@ -111,45 +112,6 @@ def due(run: Run, e: Events) -> Link | None:
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
 
     return Link("rupture_due", "rupture", e.table, wrong, own, one, suspects, marks=e.marks())
-
-
-def touch(run: Run, e: Events) -> Link:
-    """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
-    *layers, gap, ri = formations.films_at_events(run)
-    films, room = layers[0] + layers[1], formations.ROOM * ri
-    wrong = (e.formation & (gap > films + room)).astype(float)
-    one = np.ones(len(gap))
-
-    def suspects(rows: Floats) -> Iterator[Suspect]:
-        far = float((gap / films)[rows].max())
-        words = f"it is made too early (at up to {far:.4g} times the films' thickness)"
-        yield Suspect(words, np.where(gap <= far * films * (1 + 1e-12), wrong, np.nan), far)
-
-    return Link("formation_due", "formation", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
-
-
-def missed(run: Run) -> Iterator[Link]:
-    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
-    events = run.table("events")
-    table = formations.touching(run, Lives(none(), events, 0, -1), formations.Held(run))
-    if not len(table):
-        return
-    logged = table["missed"].to_numpy(float)
-    *layers, gap, _ = formations.films_at_events(run)
-    films = layers[0] + layers[1]
-    formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
-    reach = float((gap / films)[formed].max()) if formed.any() else 0.0
-    near = table["separation"].to_numpy() / table["films"].to_numpy()
-
-    def suspects(_: Floats) -> Iterator[Suspect]:
-        if reach <= 0.0:
-            yield Suspect("it is made too late (only when the bodies touch)", np.where(near > 0.0, logged, np.nan))
-        words = f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)"
-        yield Suspect(words, np.where(near >= reach, logged, np.nan), reach)
-        yield Suspect("it is left out", logged, general=True)
-
-    one = np.ones(len(logged))
-    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects)
 
 
 def drawn(kind: Floats, film: Floats, ri: Floats, rj: Floats, width: Floats) -> Floats:
@@ -306,7 +268,8 @@ def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> 
         yield volumes(e, own)
         if table_holds:
             yield from sharing(run, e, tables)
-        found = (static(run, e, own[0] + own[1]), due(run, e), touch(run, e))
+        found = (static(run, e, own[0] + own[1]), due(run, e), links_formations.early(run, e.marks()))
         yield from (link for link in found if link is not None)
-        yield from missed(run)
+        yield links_formations.late(run, e.marks())
+        yield from links_formations.missed(run)
     yield from links_chain.links(run, own)

@@ -116,15 +116,28 @@ class Budget:
         found["capillary_stored"] = np.bincount(np.searchsorted(outputs, shots["step"]), stored, len(outputs))
         return found
 
-    def check(self) -> list[Quantity]:
-        """Everything but the windows."""
-        if not self.rows:
-            return []
+    def both(self) -> tuple[pd.DataFrame, Floats]:
+        """history/energy with the own values beside it (`_own`), and all that was turned over up to each output [J]."""
         own = pd.concat(self.rows, ignore_index=True)
         log = io.columns(where(self.run.folder, "energy"), ["step", "half_kick", *OF_STATE, *WORKS]).sort_values("step")
         both = log.merge(own, on="step", suffixes=("", "_own"))
         turned = both[[*WORKS]].abs().sum(axis=1) + both["kinetic"] + both["spin"]
-        turnover = np.maximum(np.maximum.accumulate(turned.to_numpy(float)), 1e-300)
+        return both, np.maximum(np.maximum.accumulate(turned.to_numpy(float)), 1e-300)
+
+    @staticmethod
+    def size(name: str, both: pd.DataFrame, turnover: Floats) -> Floats:
+        """What a value is held against."""
+        if name == "gravity":
+            return both["gravity_size"].to_numpy(float)
+        if name in OF_BRIDGES:
+            return np.maximum((both["formed_own"].abs() + both["ruptured_own"].abs()).to_numpy(float), 1e-300)
+        return turnover
+
+    def check(self) -> list[Quantity]:
+        """Everything but the windows."""
+        if not self.rows:
+            return []
+        both, turnover = self.both()
 
         def one(name: str, mine: Any, size: Any, scale: str) -> Quantity:
             logged = both[name].to_numpy(float) if name in both else np.zeros(len(both))
@@ -138,7 +151,7 @@ class Budget:
         left = gain - gain.iloc[0] - both[[*WORKS]].sum(axis=1) - both["half_kick"]
         found.append(one("budget", left, turnover, "all that was turned over"))
         if self.known:
-            size = np.maximum((both["formed_own"].abs() + both["ruptured_own"].abs()), 1e-300)
+            size = self.size("formed", both, turnover)
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
             own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
             found.append(
@@ -185,8 +198,9 @@ def powers(setup: Setup, f: Forces) -> Floats:
     return found
 
 
-def in_window(setup: Setup, f: Forces) -> list[Quantity]:
-    """Work of each effect from one output to the next, where a window holds both and the engine was not set up anew between."""
+def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd.DataFrame] | None:
+    """Work of each effect from one output to the next, logged and own, its scale, and rows; where a window holds both outputs and
+    the engine was not set up anew between."""
     log = io.columns(where(setup.folder, "energy"), ["step", *WORKS]).sort_values("step")
     steps = f.window.steps
     inside = log[(log["step"] >= steps[0]) & (log["step"] <= steps[-1])]
@@ -199,9 +213,19 @@ def in_window(setup: Setup, f: Forces) -> list[Quantity]:
         size = float(setup.step * 0.5 * np.abs(at[1:] + at[:-1]).sum())
         parts.append((two.step, [getattr(two, n) - getattr(one, n) for n in WORKS], own, size))
     if not parts:
-        return []
+        return None
     rows = pd.DataFrame({"step": [p[0] for p in parts]})
     logged, own, size = (np.array([p[k] for p in parts]) for k in (1, 2, 3))
     # the logged works are differences of sums over the whole run
     size = np.maximum(size, 1e-6 * float(log[list(WORKS)].abs().to_numpy().max()))
+    return logged, own, size, rows
+
+
+def in_window(setup: Setup, f: Forces, run: Run) -> list[Quantity]:
+    """The same compared."""
+    works = works_in_window(setup, f)
+    if works is None:
+        return []
+    run.known.setdefault("works_in_windows", []).append(works)
+    logged, own, size, rows = works
     return [compare("energy_windows", "work of all effects", logged, own, size, rows, 1e-8)]

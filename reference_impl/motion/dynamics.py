@@ -18,7 +18,6 @@ from reference_impl.shown import vtk
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
 )
-OTHERS = "mesh_motion and history/energy: of these only that every output step is there"
 
 MOTION = {"newton_force", "newton_torque", "wall_closest_point"}
 """Quantities whose faults are looked for in the motion."""
@@ -56,7 +55,7 @@ def check(
         in_windows = [
             replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
         ]
-        of_works = budget.in_window(setup, f) if works else []
+        of_works = budget.in_window(setup, f, run) if works and run is not None else []
         for q in (*newton.check(setup, [f]), *in_windows, *of_works):
             parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
@@ -113,7 +112,7 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
             f"newton: rolling resistance of {law['no_rolling_direction']} contacts, where the spin is lost in the rounding of "
             "the step's kick and has no direction"
         )
-    return [*found, OTHERS]
+    return found
 
 
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:

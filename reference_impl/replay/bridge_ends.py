@@ -32,7 +32,7 @@ class Ends:
     triangle another one of the same part is [m]."""
 
     def __init__(self, run: Run, table: pd.DataFrame, places: pd.DataFrame) -> None:
-        p = pairs(table, fixed := bodies(run))
+        p = pairs(table, bodies(run))
         key = places["step"].to_numpy(np.int64) << 31 | places["id"].to_numpy(np.int64)
         order = np.argsort(key)
         key, x = np.append(key[order], np.iinfo(np.int64).max), places[["x", "y", "z"]].to_numpy(float)[order]
@@ -53,8 +53,11 @@ class Ends:
         self.off = np.zeros(len(rows))
         if self.wall.any():
             self._at_walls(run, step[rows], p.part[rows])
-        self.gap = np.sqrt(((self.xi - self.xj) ** 2).sum(axis=1)) - self.radius - np.where(self.wall, 0.0, p.rj[rows])
-        assert fixed is not None
+        self.rj = p.rj[rows]
+        apart = self.xi - self.xj
+        distance = np.sqrt((apart**2).sum(axis=1))
+        self.normal = apart / distance[:, None]
+        self.gap = distance - self.radius - np.where(self.wall, 0.0, self.rj)
 
     def _at_walls(self, run: Run, step: Floats, part: Floats) -> None:
         parts, w = nearest.parts(run), np.flatnonzero(self.wall)

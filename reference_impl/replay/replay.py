@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl.diagnosis import diagnosis, faults, looked
+from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
 from reference_impl.replay import coverage, io, liquid, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
@@ -73,7 +73,10 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     io.note("which fault it is")
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
-    return found if found["findings"] else dynamics.named(run_dir, run, failed) or found
+    beside = diagnosis.diagnose(kept.links(run, failed), failed)
+    if not (found["findings"] or beside["findings"]):
+        return dynamics.named(run_dir, run, failed) or found
+    return diagnosis.together(failed, found, beside)
 
 
 def table(result: dict[str, Any]) -> str:

@@ -103,6 +103,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     run.known["carried"] = carried = weight.Carried(run)
     counts, setup = kept_tables.Count(run), window.read(run.folder)
     works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
+    run.known["budget"] = works
     energy, flying = budget.judged(run), flights.judged(run)
     last_row = np.full(len(held), -1)
     before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING

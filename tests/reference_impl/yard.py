@@ -21,6 +21,7 @@ from tests.reference_impl.newton_scenes import DOWN, R, contacts, moving
 SYRUP = water(3e-5, viscosity=4e-3)
 """Drag that counts, and slow enough for many bridges to stand."""
 STEP = 2e-5
+OPENS, TRAVEL = 0.01, 0.03
 STEPS = 4000
 
 
@@ -76,7 +77,7 @@ def prepare(folder: Path, **more: object) -> list[small.Sphere]:
         folder, spheres_of(R, 2e-3), bodies, contacts(2), liquid=SYRUP, effects=small.PAPER,
         walls=[screen(), floor(), drawer()], wall_angle_rad=math.radians(45.0), time_step_s=STEP, steps=STEPS,
         gravity=DOWN, vibration=Vibration(amplitude_m=(1e-4, 5e-5, 1.5e-3), phase_rad=(0.5, 1.0, 0.3), frequency_Hz=50.0),
-        slide=Slide(velocity_m_per_s=(0.25, 0.0, 0.0), opens_at_s=0.01, travel_s=0.03),
+        slide=Slide(velocity_m_per_s=(0.25, 0.0, 0.0), opens_at_s=OPENS, travel_s=TRAVEL),
         output=Output(interval_s=50 * STEP, contact_windows=8, contact_window_steps=120, window_trajectories=True),
         **more,
     )  # fmt: skip

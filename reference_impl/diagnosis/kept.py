@@ -1,0 +1,343 @@
+"""What the tables beside the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
+
+Each is held against the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
+factor, a shift, another row, another time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.suspects import factor, middle
+from reference_impl.motion import budget, flights, nearest, window
+from reference_impl.motion.wall_motion import Motion
+from reference_impl.replay import bridge_ends, io, kept_tables
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import RUPTURE
+from reference_impl.shown import exchanged
+
+STEPS = 400
+"""A motion is looked for at so many steps before and after."""
+
+
+def links(run: Run, failed: Sequence[str]) -> Iterator[Link]:
+    """Those of the quantities that are beyond their limits."""
+    setup, wrong = window.read(run.folder), set(failed)
+    for names, make in (
+        ({"mesh_motion"}, lambda: [walls(setup)]),
+        ({"trajectory"}, lambda: list(places(run))),
+        ({"trajectory_velocity"}, lambda: list(speeds(setup))),
+        ({"ledger_counts", "ledger_held"}, lambda: list(ledger(run))),
+        ({"event_triangle", "event_part"}, lambda: [triangles(run, "event")]),
+        ({"snapshot_triangle"}, lambda: [triangles(run, "snapshot")]),
+        ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(run))),
+        ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(works(run))),
+        ({"flight_place", "flight_velocity"}, lambda: list(flight(run, setup))),
+        ({"contact_rows"}, lambda: list(rows_missing(run))),
+        ({"time"}, lambda: [times(run, setup)]),
+    ):
+        if names & wrong:
+            yield from (link for link in make() if link is not None and link.quantity in wrong)
+
+
+def walls(setup: window.Setup) -> Link:
+    """Where each mesh is at the outputs."""
+    table, own = kept_tables.wall_shifts(setup)
+    logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
+    motion, names = Motion(setup), table["mesh"].to_numpy()
+    last = round(setup.scene["duration_s"] / setup.step)
+    at = {w.name: np.array([motion.shift(w, s) for s in range(last + 1)]) for w in setup.walls}
+    step = table["step"].to_numpy(np.int64)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from exchanged.suspects(logged, own, rows)
+        for by in sorted(range(-STEPS, STEPS + 1), key=abs):
+            then = np.clip(step - by, 0, last)
+            value = np.stack([at[n][s] if n in at else np.zeros(3) for n, s in zip(names, then, strict=True)])
+            if by and np.abs(value - logged)[rows].max() < 1e-9 * size[0]:
+                yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", value, float(by))
+        yield from _one_axis(logged, own, rows)
+        others = [w.name for w in setup.walls]
+        for one, two in combinations(others, 2):
+            of_one, of_two = (names == one)[:, None], (names == two)[:, None]
+            mixed = np.where(of_one, _of(at[two], step), np.where(of_two, _of(at[one], step), own))
+            yield Suspect(f"the motions of {one} and {two} are exchanged", mixed)
+
+    marks = {f"of {w.name}": names == w.name for w in setup.walls}
+    return Link("mesh_motion", "place of a wall in mesh_motion", table, logged, own, size, suspects, marks=marks)
+
+
+def _of(shift: Floats, step: Floats) -> Floats:
+    return np.asarray(shift[np.minimum(step, len(shift) - 1)])
+
+
+def _one_axis(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
+    """A factor on one component: an amplitude."""
+    for k, axis in enumerate("xyz"):
+        with np.errstate(all="ignore"):
+            f = middle((logged / own)[rows][:, k])
+        if np.isfinite(f) and abs(f - 1.0) > 1e-9:
+            value = own.copy()
+            value[:, k] *= f
+            yield Suspect(f"component {axis} is {f:.6g} times what it should be", value, f)
+
+
+def times(run: Run, setup: window.Setup) -> Link:
+    """Column `time` of every table."""
+    rows = kept_tables.all_times(setup, True)
+    logged, own = rows["time"].to_numpy(float), rows["step"].to_numpy(float) * setup.step
+
+    def suspects(broken: Floats) -> Iterator[Suspect]:
+        yield Suspect("it is the number of the step", rows["step"].to_numpy(float))
+        by = middle((logged - own)[broken])
+        yield Suspect(
+            f"it is {abs(by):.6g} s {'late' if by > 0 else 'early'} ({by / setup.step:.6g} steps)", own + by, by
+        )
+        yield from factor(logged, own, broken)
+
+    marks = {f"of {name}": (rows["table"] == name).to_numpy() for name in rows["table"].unique()}
+    return Link("time", "time of a row", rows, logged, own, np.maximum(own, setup.step), suspects, marks=marks)
+
+
+def places(run: Run) -> Iterator[Link]:
+    """The trajectory against the bridges' snapshots."""
+    mine = run.table("bridges")[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
+    mine = mine.drop_duplicates(["step", "id"])
+    both = run.table("trajectory")[["step", "id", *"xyz"]].merge(mine, on=["step", "id"], suffixes=("", "_own"))
+    logged, own = (both[[f"{a}{end}" for a in "xyz"]].to_numpy(float) for end in ("", "_own"))
+    outputs = np.unique(run.table("trajectory")["step"].to_numpy())
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from exchanged.suspects(logged, own, rows)
+        for by, word in ((1, "after"), (-1, "before")):
+            order = np.searchsorted(outputs, both["step"].to_numpy()) + by
+            then = outputs[np.clip(order, 0, len(outputs) - 1)]
+            other = both[["id"]].assign(step=then).merge(mine, on=["step", "id"], how="left")[[*"xyz"]].to_numpy(float)
+            yield Suspect(f"it is that of the output {word}", np.where(np.isnan(other), logged, other))
+
+    size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
+    yield Link("trajectory", "place in the trajectory", both, logged, own, size, suspects)
+
+
+def speeds(setup: window.Setup) -> Iterator[Link]:
+    """Speeds and spins of the trajectory."""
+    both, logged, own = kept_tables.both_velocities(setup)
+    for n, what in ((0, "speed"), (3, "spin")):
+        columns = slice(n, n + 3)
+
+        def suspects(rows: Floats, columns: slice = columns) -> Iterator[Suspect]:
+            yield from exchanged.suspects(logged[:, columns], own[:, columns], rows)
+            yield Suspect("speed and spin are exchanged", own[:, 3 - columns.start : 6 - columns.start])
+
+        size = np.maximum(np.abs(own).max(axis=1), 1e-3)
+        yield Link(
+            "trajectory_velocity",
+            f"{what} in the trajectory",
+            both,
+            logged[:, columns],
+            own[:, columns],
+            size,
+            suspects,
+        )
+
+
+def _columns(
+    table: pd.DataFrame, logged: Floats, own: Floats, names: Sequence[str], quantity: str, what: str, size: Floats, limit: float
+) -> Iterator[Link]:  # fmt: skip
+    """One link a column; columns may be exchanged."""
+    for n, name in enumerate(names):
+
+        def suspects(rows: Floats, n: int = n) -> Iterator[Suspect]:
+            for m, other in enumerate(names):
+                if m != n:
+                    yield Suspect(f"{names[min(m, n)]} and {names[max(m, n)]} are exchanged", own[:, m])
+                    yield Suspect(f"{other} is counted in as well", own[:, n] + own[:, m])
+            yield from factor(logged[:, n], own[:, n], rows)
+            yield Suspect("it is that of the output before", np.append(own[:1, n], own[:-1, n]))
+            by = middle((logged[:, n] - own[:, n])[rows])
+            yield Suspect(f"it is off by {by:.6g} throughout", own[:, n] + by, by)
+
+        yield Link(quantity, f"{what} {name}", table, logged[:, n], own[:, n], size, suspects, limit)
+
+
+def ledger(run: Run) -> Iterator[Link]:
+    """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
+    table, (counts, own_counts), (held, own_held), size = kept_tables.Count(run).values(run)
+    names, one = kept_tables, np.ones(len(table))
+    yield from _columns(table, counts, own_counts, names.COUNTED, "ledger_counts", "count in the ledger:", one, 0.0)
+    yield from _columns(table, held, own_held, names.HELD, "ledger_held", "liquid in the ledger:", size, 1e-12)
+
+
+def triangles(run: Run, of: str) -> Link | None:
+    """Which triangle: a number has no size, so each is right or not."""
+    found = bridge_ends.of_events(run) if of == "event" else bridge_ends.of_snapshots(run)
+    at = np.flatnonzero(found.wall)
+    if not len(at):
+        return None
+    rows = found.table.iloc[at].reset_index(drop=True)
+    parts, logged = nearest.parts(run), rows["triangle"].to_numpy(np.int64)
+    part = rows["j"].to_numpy(np.int64)
+    near = parts.closest(rows["step"].to_numpy(np.int64), found.xi[at], part).triangle
+    right = np.abs(found.off[at]) <= 1e-9 * found.radius[at]
+    own = np.where(right, logged, near).astype(float)
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        yield Suspect("it is the first triangle of the part", parts.order[parts.first[part]].astype(float))
+        yield Suspect("it is the last triangle of the part", parts.order[parts.first[part + 1] - 1].astype(float))
+        yield Suspect("it is the one at which the bridge formed", _formed_at(run, rows))
+        yield Suspect("it is the next triangle", own + 1.0)
+        yield Suspect("it is the triangle before", own - 1.0)
+        other = parts.setup.part[logged] != part
+        yield Suspect("it is one of another part", np.where(other, logged, -1.0))
+        yield Suspect("it is not the closest of the part", np.where(other, -1.0, logged), general=True)
+
+    marks = {"ruptures": (rows["kind"] == RUPTURE).to_numpy()} if "kind" in rows else {}
+    what = "triangle that takes or gives liquid" if of == "event" else "triangle in a snapshot"
+    size = np.full(len(at), 1e-3)
+    return Link(f"{of}_triangle", what, rows, logged.astype(float), own, size, suspects, 1.0, marks=marks)
+
+
+def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:
+    events = run.table("events")
+    formed = events[events["kind"] == 0][["step", "i", "j", "triangle", "partner_kind"]]
+    asked = rows[["step", "i", "j", "partner_kind"]].assign(row=np.arange(len(rows))).sort_values("step")
+    last = pd.merge_asof(asked, formed, on="step", by=["i", "j", "partner_kind"])
+    return last.sort_values("row")["triangle"].fillna(-1).to_numpy(float)
+
+
+def ends(run: Run) -> Iterator[Link]:
+    """Gaps of events and snapshots, and the ends of bridges."""
+    shots, events = bridge_ends.of_snapshots(run), bridge_ends.of_events(run)
+    xj, xi = io.vectors(shots.table, "xj"), io.vectors(shots.table, "xi")
+
+    def of_ends(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("both ends are that of i", xi)
+        yield Suspect("it is the surface of j, not its centre",
+                      shots.xj + np.where(shots.wall, 0.0, shots.rj)[:, None] * shots.normal)  # fmt: skip
+        yield from exchanged.suspects(xj, shots.xj, rows)
+
+    walls = {"between spheres": ~shots.wall, "at walls": shots.wall}
+    yield Link(
+        "snapshot_ends", "end of a bridge in a snapshot", shots.table, xj, shots.xj, shots.radius, of_ends, marks=walls
+    )
+    for name, e in (("snapshot", shots), ("event", events)):
+        logged, arm = e.table["separation"].to_numpy(float), np.where(e.wall, 0.0, e.rj)
+
+        def of_gaps(
+            rows: Floats, e: bridge_ends.Ends = e, logged: Floats = logged, arm: Floats = arm
+        ) -> Iterator[Suspect]:
+            yield Suspect("the radius of j is left out", e.gap + arm)
+            yield Suspect("the radii are left out (distance of the centres)", e.gap + arm + e.radius)
+            yield Suspect(
+                "a wall is treated as a sphere of the particle's size", e.gap - np.where(e.wall, e.radius, 0.0)
+            )
+            yield Suspect("overlaps are cut to zero", np.maximum(e.gap, 0.0))
+            yield from factor(logged, e.gap, rows)
+
+        marks = {"between spheres": ~e.wall, "at walls": e.wall}
+        yield Link(f"{name}_separation", f"gap in {'a snapshot' if name == 'snapshot' else 'an event'}", e.table, logged, e.gap,
+                   e.radius, of_gaps, marks=marks)  # fmt: skip
+
+
+def works(run: Run) -> Iterator[Link]:
+    """Works: those in windows column by column; else which one, times a factor, would close the budget."""
+    names = budget.WORKS
+    if run.known.get("works_in_windows"):
+        parts = run.known["works_in_windows"]
+        logged, own, size = (np.concatenate([p[k] for p in parts]) for k in range(3))
+        table = pd.concat([p[3] for p in parts], ignore_index=True)
+        yield from _columns(table, logged, own, names, "energy_windows", "work in a window:", size, 1e-8)
+    closed: budget.Budget = run.known["budget"]
+    both, turnover = closed.both()
+    total = both[[*names]].sum(axis=1).to_numpy(float)
+    gain = (both["kinetic_own"] + both["spin_own"]).to_numpy(float)
+    own = gain - gain[0] - both["half_kick"].to_numpy(float)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for name in names:
+            work = both[name].to_numpy(float)
+            with np.errstate(all="ignore"):
+                f = 1.0 / (1.0 - middle(((total - own) / work)[rows & (np.abs(work) > 0.0)]))
+            if np.isfinite(f):
+                yield Suspect(f"the work {name} is {f:.6g} times what it should be", own + (1.0 - 1.0 / f) * work, f)
+
+    yield Link("energy_budget", "sum of the works", both, total, own, turnover, suspects)
+    for name in ("kinetic", "spin", "gravity", *(budget.OF_BRIDGES if closed.known else ())):
+        logged, mine = both[name].to_numpy(float), both[f"{name}_own"].to_numpy(float)
+
+        def of_one(rows: Floats, logged: Floats = logged, mine: Floats = mine) -> Iterator[Suspect]:
+            yield from factor(logged, mine, rows)
+            yield Suspect("it is that of the output before", np.append(mine[:1], mine[:-1]))
+
+        yield Link(f"energy_{name}", f"energy {name}", both, logged, mine, closed.size(name, both, turnover), of_one,
+                   budget.LIMITS[name])  # fmt: skip
+
+
+def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
+    """Forces outside the windows: each of them times a factor."""
+    f: flights.Flights | None = run.known.get("flights")
+    if f is None:
+        return
+    base = flights.fly(run, setup, f)
+    table = pd.DataFrame({"step": f.step, "i": f.id})
+    logged, own = f.v_end, np.where(base[3][:, None], base[1], f.v_end)
+    size = np.maximum(np.sqrt((f.v_end**2).sum(axis=1)), 1e-2)
+
+    def flown(terms: tuple[str, ...], by: float) -> Floats:
+        return np.where(base[3][:, None], flights.fly(run, setup, f, dict.fromkeys(terms, by))[1], f.v_end)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        single = {name.replace("_", " ") + (" force" if name != "weight" else ""): (name,) for name in flights.TERMS}
+        for what, terms in {**single, "drag": flights.TERMS[2:], "force of bridges": flights.TERMS[1:]}.items():
+            by = _fitted(partial(flown, terms), logged, rows)
+            yield Suspect(f"the {what} is {by:.6g} times what it should be", flown(terms, by), by)
+
+    pairs_of = np.zeros(len(f.id), dtype=bool)
+    pairs_of[f.i] = pairs_of[f.j] = True
+    marks = {"spheres with bridges": pairs_of, "spheres without": ~pairs_of}
+    yield Link(
+        "flight_velocity", "motion between two outputs", table, logged, own, size, suspects, flights.LIMIT, marks=marks
+    )
+
+
+def _fitted(value: Callable[[float], Floats], logged: Floats, rows: Floats) -> float:
+    """The factor that brings a value closest to what was logged: a few steps of Newton's method."""
+    by = 1.0
+    for _ in range(4):
+        now = value(by)
+        slope = (value(by + 1e-4) - now)[rows] / 1e-4
+        weight = float((slope**2).sum())
+        if weight == 0.0:
+            break
+        by += float(((logged - now)[rows] * slope).sum()) / weight
+    return float(f"{by:.7g}")
+
+
+def rows_missing(run: Run) -> Iterator[Link]:
+    """Bridges that act in a window without a row of the contact log, and on which side of the bed they are."""
+    table = kept_tables.bridges_in_windows(run)
+    if not len(table):
+        return
+    lacking = table["missing"].to_numpy(float)
+    one = np.ones(len(table))
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for axis in "xyz":
+            at = table[axis].to_numpy(float)
+            low, high = at[rows], at[~rows]
+            if len(high) and (low.max() < high.min() or low.min() > high.max()):
+                side = "<" if low.max() < high.min() else ">"
+                cut = 0.5 * (low.max() + high.min()) if side == "<" else 0.5 * (low.min() + high.max())
+                yield Suspect(f"all rows of spheres at {axis} {side} {cut:.4g} m are missing, as of one rank", lacking)
+        yield Suspect("rows are missing", lacking, general=True)
+
+    wall = (table["partner_kind"] != 0).to_numpy()
+    marks = {"between spheres": ~wall, "at walls": wall}
+    yield Link("contact_rows", "contact log", table, lacking, 0.0 * one, one, suspects, 0.0, marks=marks)
