@@ -6,7 +6,7 @@ factor, a shift, another row, another time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import combinations
 
@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.motion import fitted
 from reference_impl.diagnosis.suspects import factor, middle
 from reference_impl.motion import budget, flights, nearest, window
 from reference_impl.motion.wall_motion import Motion
@@ -52,30 +53,24 @@ def walls(setup: window.Setup) -> Link:
     table, own = kept_tables.wall_shifts(setup)
     logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
     motion, names = Motion(setup), table["mesh"].to_numpy()
-    last = round(setup.scene["duration_s"] / setup.step)
-    at = {w.name: np.array([motion.shift(w, s) for s in range(last + 1)]) for w in setup.walls}
-    step = table["step"].to_numpy(np.int64)
+    last, step = round(setup.scene["duration_s"] / setup.step), table["step"].to_numpy(np.int64)
+    at = np.array([[motion.shift(w, s) for s in range(last + 1)] for w in setup.walls])
+    mesh = pd.Index([w.name for w in setup.walls]).get_indexer(names)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
+        for by in sorted(range(-STEPS, STEPS + 1), key=abs)[1:]:
+            then = at[mesh, np.clip(step - by, 0, last)]
+            if np.abs(then - logged)[rows].max() < 1e-9 * size[0]:
+                yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", then, float(by))
         yield from exchanged.suspects(logged, own, rows)
-        for by in sorted(range(-STEPS, STEPS + 1), key=abs):
-            then = np.clip(step - by, 0, last)
-            value = np.stack([at[n][s] if n in at else np.zeros(3) for n, s in zip(names, then, strict=True)])
-            if by and np.abs(value - logged)[rows].max() < 1e-9 * size[0]:
-                yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", value, float(by))
         yield from _one_axis(logged, own, rows)
-        others = [w.name for w in setup.walls]
-        for one, two in combinations(others, 2):
-            of_one, of_two = (names == one)[:, None], (names == two)[:, None]
-            mixed = np.where(of_one, _of(at[two], step), np.where(of_two, _of(at[one], step), own))
-            yield Suspect(f"the motions of {one} and {two} are exchanged", mixed)
+        for one, two in combinations(range(len(setup.walls)), 2):
+            other = np.where(mesh == one, two, np.where(mesh == two, one, mesh))
+            names_of = f"{setup.walls[one].name} and {setup.walls[two].name}"
+            yield Suspect(f"the motions of {names_of} are exchanged", at[other, step])
 
     marks = {f"of {w.name}": names == w.name for w in setup.walls}
     return Link("mesh_motion", "place of a wall in mesh_motion", table, logged, own, size, suspects, marks=marks)
-
-
-def _of(shift: Floats, step: Floats) -> Floats:
-    return np.asarray(shift[np.minimum(step, len(shift) - 1)])
 
 
 def _one_axis(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
@@ -296,7 +291,7 @@ def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
     def suspects(rows: Floats) -> Iterator[Suspect]:
         single = {name.replace("_", " ") + (" force" if name != "weight" else ""): (name,) for name in flights.TERMS}
         for what, terms in {**single, "drag": flights.TERMS[2:], "force of bridges": flights.TERMS[1:]}.items():
-            by = _fitted(partial(flown, terms), logged, rows)
+            by = fitted(partial(flown, terms), logged, rows)
             yield Suspect(f"the {what} is {by:.6g} times what it should be", flown(terms, by), by)
 
     pairs_of = np.zeros(len(f.id), dtype=bool)
@@ -305,19 +300,6 @@ def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
     yield Link(
         "flight_velocity", "motion between two outputs", table, logged, own, size, suspects, flights.LIMIT, marks=marks
     )
-
-
-def _fitted(value: Callable[[float], Floats], logged: Floats, rows: Floats) -> float:
-    """The factor that brings a value closest to what was logged: a few steps of Newton's method."""
-    by = 1.0
-    for _ in range(4):
-        now = value(by)
-        slope = (value(by + 1e-4) - now)[rows] / 1e-4
-        weight = float((slope**2).sum())
-        if weight == 0.0:
-            break
-        by += float(((logged - now)[rows] * slope).sum()) / weight
-    return float(f"{by:.7g}")
 
 
 def rows_missing(run: Run) -> Iterator[Link]:

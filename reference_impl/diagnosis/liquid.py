@@ -23,6 +23,7 @@ from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
+from reference_impl.replay.liquid import late_ruptures
 from reference_impl.replay.lives import FORMATION
 from reference_impl.replay.transfer import Tables
 
@@ -112,6 +113,25 @@ def due(run: Run, e: Events) -> Link | None:
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
 
     return Link("rupture_due", "rupture", e.table, wrong, own, one, suspects, marks=e.marks())
+
+
+def overdue(run: Run, e: Events) -> Link | None:
+    """No bridge stands when it was due one look before."""
+    name = coverage.law(run, "dynamic_rupture")
+    if not coverage.known(run, "dynamic_rupture"):
+        return None
+    reach, gap, speed = e.column("rupture_distance"), e.pair.gap, e.pair.speed
+    wrong = late_ruptures(run, reach).astype(float)
+    limit = reach * (laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) if name else 1.0)
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        least = float((gap / limit)[~e.formation].min())
+        words = f"it is made too late (at {least:.4g} of the limit at least)"
+        yield Suspect(words, wrong if least > 1.0 + 1e-3 else np.nan * wrong, least)
+        yield Suspect("it is made too late, at no fixed part of the limit", wrong, general=True)
+
+    one = np.ones(len(gap))
+    return Link("rupture_late", "rupture", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
 
 
 def drawn(kind: Floats, film: Floats, ri: Floats, rj: Floats, width: Floats) -> Floats:
@@ -268,7 +288,7 @@ def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> 
         yield volumes(e, own)
         if table_holds:
             yield from sharing(run, e, tables)
-        found = (static(run, e, own[0] + own[1]), due(run, e), links_formations.early(run, e.marks()))
+        found = (static(run, e, own[0] + own[1]), due(run, e), overdue(run, e), links_formations.early(run, e.marks()))
         yield from (link for link in found if link is not None)
         yield links_formations.late(run, e.marks())
         yield from links_formations.missed(run)

@@ -79,21 +79,26 @@ class Parts:
         none = np.zeros(0, np.int64)
         return (np.concatenate([none, *(f[0] for f in found)]), np.concatenate([none, *(f[1] for f in found)]))
 
-    def closest(self, step: Floats, x: Floats, part: Floats, values: Floats | None = None) -> Closest:
-        """Closest points of parts to points x, row by row; `values` of all triangles."""
-        values = np.zeros(len(self.middle)) if values is None else values
+    def closest(
+        self, step: Floats, x: Floats, part: Floats, values: Floats | None = None, which: Floats | None = None
+    ) -> Closest:
+        """Closest points of parts to points x, row by row; `values` of all triangles, of which row k takes those in which[k]."""
+        which = np.zeros(len(x), np.int64) if which is None else which
+        values = np.zeros((1, len(self.middle))) if values is None else values
         y, many = self.rest(step, x, part), self.first[part + 1] - self.first[part]
         distance, point, triangle = np.zeros(len(x)), np.zeros((len(x), 3)), np.zeros(len(x), np.int64)
         least = np.zeros(len(x))
         cuts = np.searchsorted(np.cumsum(many), np.arange(CHUNK, many.sum(), CHUNK))
         for rows in np.split(np.arange(len(x)), np.unique(cuts)):
             if len(rows):
-                distance[rows], point[rows], triangle[rows], least[rows] = self._closest(
-                    y[rows], part[rows], many[rows], values
-                )
+                d, q, t, row = self._closest(y[rows], part[rows], many[rows])
+                first = np.searchsorted(row, np.arange(len(rows)))
+                distance[rows], point[rows], triangle[rows] = d[first], q[first], t[first]
+                least[rows] = np.minimum.reduceat(values[which[rows][row], t], first)
         return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
 
-    def _closest(self, y: Floats, part: Floats, many: Floats, values: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def _closest(self, y: Floats, part: Floats, many: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Distances, points and triangles that are closest, with the rows that they belong to: one of each row or more."""
         row, start = np.repeat(np.arange(len(y)), many), np.cumsum(many) - many
         t = self.order[np.repeat(self.first[part], many) + np.arange(len(row)) - np.repeat(start, many)]
         apart = size(y[row] - self.middle[t])
@@ -103,10 +108,8 @@ class Parts:
         q = mesh.closest_point(y[row], self.setup.corners[t])
         d = size(y[row] - q)
         first = np.searchsorted(row, np.arange(len(y)))
-        near = np.flatnonzero(d <= np.minimum.reduceat(d, first)[row] * (1.0 + SAME))
-        start = np.searchsorted(row[near], np.arange(len(y)))
-        best = near[start]
-        return d[best], q[best], t[best], np.minimum.reduceat(values[t[near]], start)
+        near = d <= np.minimum.reduceat(d, first)[row] * (1.0 + SAME)
+        return d[near], q[near], t[near], row[near]
 
     def to(self, step: Floats, x: Floats, triangle: Floats) -> tuple[Floats, Floats]:
         """Distance of points from triangles, and the closest point in the world."""

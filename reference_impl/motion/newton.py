@@ -46,6 +46,9 @@ class Forces:
     sizes: Floats
     checks: dict[str, tuple[Any, ...]]
     counts: dict[str, int]
+    start: Floats
+    """Springs from which the contacts began their step; `known`: rows whose spring is taken as logged."""
+    known: Floats
 
 
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
@@ -96,7 +99,7 @@ def _window(
     counts["dry_contacts"] = len(touches)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
-    return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts)
+    return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts, start, known)
 
 
 def _springs(

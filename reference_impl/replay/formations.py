@@ -7,6 +7,7 @@ and in the windows that record motion, there at every step at which bridges act.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -164,22 +165,42 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     return table[~(busy[0] | busy[1])].reset_index(drop=True)
 
 
+@dataclass(frozen=True)
+class Frames:
+    """Steps at which all places are known: x of spheres (steps, spheres, 3), their liquid, and that of all triangles."""
+
+    step: Floats
+    ids: Floats
+    x: Floats
+    film: Floats
+    walls: Floats
+
+
+def _frames(run: Run, places: pd.DataFrame) -> Frames:
+    """Without the liquid."""
+    table = places.sort_values(["step", "id"])
+    step = np.unique(table["step"].to_numpy(np.int64))
+    ids, area = np.sort(run.table("spheres")["id"].to_numpy(np.int64)), bodies(run).area
+    shape = (len(step), len(ids))
+    x = table[["x", "y", "z"]].to_numpy(float).reshape(*shape, 3)
+    return Frames(step, ids, x, np.zeros(shape), np.zeros((len(step), len(area))))
+
+
 def _at_outputs(run: Run) -> pd.DataFrame:
     """Pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
     if not where(run.folder, "trajectory").exists():
         return NONE.assign(missed=False)
-    places = run.table("trajectory")[["step", "id", "x", "y", "z"]]
-    walls, found = run.table("wall_films"), []
-    for step, rows in places[places["step"] > 0].merge(run.table("films"), on=["step", "id"]).groupby("step"):
-        at, film = walls[walls["step"] == step], np.zeros(len(bodies(run).area))
-        film[at["triangle"].to_numpy(np.int64)] = at["film"].to_numpy(float)
-        found.append(_touching(run, rows, film))
-    table = pd.concat([NONE, *found], ignore_index=True)
-    bridges, step = run.table("bridges"), table["step"].to_numpy()
+    places, films, walls = run.table("trajectory"), run.table("films"), run.table("wall_films")
+    frames = _frames(run, places[places["step"] > 0])
+    films = films[films["step"] > 0].sort_values(["step", "id"])
+    frames.film[:] = np.maximum(films["film"].to_numpy(float), 0.0).reshape(frames.film.shape)
+    walls = walls[walls["step"] > 0]
+    frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
+    table, bridges = _touching(run, frames), run.table("bridges")
+    standing = {step: keys(rows) for step, rows in bridges.groupby("step")}
     lacking = np.ones(len(table), dtype=bool)
-    for at in np.unique(step):
-        rows = step == at
-        lacking[rows] = ~np.isin(keys(table[rows]), keys(bridges[bridges["step"].to_numpy() == at]))
+    for step, rows in table.groupby("step").indices.items():
+        lacking[rows] = ~np.isin(keys(table.iloc[rows]), standing.get(step, []))
     return table.assign(missed=lacking)
 
 
@@ -187,16 +208,15 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
     if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
         return NONE.assign(missed=False)
-    places, events, fixed = run.table("window_states")[["step", "id", "x", "y", "z"]], run.table("events"), bodies(run)
-    places = places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)]
-    film, done, found = held.film.copy(), 0, []
-    for step, rows in places.groupby("step"):
-        until = int(np.searchsorted(events["step"].to_numpy(), step, "right"))
-        keep_films(film, events.iloc[done:until], run)
-        done, there = until, np.maximum(film, 0.0)
-        rows = rows.assign(film=there[rows["id"].to_numpy(np.int64)])
-        found.append(_touching(run, rows, there[fixed.walls_from :]))
-    table = pd.concat([NONE, *found], ignore_index=True)
+    places, events, from_here = run.table("window_states"), run.table("events"), bodies(run).walls_from
+    frames = _frames(run, places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)])
+    film, done = held.film.copy(), 0
+    for k, until in enumerate(np.searchsorted(events["step"].to_numpy(), frames.step, "right")):
+        if until > done:
+            keep_films(film, events.iloc[done:until], run)
+        done = until
+        frames.film[k], frames.walls[k] = np.maximum(film[frames.ids], 0.0), np.maximum(film[from_here:], 0.0)
+    table = _touching(run, frames)
     at = lives.at(keys(table), table["step"].to_numpy(np.int64), strictly=False)
     return table.assign(missed=at < 0)
 
@@ -207,60 +227,56 @@ def _place(step: Any, number: Any, holder_first: bool = False) -> Floats:
     return (number << 32) | step if holder_first else (step << 31) | number
 
 
-def _touching(run: Run, rows: pd.DataFrame, walls: Floats) -> pd.DataFrame:
-    """Pairs of one step whose films overlap and hold something; `walls`: films of all triangles."""
-    radius = bodies(run).radius[rows["id"].to_numpy(np.int64)]
-    rows = rows.assign(radius=radius, reach=radius + thickness(rows["film"].to_numpy(float), radius))
-    parts = [_of_spheres(rows)]
+def _touching(run: Run, frames: Frames) -> pd.DataFrame:
+    """Pairs whose films overlap and hold something."""
+    radius = bodies(run).radius[frames.ids]
+    layer = thickness(frames.film, radius)
+    parts = [NONE, _of_spheres(frames, radius, layer)]
     if len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
-        parts.append(_at_walls(run, rows, walls))
-    return pd.concat(parts, ignore_index=True) if len(parts) > 1 else parts[0]
+        parts.append(_at_walls(run, frames, radius, layer))
+    return pd.concat(parts, ignore_index=True)
 
 
-def _of_spheres(rows: pd.DataFrame) -> pd.DataFrame:
-    at, reach = rows[["x", "y", "z"]].to_numpy(), rows["reach"].to_numpy()
-    near = cKDTree(at).query_pairs(2.0 * float(reach.max()), output_type="ndarray")
-    near = near if len(near) else np.zeros((0, 2), dtype=int)
-    ids, film, radius = (rows[n].to_numpy() for n in ("id", "film", "radius"))
-    first = np.where(ids[near[:, 0]] < ids[near[:, 1]], near[:, 0], near[:, 1])
-    second = near.sum(axis=1) - first
-    distance = np.sqrt(((at[first] - at[second]) ** 2).sum(axis=1))
-    touch = distance < reach[first] + reach[second] - ROOM * radius[first]
-    drawn = given(film[first], radius[first], radius[second]) + given(film[second], radius[second], radius[first])
-    r = laws.harmonic_radius(radius[first], radius[second], np.zeros(len(first), dtype=bool))
-    keep = touch & (drawn > SMALLEST * r**3)
-    gap, films = distance - radius[first] - radius[second], (reach - radius)[first] + (reach - radius)[second]
-    own = (reach - radius)[first]
-    return _table(rows, 0 * first, ids[first], ids[second], 0 * first - 1, gap, films, own, keep)
+def _of_spheres(frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
+    near = [np.zeros((0, 3), np.int64)]
+    for k, x in enumerate(frames.x):
+        found = cKDTree(x).query_pairs(2.0 * float((radius + layer[k]).max()), output_type="ndarray")
+        near.append(np.column_stack([np.full(len(found), k), np.sort(found, axis=1)]))
+    k, a, b = np.concatenate(near).T
+    d = frames.x[k, a] - frames.x[k, b]
+    gap = np.sqrt((d**2).sum(axis=1)) - radius[a] - radius[b]
+    films = layer[k, a] + layer[k, b]
+    drawn = given(frames.film[k, a], radius[a], radius[b]) + given(frames.film[k, b], radius[b], radius[a])
+    r = laws.harmonic_radius(radius[a], radius[b], np.zeros(len(a), dtype=bool))
+    touch = (gap < films - ROOM * radius[a]) & (drawn > SMALLEST * r**3)
+    return _table(touch, frames.step[k], 0 * k, frames.ids[a], frames.ids[b], 0 * k - 1, gap, films, layer[k, a])
 
 
-def _at_walls(run: Run, rows: pd.DataFrame, walls: Floats) -> pd.DataFrame:
+def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
     """Spheres and wall parts; of several triangles as near the one with the least film counts."""
-    parts, fixed, step = nearest.parts(run), bodies(run), int(rows["step"].iloc[0])
-    x, reach, radius, film = (
-        rows[["x", "y", "z"]].to_numpy(float),
-        *(rows[n].to_numpy() for n in ("reach", "radius", "film")),
-    )
-    thick = np.nan_to_num(walls[: len(parts.middle)] / fixed.area[: len(parts.middle)])
-    most = np.zeros(len(parts))
-    np.maximum.at(most, parts.setup.part, thick)
-    a, part = parts.near(step, x, reach, most)
-    near = parts.closest(np.full(len(a), step), x[a], part, thick)
-    distance, triangle, layer = near.distance, near.triangle, near.least
-    width, r = fixed.half_width[part], radius[a]
+    parts, fixed = nearest.parts(run), bodies(run)
+    thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.middle)]
+    most = np.zeros((len(frames.step), len(parts)))
+    np.maximum.at(most, (slice(None), parts.setup.part), thick)
+    pairs_of = [np.zeros((3, 0), np.int64)]
+    for k, step in enumerate(frames.step):
+        a, part = parts.near(int(step), frames.x[k], radius + layer[k], most[k])
+        pairs_of.append(np.stack([np.full(len(a), k), a, part]))
+    k, a, part = np.concatenate(pairs_of, axis=1)
+    near = parts.closest(frames.step[k], frames.x[k, a], part, thick, k)
+    r, width, film = radius[a], fixed.half_width[part], frames.film[k, a]
     wire = width < r
-    drawn = film[a] * np.where(wire, width / (6.0 * r), 0.5 * (1.0 - np.sqrt(0.75)))
-    drawn = drawn + layer * np.where(wire, 2.0 * r * np.where(wire, width, 0.0), np.pi / 4.0 * r**2)
-    touch = (distance < reach[a] + layer - ROOM * r) & (drawn > SMALLEST * r**3)
-    kind, own_film = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL), reach[a] - r
-    return _table(rows, kind, rows["id"].to_numpy()[a], part, triangle, distance - r, own_film + layer, own_film, touch)
+    drawn = film * np.where(wire, width / (6.0 * r), 0.5 * (1.0 - np.sqrt(0.75)))
+    drawn = drawn + near.least * np.where(wire, 2.0 * r * np.where(wire, width, 0.0), np.pi / 4.0 * r**2)
+    gap, films = near.distance - r, layer[k, a] + near.least
+    touch = (gap < films - ROOM * r) & (drawn > SMALLEST * r**3)
+    kind = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL)
+    return _table(touch, frames.step[k], kind, frames.ids[a], part, near.triangle, gap, films, layer[k, a])
 
 
-def _table(rows: pd.DataFrame, *columns: Any) -> pd.DataFrame:
-    """The columns of NONE after the step, of the rows in the last argument."""
-    *values, keep = columns
-    step = int(rows["step"].iloc[0])
-    return pd.DataFrame({"step": step, **{n: v[keep] for n, v in zip(list(COLUMNS)[1:], values, strict=True)}})
+def _table(keep: Floats, *columns: Floats) -> pd.DataFrame:
+    """The columns of NONE of some rows."""
+    return pd.DataFrame({name: values[keep] for name, values in zip(COLUMNS, columns, strict=True)})
 
 
 def given(film: Floats, ri: Floats, rj: Floats) -> Floats:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from reference_impl.motion import impulses
 from reference_impl.replay import coverage, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.booking import Columns
@@ -14,6 +15,8 @@ from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
 
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
+FASTER = 1.1, 0.2
+"""The speed of one look before is below this times that of the next one and this more [m/s]."""
 
 
 def total(run: Run) -> float:
@@ -52,7 +55,31 @@ def check_rupture(run: Run) -> list[Quantity]:
         factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
     due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
     right, one = np.where(events["kind"] == RUPTURE, due, True).astype(float), np.ones(len(events))
-    return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
+    late, zero = late_ruptures(run, static).astype(float), np.zeros(len(events))
+    return [
+        *found,
+        compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0),
+        compare("rupture_late", "ruptures that were due a look before", late, zero, one, events, 0.0),
+    ]
+
+
+def late_ruptures(run: Run, static: Floats) -> Floats:
+    """Ruptures whose gap was beyond the limit one look before already, as far as the logged speed tells.
+
+    In a look the speed may change; the limit is taken at one that is higher by `FASTER`.
+    """
+    events, every = run.table("events"), impulses.every(run)
+    speed, gap = events["speed"].to_numpy(float), events["separation"].to_numpy(float)
+    way = speed * every * float(run.meta["time_step"]) * (1.02 if every == 1 else 2.0)
+    factor = 1.0
+    if coverage.law(run, "dynamic_rupture"):
+        if not coverage.known(run, "dynamic_rupture"):
+            return np.zeros(len(gap), dtype=bool)
+        most = FASTER[0] * speed + FASTER[1]
+        factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"])
+    return np.asarray(
+        (events["kind"] == RUPTURE) & (gap - way > static * factor * (1.0 + 1e-9)) & (events["step"] > every)
+    )
 
 
 def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:

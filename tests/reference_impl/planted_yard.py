@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from tests.reference_impl import yard
+
 Change = Callable[[pd.DataFrame], pd.DataFrame]
 
 
@@ -26,17 +28,34 @@ class Planted:
     words: str
 
 
-def plant(sound: Path, folder: Path, planted: Planted) -> Path:
-    """A copy of the run with one table changed; all else is linked, not copied."""
+def plant(sound: Path, folder: Path, *faults: Planted) -> Path:
+    """A copy of the run with some tables changed; all else is linked, not copied."""
     shutil.copytree(sound, folder, dirs_exist_ok=True, copy_function=lambda a, b: Path(b).hardlink_to(a))
     for made in ("replay.json", "contributions.json"):
         (folder / made).unlink(missing_ok=True)
-    name = planted.table
-    path = folder / f"{name}.parquet" if name in ("trajectory", "mesh_motion") else folder / "history" / f"{name}.parquet"
-    table = planted.change(pd.read_parquet(path))
-    path.unlink()
-    table.to_parquet(path, index=False)
+    for planted in faults:
+        name = planted.table
+        beside = name in ("trajectory", "mesh_motion")
+        path = folder / f"{name}.parquet" if beside else folder / "history" / f"{name}.parquet"
+        table = planted.change(pd.read_parquet(path))
+        path.unlink()
+        table.to_parquet(path, index=False)
     return folder
+
+
+def rounds() -> list[list[str]]:
+    """Names of faults that do not touch each other's quantities, to be planted together: one replay for several."""
+    alone = [[name] for name, f in FAULTS.items() if f.table in ("trajectory", "events", "contacts")]
+    single = [
+        n for n in FAULTS if n.startswith("works:") and FAULTS[n].quantity not in ("energy_windows", "energy_budget")
+    ]
+    works = [[n] for n in FAULTS if n.startswith("works:") and n not in single] + [single]
+    rest = {t: [n for n, f in FAULTS.items() if f.table == t] for t in ("mesh_motion", "ledger", "bridges")}
+    made = [*works, *([name] for name in rest["bridges"])]
+    for table in ("mesh_motion", "ledger"):
+        for k, name in enumerate(rest[table]):
+            made[k].append(name)
+    return [*made, *alone]
 
 
 def exchanged(one: str, two: str, rows: Callable[[pd.DataFrame], pd.Series] | None = None) -> Change:
@@ -44,7 +63,7 @@ def exchanged(one: str, two: str, rows: Callable[[pd.DataFrame], pd.Series] | No
 
     def change(table: pd.DataFrame) -> pd.DataFrame:
         at = rows(table) if rows else pd.Series(True, index=table.index)
-        table.loc[at, [one, two]] = table.loc[at, [two, one]].to_numpy()
+        table.loc[at, [one, two]] = table.loc[at, [two, one]].to_numpy(copy=True)
         return table
 
     return change
@@ -93,8 +112,6 @@ def opens_late(steps: int, step_s: float, speed: float) -> Change:
     def change(table: pd.DataFrame) -> pd.DataFrame:
         at = table["mesh"] == "drawer"
         step = table.loc[at, "step"].to_numpy() - steps
-        from tests.reference_impl import yard
-
         begins, stops = round(yard.OPENS / step_s), round((yard.OPENS + yard.TRAVEL) / step_s)
         table.loc[at, "dx"] = speed * step_s * (np.clip(step, begins, stops) - begins)
         return table
@@ -126,7 +143,12 @@ def turned(names: Sequence[str]) -> Change:
 
 
 FAULTS: dict[str, Planted] = {
-    "mesh motion: x and z exchanged": Planted("mesh_motion", exchanged("dx", "dz"), "mesh_motion", "components x and z are exchanged"),
+    "mesh motion: x and z exchanged": Planted(
+        "mesh_motion",
+        exchanged("dx", "dz"),
+        "mesh_motion",
+        "components x and z are exchanged",
+    ),
     "mesh motion: amplitude of the screen 2 % off": Planted(
         "mesh_motion", scaled(["dx", "dy", "dz"], 1.02, of("screen")), "mesh_motion", "it is 1.02 times"
     ),
@@ -136,14 +158,22 @@ FAULTS: dict[str, Planted] = {
     "mesh motion: the slide opens 25 steps late": Planted(
         "mesh_motion", opens_late(25, 2e-5, 0.25), "mesh_motion", "it is 25 steps late"
     ),
-    "mesh motion: sign of x turned": Planted("mesh_motion", turned(["dx"]), "mesh_motion", "component x has the other sign"),
+    "mesh motion: sign of x turned": Planted(
+        "mesh_motion", turned(["dx"]), "mesh_motion", "component x has the other sign"
+    ),
     "mesh motion in mm": Planted("mesh_motion", scaled(["dx", "dy", "dz"], 1e3), "mesh_motion", "it is 1000 times"),
     "trajectory: x and y exchanged": Planted(
-        "trajectory", lambda t: pd.concat([t[t["step"] == 0], exchanged("x", "y")(t[t["step"] > 0])], ignore_index=True),
-        "trajectory", "components x and y are exchanged",
+        "trajectory",
+        lambda t: pd.concat([t[t["step"] == 0], exchanged("x", "y")(t[t["step"] > 0])], ignore_index=True),
+        "trajectory",
+        "components x and y are exchanged",
     ),
-    "trajectory: places of the output before": Planted("trajectory", later, "trajectory", "it is that of the output before"),
-    "trajectory: time a step late": Planted("trajectory", moved(["time"], 2e-5), "time", "it is 2e-05 s late (1 steps)"),
+    "trajectory: places of the output before": Planted(
+        "trajectory", later, "trajectory", "it is that of the output before"
+    ),
+    "trajectory: time a step late": Planted(
+        "trajectory", moved(["time"], 2e-5), "time", "it is 2e-05 s late (1 steps)"
+    ),
     "trajectory: speeds along x and z exchanged": Planted(
         "trajectory", exchanged("vx", "vz"), "trajectory_velocity", "components x and z are exchanged"
     ),
@@ -154,43 +184,60 @@ FAULTS: dict[str, Planted] = {
     "ledger: formations and ruptures exchanged": Planted(
         "ledger", exchanged("formations", "ruptures"), "ledger_counts", "formations and ruptures are exchanged"
     ),
-    "ledger: one sphere too many": Planted("ledger", moved(["spheres"], 1), "ledger_counts", "it is off by 1 throughout"),
+    "ledger: one sphere too many": Planted(
+        "ledger", moved(["spheres"], 1), "ledger_counts", "it is off by 1 throughout"
+    ),
     "ledger: films and bridges exchanged": Planted(
         "ledger", exchanged("films", "bridges"), "ledger_held", "films and bridges are exchanged"
     ),
-    "snapshots: gaps doubled": Planted("bridges", scaled(["separation"], 2.0), "snapshot_separation", "it counts twice"),
+    "snapshots: gaps doubled": Planted(
+        "bridges", scaled(["separation"], 2.0), "snapshot_separation", "it counts twice"
+    ),
     "snapshots: radius of j left out": Planted(
-        "bridges", lambda t: t.assign(separation=np.where(t["partner_kind"] == 0, t["separation"] + 2e-3, t["separation"])),
-        "snapshot_separation", "",
+        "bridges",
+        lambda t: t.assign(separation=np.where(t["partner_kind"] == 0, t["separation"] + 2e-3, t["separation"])),
+        "snapshot_separation",
+        "",
     ),
     "snapshots: end at j is that of i": Planted(
-        "bridges", lambda t: t.assign(**{f"xj_{a}": t[f"xi_{a}"] for a in "xyz"}), "snapshot_ends", "both ends are that of i"
+        "bridges",
+        lambda t: t.assign(**{f"xj_{a}": t[f"xi_{a}"] for a in "xyz"}),
+        "snapshot_ends",
+        "both ends are that of i",
     ),
     "snapshots: end at j a millimetre off": Planted(
         "bridges", moved(["xj_z"], 1e-3), "snapshot_ends", "it is moved by 0, 0, 0.001"
     ),
-    "snapshots: first triangle of the part": Planted(
-        "bridges", first_triangle(None), "snapshot_triangle", "it is"
-    ),
+    "snapshots: first triangle of the part": Planted("bridges", first_triangle(None), "snapshot_triangle", "it is"),
     "works: capillary and normal drag exchanged": Planted(
-        "energy", exchanged("capillary", "viscous_normal"), "energy_windows", "capillary and viscous_normal are exchanged"
+        "energy",
+        exchanged("capillary", "viscous_normal"),
+        "energy_windows",
+        "capillary and viscous_normal are exchanged",
     ),
-    "works: contact halved": Planted("energy", scaled(["contact"], 0.5), "energy_budget", "half of it counts"),
+    "works: contact halved": Planted(
+        "energy", scaled(["contact"], 0.5), "energy_budget", "the work contact is 0.5 times"
+    ),
     "works: tangential drag left out": Planted(
         "energy", scaled(["viscous_tangential"], 0.0), "energy_windows", "it is left out"
     ),
     "works: walls counted in contact as well": Planted(
-        "energy", lambda t: t.assign(contact=t["contact"] + t["wall_motion"]), "energy_windows", "wall_motion is counted in as well"
+        "energy",
+        lambda t: t.assign(contact=t["contact"] + t["wall_motion"]),
+        "energy_windows",
+        "wall_motion is counted in as well",
     ),
     "works: gravity 1 % off": Planted("energy", scaled(["gravity"], 1.01), "energy_gravity", "1.01 times"),
-    "works: kinetic energy without the half": Planted("energy", scaled(["kinetic"], 2.0), "energy_kinetic", "it counts twice"),
-    "works: energy of formations 2 % off": Planted("energy", scaled(["formed"], 1.02), "energy_formed", "it is 1.02 times"),
+    "works: kinetic energy without the half": Planted(
+        "energy", scaled(["kinetic"], 2.0), "energy_kinetic", "it counts twice"
+    ),
+    "works: energy of formations 2 % off": Planted(
+        "energy", scaled(["formed"], 1.02), "energy_formed", "it is 1.02 times"
+    ),
     "works: stored energy turned": Planted(
         "energy", turned(["capillary_stored"]), "energy_capillary_stored", "the sign is turned"
     ),
-    "a rank's contact rows are missing": Planted(
-        "contacts", columns_of_one_rank, "contact_rows", "as of one rank"
-    ),
+    "a rank's contact rows are missing": Planted("contacts", columns_of_one_rank, "contact_rows", "as of one rank"),
     "gaps of events halved": Planted("events", scaled(["separation"], 0.5), "event_separation", "half of it counts"),
 }
 """Name -> change, quantity, words."""

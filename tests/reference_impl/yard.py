@@ -78,7 +78,7 @@ def prepare(folder: Path, **more: object) -> list[small.Sphere]:
         walls=[screen(), floor(), drawer()], wall_angle_rad=math.radians(45.0), time_step_s=STEP, steps=STEPS,
         gravity=DOWN, vibration=Vibration(amplitude_m=(1e-4, 5e-5, 1.5e-3), phase_rad=(0.5, 1.0, 0.3), frequency_Hz=50.0),
         slide=Slide(velocity_m_per_s=(0.25, 0.0, 0.0), opens_at_s=OPENS, travel_s=TRAVEL),
-        output=Output(interval_s=50 * STEP, contact_windows=8, contact_window_steps=120, window_trajectories=True),
+        output=Output(interval_s=50 * STEP, contact_windows=5, contact_window_steps=102, window_trajectories=True),
         **more,
     )  # fmt: skip
     return bodies
