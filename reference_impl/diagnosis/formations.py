@@ -102,9 +102,9 @@ def _of_walls(
     most = float(part[formed & wet].max(initial=0.0))
     at_wet = np.where(wet, logged, np.nan)
     if most <= 0.0:
-        yield Suspect("the film of a wall is left out", np.where(part > 0.0, at_wet, np.nan))
+        yield Suspect("the film of a wall is left out", at_wet)
     elif most < 1.0:
-        yield Suspect(f"the film of a wall is taken too thin (at most {most:.4g} of it)", at_wet, most, general=True)
+        yield Suspect(f"the film of a wall is taken too thin (at most {most:.4g} of it)", at_wet, most)
 
 
 def missed(run: Run) -> Iterator[Link]:

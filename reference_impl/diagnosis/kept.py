@@ -7,16 +7,15 @@ factor, a shift, another row, another time.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 
+from reference_impl.diagnosis import works as links_works
 from reference_impl.diagnosis.diagnosis import Link, Suspect
-from reference_impl.diagnosis.motion import fitted
 from reference_impl.diagnosis.suspects import factor, middle
-from reference_impl.motion import budget, flights, nearest, window
+from reference_impl.motion import budget, nearest, window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay import bridge_ends, io, kept_tables
 from reference_impl.replay.compare import Floats
@@ -39,8 +38,8 @@ def links(run: Run, failed: Sequence[str]) -> Iterator[Link]:
         ({"event_triangle", "event_part"}, lambda: [triangles(run, "event")]),
         ({"snapshot_triangle"}, lambda: [triangles(run, "snapshot")]),
         ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(run))),
-        ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(works(run))),
-        ({"flight_place", "flight_velocity"}, lambda: list(flight(run, setup))),
+        ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
+        ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
         ({"contact_rows"}, lambda: list(rows_missing(run))),
         ({"time"}, lambda: [times(run, setup)]),
     ):
@@ -55,7 +54,7 @@ def walls(setup: window.Setup) -> Link:
     motion, names = Motion(setup), table["mesh"].to_numpy()
     last, step = round(setup.scene["duration_s"] / setup.step), table["step"].to_numpy(np.int64)
     at = np.array([[motion.shift(w, s) for s in range(last + 1)] for w in setup.walls])
-    mesh = pd.Index([w.name for w in setup.walls]).get_indexer(names)
+    mesh = pd.Index([w.name for w in setup.walls]).get_indexer(pd.Index(names))
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for by in sorted(range(-STEPS, STEPS + 1), key=abs)[1:]:
@@ -143,31 +142,16 @@ def speeds(setup: window.Setup) -> Iterator[Link]:
         )
 
 
-def _columns(
-    table: pd.DataFrame, logged: Floats, own: Floats, names: Sequence[str], quantity: str, what: str, size: Floats, limit: float
-) -> Iterator[Link]:  # fmt: skip
-    """One link a column; columns may be exchanged."""
-    for n, name in enumerate(names):
-
-        def suspects(rows: Floats, n: int = n) -> Iterator[Suspect]:
-            for m, other in enumerate(names):
-                if m != n:
-                    yield Suspect(f"{names[min(m, n)]} and {names[max(m, n)]} are exchanged", own[:, m])
-                    yield Suspect(f"{other} is counted in as well", own[:, n] + own[:, m])
-            yield from factor(logged[:, n], own[:, n], rows)
-            yield Suspect("it is that of the output before", np.append(own[:1, n], own[:-1, n]))
-            by = middle((logged[:, n] - own[:, n])[rows])
-            yield Suspect(f"it is off by {by:.6g} throughout", own[:, n] + by, by)
-
-        yield Link(quantity, f"{what} {name}", table, logged[:, n], own[:, n], size, suspects, limit)
-
-
 def ledger(run: Run) -> Iterator[Link]:
     """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
     table, (counts, own_counts), (held, own_held), size = kept_tables.Count(run).values(run)
     names, one = kept_tables, np.ones(len(table))
-    yield from _columns(table, counts, own_counts, names.COUNTED, "ledger_counts", "count in the ledger:", one, 0.0)
-    yield from _columns(table, held, own_held, names.HELD, "ledger_held", "liquid in the ledger:", size, 1e-12)
+    yield from links_works.columns(
+        table, counts, own_counts, names.COUNTED, "ledger_counts", "count in the ledger:", one, 0.0
+    )
+    yield from links_works.columns(
+        table, held, own_held, names.HELD, "ledger_held", "liquid in the ledger:", size, 1e-12
+    )
 
 
 def triangles(run: Run, of: str) -> Link | None:
@@ -195,8 +179,8 @@ def triangles(run: Run, of: str) -> Link | None:
 
     marks = {"ruptures": (rows["kind"] == RUPTURE).to_numpy()} if "kind" in rows else {}
     what = "triangle that takes or gives liquid" if of == "event" else "triangle in a snapshot"
-    size = np.full(len(at), 1e-3)
-    return Link(f"{of}_triangle", what, rows, logged.astype(float), own, size, suspects, 1.0, marks=marks)
+    size = np.ones(len(at))
+    return Link(f"{of}_triangle", what, rows, logged.astype(float), own, size, suspects, 1e-6, marks=marks)
 
 
 def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:
@@ -239,67 +223,6 @@ def ends(run: Run) -> Iterator[Link]:
         marks = {"between spheres": ~e.wall, "at walls": e.wall}
         yield Link(f"{name}_separation", f"gap in {'a snapshot' if name == 'snapshot' else 'an event'}", e.table, logged, e.gap,
                    e.radius, of_gaps, marks=marks)  # fmt: skip
-
-
-def works(run: Run) -> Iterator[Link]:
-    """Works: those in windows column by column; else which one, times a factor, would close the budget."""
-    names = budget.WORKS
-    if run.known.get("works_in_windows"):
-        parts = run.known["works_in_windows"]
-        logged, own, size = (np.concatenate([p[k] for p in parts]) for k in range(3))
-        table = pd.concat([p[3] for p in parts], ignore_index=True)
-        yield from _columns(table, logged, own, names, "energy_windows", "work in a window:", size, 1e-8)
-    closed: budget.Budget = run.known["budget"]
-    both, turnover = closed.both()
-    total = both[[*names]].sum(axis=1).to_numpy(float)
-    gain = (both["kinetic_own"] + both["spin_own"]).to_numpy(float)
-    own = gain - gain[0] - both["half_kick"].to_numpy(float)
-
-    def suspects(rows: Floats) -> Iterator[Suspect]:
-        for name in names:
-            work = both[name].to_numpy(float)
-            with np.errstate(all="ignore"):
-                f = 1.0 / (1.0 - middle(((total - own) / work)[rows & (np.abs(work) > 0.0)]))
-            if np.isfinite(f):
-                yield Suspect(f"the work {name} is {f:.6g} times what it should be", own + (1.0 - 1.0 / f) * work, f)
-
-    yield Link("energy_budget", "sum of the works", both, total, own, turnover, suspects)
-    for name in ("kinetic", "spin", "gravity", *(budget.OF_BRIDGES if closed.known else ())):
-        logged, mine = both[name].to_numpy(float), both[f"{name}_own"].to_numpy(float)
-
-        def of_one(rows: Floats, logged: Floats = logged, mine: Floats = mine) -> Iterator[Suspect]:
-            yield from factor(logged, mine, rows)
-            yield Suspect("it is that of the output before", np.append(mine[:1], mine[:-1]))
-
-        yield Link(f"energy_{name}", f"energy {name}", both, logged, mine, closed.size(name, both, turnover), of_one,
-                   budget.LIMITS[name])  # fmt: skip
-
-
-def flight(run: Run, setup: window.Setup) -> Iterator[Link]:
-    """Forces outside the windows: each of them times a factor."""
-    f: flights.Flights | None = run.known.get("flights")
-    if f is None:
-        return
-    base = flights.fly(run, setup, f)
-    table = pd.DataFrame({"step": f.step, "i": f.id})
-    logged, own = f.v_end, np.where(base[3][:, None], base[1], f.v_end)
-    size = np.maximum(np.sqrt((f.v_end**2).sum(axis=1)), 1e-2)
-
-    def flown(terms: tuple[str, ...], by: float) -> Floats:
-        return np.where(base[3][:, None], flights.fly(run, setup, f, dict.fromkeys(terms, by))[1], f.v_end)
-
-    def suspects(rows: Floats) -> Iterator[Suspect]:
-        single = {name.replace("_", " ") + (" force" if name != "weight" else ""): (name,) for name in flights.TERMS}
-        for what, terms in {**single, "drag": flights.TERMS[2:], "force of bridges": flights.TERMS[1:]}.items():
-            by = fitted(partial(flown, terms), logged, rows)
-            yield Suspect(f"the {what} is {by:.6g} times what it should be", flown(terms, by), by)
-
-    pairs_of = np.zeros(len(f.id), dtype=bool)
-    pairs_of[f.i] = pairs_of[f.j] = True
-    marks = {"spheres with bridges": pairs_of, "spheres without": ~pairs_of}
-    yield Link(
-        "flight_velocity", "motion between two outputs", table, logged, own, size, suspects, flights.LIMIT, marks=marks
-    )
 
 
 def rows_missing(run: Run) -> Iterator[Link]:

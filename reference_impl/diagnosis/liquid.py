@@ -24,7 +24,7 @@ from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import late_ruptures
-from reference_impl.replay.lives import FORMATION
+from reference_impl.replay.lives import FORMATION, Lives, none
 from reference_impl.replay.transfer import Tables
 
 
@@ -121,7 +121,7 @@ def overdue(run: Run, e: Events) -> Link | None:
     if not coverage.known(run, "dynamic_rupture"):
         return None
     reach, gap, speed = e.column("rupture_distance"), e.pair.gap, e.pair.speed
-    wrong = late_ruptures(run, reach).astype(float)
+    wrong = late_ruptures(run, reach, Lives(none(), e.table, 0, -1)).astype(float)
     limit = reach * (laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) if name else 1.0)
 
     def suspects(_: Floats) -> Iterator[Suspect]:

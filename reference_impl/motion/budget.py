@@ -173,7 +173,9 @@ def powers(setup: Setup, f: Forces) -> Floats:
     weight = (w.v * setup.gravity).sum(axis=2) * w.mass
     found[:, n["gravity"]] = weight.sum(axis=1)
     t, c = f.touches, f.contacts
-    terms = [("contact", t, t.vb, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n), np.ones(len(t)))]
+    terms: list[tuple[Any, ...]] = [
+        ("contact", t, t.vb, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n), np.ones(len(t)))
+    ]
     if f.bridges is not None:
         b = f.bridges
         zero = np.zeros((len(b.k), 3))
@@ -199,8 +201,10 @@ def powers(setup: Setup, f: Forces) -> Floats:
 
 
 def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd.DataFrame] | None:
-    """Work of each effect from one output to the next, logged and own, its scale, and rows; where a window holds both outputs and
-    the engine was not set up anew between."""
+    """Work of each effect from one output to the next, logged and own, its scale, and rows.
+
+    Where a window holds both outputs, and the engine was not set up anew between.
+    """
     log = io.columns(where(setup.folder, "energy"), ["step", *WORKS]).sort_values("step")
     steps = f.window.steps
     inside = log[(log["step"] >= steps[0]) & (log["step"] <= steps[-1])]
@@ -210,15 +214,15 @@ def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd
             continue
         at = power[np.searchsorted(steps, one.step) : np.searchsorted(steps, two.step) + 1]
         own = setup.step * 0.5 * (at[1:] + at[:-1]).sum(axis=0)
-        size = float(setup.step * 0.5 * np.abs(at[1:] + at[:-1]).sum())
-        parts.append((two.step, [getattr(two, n) - getattr(one, n) for n in WORKS], own, size))
+        turned = float(setup.step * 0.5 * np.abs(at[1:] + at[:-1]).sum())
+        parts.append((two.step, [getattr(two, n) - getattr(one, n) for n in WORKS], own, turned))
     if not parts:
         return None
     rows = pd.DataFrame({"step": [p[0] for p in parts]})
     logged, own, size = (np.array([p[k] for p in parts]) for k in (1, 2, 3))
     # the logged works are differences of sums over the whole run
-    size = np.maximum(size, 1e-6 * float(log[list(WORKS)].abs().to_numpy().max()))
-    return logged, own, size, rows
+    least = 1e-6 * float(log[list(WORKS)].abs().to_numpy().max())
+    return logged, own, np.maximum(size, least), rows
 
 
 def in_window(setup: Setup, f: Forces, run: Run) -> list[Quantity]:

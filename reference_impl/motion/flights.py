@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from reference_impl.motion import impulses
+from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.dry import dot
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, laws
@@ -90,7 +91,7 @@ class Hangar:
     def __post_init__(self) -> None:
         ways = np.diff(self.outputs)
         count = int(MOST_STEPS // max(int(ways.max(initial=1)), 1))
-        at = np.unique(((np.arange(count) + 0.5) / max(count, 1) * len(ways)).astype(int)) if len(ways) else []
+        at: Floats = np.unique(((np.arange(count) + 0.5) / max(count, 1) * len(ways)).astype(int))
         broken = np.array(sorted(self.setup.broken), int)
         keep = [k for k in at if not ((broken >= self.outputs[k]) & (broken <= self.outputs[k + 1])).any()]
         self.starts = set(self.outputs[np.array(keep, int)].tolist())
@@ -124,11 +125,10 @@ class Hangar:
         n = len(setup.ids)
         _, group = connected_components(coo_matrix((np.ones(len(i)), (i, j)), shape=(n, n)), directed=False)
         fly = ~np.isin(group, group[bad])
-        values = [
-            [t[list(c)].to_numpy(float) for c in ("xyz", ("vx", "vy", "vz"), ("wx", "wy", "wz"))] for t in (start, end)
-        ]
+        columns = ("xyz", VELOCITY[:3], VELOCITY[3:])
+        (x, v, w), (x_end, v_end, w_end) = ([t[list(c)].to_numpy(float) for c in columns] for t in (start, end))
         whole = Flights(
-            np.full(n, one), setup.ids, np.full(n, two - one), *values[0], *values[1], setup.mass, setup.radius, i, j,
+            np.full(n, one), setup.ids, np.full(n, two - one), x, v, w, x_end, v_end, w_end, setup.mass, setup.radius, i, j,
             stand["volume"].to_numpy(float)[rows], p.ti[rows], p.tj[rows],
         )  # fmt: skip
         self.flights.append(whole.of(fly))

@@ -25,7 +25,7 @@ from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
 from reference_impl.motion.window import Setup, Window, springs, windows
 from reference_impl.replay.compare import Floats, Quantity, compare
-from reference_impl.replay.io import Run
+from reference_impl.replay.io import Run, vectors
 
 TOLERANCE = 1e-9
 STANDARD_WEIGHT = 9.81
@@ -266,8 +266,6 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     """The contact log against the trajectory and the walls."""
     b, w = f.bridges, f.window
     assert b is not None
-    from reference_impl.replay.io import vectors
-
     x, v = vectors(b.table, "xi"), vectors(b.table, "vi")
     radius, speed = setup.radius[b.a], np.maximum(dry.size(w.v_half[b.k, b.a]), 1e-3)
     found = {

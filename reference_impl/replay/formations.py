@@ -197,10 +197,10 @@ def _at_outputs(run: Run) -> pd.DataFrame:
     walls = walls[walls["step"] > 0]
     frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
     table, bridges = _touching(run, frames), run.table("bridges")
-    standing = {step: keys(rows) for step, rows in bridges.groupby("step")}
+    standing: dict[Any, Floats] = {step: keys(rows) for step, rows in bridges.groupby("step")}
     lacking = np.ones(len(table), dtype=bool)
     for step, rows in table.groupby("step").indices.items():
-        lacking[rows] = ~np.isin(keys(table.iloc[rows]), standing.get(step, []))
+        lacking[rows] = ~np.isin(keys(table.iloc[rows]), standing.get(step, np.zeros(0, np.int64)))
     return table.assign(missed=lacking)
 
 
@@ -257,7 +257,7 @@ def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.Dat
     parts, fixed = nearest.parts(run), bodies(run)
     thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.middle)]
     most = np.zeros((len(frames.step), len(parts)))
-    np.maximum.at(most, (slice(None), parts.setup.part), thick)
+    np.maximum.at(most.T, parts.setup.part, thick.T)
     pairs_of = [np.zeros((3, 0), np.int64)]
     for k, step in enumerate(frames.step):
         a, part = parts.near(int(step), frames.x[k], radius + layer[k], most[k])

@@ -10,7 +10,7 @@ import pandas as pd
 
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import io, whole
+from reference_impl.replay import io, plans
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Floats, Quantity, compare
 from reference_impl.replay.io import Run, where
@@ -137,7 +137,7 @@ def both_velocities(setup: window.Setup) -> tuple[pd.DataFrame, Floats, Floats]:
 def bridges_in_windows(run: Run) -> pd.DataFrame:
     """Bridges that act at the recorded steps by the event log: step, ends, place of sphere i, and whether the contact log has no
     row of it."""
-    planned, events = whole.plan(run.folder), run.table("events")
+    planned, events = plans.plan(run.folder), run.table("events")
     lives, fixed = Lives(none(), events, 0, -1), events.drop_duplicates(["partner_kind", "i", "j"])
     log, states, found = run.table("contacts"), run.table("window_states"), []
     for step in planned.contact_steps:

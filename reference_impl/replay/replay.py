@@ -74,8 +74,8 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
     beside = diagnosis.diagnose(kept.links(run, failed), failed)
-    if not (found["findings"] or beside["findings"]):
-        return dynamics.named(run_dir, run, failed) or found
+    if not found["findings"]:
+        found = dynamics.named(run_dir, run, failed) or found
     return diagnosis.together(failed, found, beside)
 
 

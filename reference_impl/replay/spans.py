@@ -21,6 +21,7 @@ from reference_impl.replay import (
     formations,
     kept_tables,
     liquid,
+    plans,
     sampled,
     snapshots,
     whole,
@@ -98,7 +99,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     paths = {name: where(run.folder, name) for name in LOGS}
     logs = {name: Rows(path, name, LOGS[name]) for name, path in paths.items() if path.exists()}
     fixed, last = bodies(run), int(run.table("ledger")["step"].max())
-    held, outputs, found, samples = fixed.liquid(), whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    held, outputs, found, samples = fixed.liquid(), plans.plan(run.folder).outputs, Found(), sampled.Samples(run)
     by_log, falling = formations.Held(run), drops.Falling(run)
     run.known["carried"] = carried = weight.Carried(run)
     counts, setup = kept_tables.Count(run), window.read(run.folder)
@@ -119,7 +120,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         draws = coverage.known(run, "formation")
         own, shots = book(events, p, fixed, tables, lives, held, draws, inside, compiled, falling)
         carried.add(part, step)
-        found.add("liquid", liquid.check(part, own))
+        found.add("liquid", liquid.check(part, own, lives))
         found.add("drops", falling.check(liquid.mean_film(run)))
         if start < last <= step:
             found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, whole
+from reference_impl.replay import io, plans
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import Rows
@@ -101,7 +101,7 @@ def go_through(folder: Path, scene: Mapping[str, Any]) -> Own:
     of, moist = Bodies.of(folder, scene), bool(scene["effects"]["bridges"])
     names = LOGS if moist else ("trajectory",)
     logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in names}
-    outputs, passed, back = whole.plan(folder).outputs, np.zeros(len(of.ids), bool), np.zeros(len(of.ids), bool)
+    outputs, passed, back = plans.plan(folder).outputs, np.zeros(len(of.ids), bool), np.zeros(len(of.ids), bool)
     ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last") if moist else None
     left = (
         ledger.set_index("step")["left"].reindex(outputs).fillna(0.0).to_numpy()
