@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from reference_impl.replay.replay import replay
+from tests.engines.liggghts import planted_in_yard
 from tests.reference_impl import planted_yard
 from tests.reference_impl.test_stream import at_size
 
@@ -47,3 +48,12 @@ def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[s
         assert not result["quantities"][fault.quantity]["ok"]
         said = [f["sentence"] for f in findings if fault.quantity in f["quantities"]]
         assert any(fault.words in sentence for sentence in said), (fault, said)
+
+
+def test_the_page_lists_every_fault() -> None:
+    """With its quantity and its words."""
+    page = (Path(__file__).parents[2] / "docs" / "replay_classes.md").read_text()
+    tables = {name: (f.quantity, f.words) for name, f in planted_yard.FAULTS.items()}
+    for name, (quantity, words) in {**tables, **planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP}.items():
+        row = next(line for line in page.splitlines() if line.startswith(f"| {name} |"))
+        assert f"| {quantity} | {words}" in row

@@ -181,19 +181,18 @@ MOTION: dict[str, tuple[str, str]] = {
 """Faults that only the recorded motion shows (`output.window_trajectories`), and how they are named."""
 UNSEEN: dict[str, tuple[str, bool, str]] = {
     "forces that act": ("half of it acts", True, "half of each force acts, all of it is logged, no motion is recorded"),
-    "closest point of a wall": (
-        "closest point",
-        True,
-        "it is 10 µm off in the log as in the forces, no motion is recorded",
-    ),
     "forces outside the contact log": (
         "viscous sign",
         False,
         "the sign of a force is turned where no contact is logged",
     ),
-    "late rupture outside the contact log": ("late rupture", False, "bridges rupture at 1.25 of their limit there"),
 }
 """What the replay of the logs does not see: fault, whether contacts are logged, in words."""
+BESIDE: dict[str, tuple[bool, str, str]] = {
+    "closest point": (True, "snapshot_ends", "it is moved by 1e-05, 0, 0"),
+    "late rupture": (False, "rupture_late", "it is made too late (at 1.25"),
+}
+"""Faults that outputs and events alone show, without recorded motion or contacts: whether contacts are logged, quantity, words."""
 
 
 def patched_sources(folder: Path) -> Path:
