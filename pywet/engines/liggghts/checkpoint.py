@@ -39,7 +39,10 @@ WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in ("*.py", "laws/**/*.py", "apparatus/*.py", "runs/*.py", "engines/*.py", "engines/liggghts/*.py")
+    for pattern in (
+        "*.py",
+        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "plan", "engines", "engines/liggghts")),
+    )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
