@@ -88,8 +88,7 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
       }
       e.share_i *= grant[e.i];"""
 PATCHES: list[tuple[str, str, str]] = [
-    ("world.h", '#include "clock.h"', '#include "clock.h"\n#include "planted.h"'),
-    ("together.h", '#include "laws.h"', '#include "laws.h"\n#include "planted.h"'),
+    ("vec.h", "#include <cmath>", '#include <cmath>\n#include "planted.h"'),
     ("forces.cpp", LAWS, LAWS_PLANTED),
     ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {",
      "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {\n"

@@ -1,4 +1,4 @@
-// Films: the liquid on spheres and wall triangles, how thick it is, and by how much it has grown since pairs were last looked for.
+// Films: the liquid on spheres and wall triangles, how thick it is, how much it has grown since pairs were last looked for.
 #pragma once
 #include <vector>
 

@@ -11,7 +11,8 @@ class Forces {
  public:
   Forces(const World &world, Standing &standing, EnergyBook &energy, Single &single, Impulses &impulses, Implicit &implicit,
          Logs &logs)
-      : world_(world), standing_(standing), energy_(energy), single_(single), impulses_(impulses), implicit_(implicit), logs_(logs) {}
+      : world_(world), standing_(standing), energy_(energy), single_(single), impulses_(impulses), implicit_(implicit),
+        logs_(logs) {}
 
   // All that stand; those that rupture are left out and become events.
   void act(std::vector<Event> &events);

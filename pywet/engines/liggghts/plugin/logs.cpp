@@ -76,8 +76,8 @@ void Logs::energies() {
   MPI_Reduce(mine, all, EFFECTS + 4, MPI_DOUBLE, MPI_SUM, 0, world_.ranks.all);
   if (!world_.ranks.first()) return;
   const double *w = all, *t = all + EFFECTS;
-  energies_.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], energy_.formed, energy_.ruptured, w[GRAVITY], w[CONTACT], w[CAPILLARY],
-                           w[VISCOUS_NORMAL], w[VISCOUS_TANGENTIAL], w[WALL], w[DRIVE], t[2]});
+  energies_.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], energy_.formed, energy_.ruptured, w[GRAVITY],
+                         w[CONTACT], w[CAPILLARY], w[VISCOUS_NORMAL], w[VISCOUS_TANGENTIAL], w[WALL], w[DRIVE], t[2]});
 }
 
 void Logs::snapshot() {
@@ -103,7 +103,8 @@ void Logs::snapshot() {
 }
 
 void Logs::flush() {
-  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &ledger_, &film_, &wall_film_, &energies_}) log->flush();
+  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &ledger_, &film_, &wall_film_, &energies_})
+    log->flush();
 }
 
 void Logs::stop(const std::string &why) const {

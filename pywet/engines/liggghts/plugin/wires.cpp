@@ -103,7 +103,8 @@ void Wires::touch(bool fresh) {
         energy_.wall_power[CONTACT] += dot(world_.engine.press(c.a, r, d, distance, velocity, c.spring), velocity);
     }
     if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;
-    else if (log) logs_.write(WireContact{world_.clock.now, wire.wall, wire.triangle, c.id, 0, {c.spring[0], c.spring[1], c.spring[2]}});
+    else if (log)
+      logs_.write(WireContact{world_.clock.now, wire.wall, wire.triangle, c.id, 0, {c.spring[0], c.spring[1], c.spring[2]}});
   }
 }
 
