@@ -16,7 +16,7 @@ from pywet.apparatus import build_apparatus
 from pywet.apparatus.solids import bin_solid, plate, tube
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
-from pywet.engines.stock import yade_force
+from pywet.engines.stock.yade import yade_force
 from pywet.engines.yade import contacts, driver, moist, solids
 from pywet.errors import PywetError
 from pywet.evidence.engines import bed, screening

@@ -48,6 +48,12 @@ class Verdict:
     end_standard_error: float
     agree: bool
 
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        what = "no difference" if self.agree else "a difference"
+        return f"largest |t| {self.largest_t:.2f}, p = {self.p:.2f}: {what} beyond the seeds' spread"
+
 
 def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> Scene:
     """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
@@ -124,7 +130,7 @@ def compare_engines(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     write_table(frame.rename(columns=named), folder / "fraction_retained.parquet", csv=True)
     write_json(folder / "verdict.json", asdict(verdict))
     write_table(pd.DataFrame(rows(frame, verdict)), folder / "rows.parquet", csv=True)
-    pictures.screening(times, one, two, frame, verdict, folder / "engines_screening.png")
+    pictures.screening(times, one, two, frame, verdict.sentence, folder / "engines_screening.png")
     return verdict
 
 
