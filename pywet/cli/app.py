@@ -252,6 +252,25 @@ def scene(
     out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
 
 
+@app.command("run-scene")
+def run_scene(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/NAME.")] = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Run a scene of your own: build, simulate, replay, results, time series, picture."""
+    from pywet.own_scene import commands
+
+    description = commands.read_scene(file)
+    folder = out_dir or Path("results") / "scenes" / file.stem
+    for line in commands.plan(description).lines:
+        out.print(line, soft_wrap=True, markup=False)
+    commands.run(description, folder, ranks, progress=True)
+    picture = commands.view(folder)
+    showing.show_run(folder)
+    out.print(f"tables, time series for ParaView and {picture.name} are in {folder}", soft_wrap=True, markup=False)
+
+
 @app.command()
 def compare(
     runs: Annotated[list[Path] | None, typer.Argument(metavar="RUN_A RUN_B", help="Runs, or folders of seeds.")] = None,

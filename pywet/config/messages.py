@@ -25,7 +25,8 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
     """Every error on a line of its own, misspelt keys first; a missing key that one of them stands for is no other error."""
     problems: list[Any] = sorted(error.errors(), key=lambda p: p["type"] != "extra_forbidden")
     meant = {(*p["loc"][:-1], _meant(p, problems, model)) for p in problems if p["type"] == "extra_forbidden"}
-    told = [p for p in problems if p["type"] != "missing" or p["loc"] not in meant]
+    inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}  # a list is too short for want of these
+    told = [p for p in problems if p["loc"] not in {"missing": meant, "too_short": inside}.get(p["type"], ())]
     lines = [f"{where}: {_sentence(p, problems, model)}" for p in told[:MOST]]
     if len(told) > MOST:
         lines.append(f"{where}: {len(told) - MOST} more mistakes like these")

@@ -166,12 +166,15 @@ class Scene(Excusable):
     results: Results = Results()
     folder: Path = Path()
     """Where STL files and files of laws are looked for; of a YAML file its own folder."""
+    file: Path | None = None
+    """The file that it was read from."""
 
     def __init__(self, **given: Any) -> None:
         try:
             super().__init__(**given)
         except ValidationError as error:
-            raise mistake(error, Scene, f"scene {given.get('name') or ''}".strip()) from error
+            where = str(given.get("file") or f"scene {given.get('name') or ''}".strip())
+            raise mistake(error, Scene, where) from error
 
     @model_validator(mode="after")
     def _names(self) -> Self:

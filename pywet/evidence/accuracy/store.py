@@ -11,7 +11,7 @@ from typing import Any
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import choice, errors, knobs, runs, sieve
 from pywet.files import read_json, write_json
-from pywet.screening.summary import versions
+from pywet.runs.summary import versions
 
 
 def table(kept: Iterable[errors.Kept], size: str) -> dict[str, Any]:
