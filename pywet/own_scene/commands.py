@@ -55,9 +55,9 @@ def replay(folder: Path | str) -> dict[str, Any] | None:
 
 def view(folder: Path | str, step: int | None = None) -> Path:
     """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture."""
-    from pywet.report import render, vtk
+    from pywet.report import render
 
-    vtk.write(Path(folder))
+    stages.vtk(Path(folder))
     picture = Path(folder) / "picture.png"
     render.write(Path(folder), picture, step)
     return picture

@@ -25,7 +25,7 @@ def liquid_by_wall(run: RunDir) -> pd.DataFrame:
     walls = _on_walls(run)
     for wall in scene.walls:
         frame[f"wall_{wall.name}_m3"] = walls[wall.name].to_numpy()
-    ledger = run.table("history/ledger").set_index("step").reindex(line.steps) if run.moist else None
+    ledger = run.ledger.set_index("step").reindex(line.steps) if run.moist else None
     frame["left_m3"] = 0.0 if ledger is None else ledger["left"].to_numpy()
     frame["total_m3"] = frame.drop(columns=["step", "time_s"]).sum(axis=1)
     frame["standing_bridges_m3"] = 0.0 if ledger is None else ledger["bridges"].to_numpy()
@@ -52,7 +52,7 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
     """
     scene, rows = run.scene, []
     radius_of = np.array([c.radius_m for c in scene.classes])
-    ledger = run.table("history/ledger").set_index("step")["bridge_count"] if run.moist else None
+    ledger = run.ledger.set_index("step")["bridge_count"] if run.moist else None
     up = -np.array(scene.gravity_m_per_s2) / max(float(np.linalg.norm(scene.gravity_m_per_s2)), 1e-300)
     mass = np.array([c.mass_kg for c in scene.classes])
     for step in run.timeline.steps.tolist():

@@ -11,7 +11,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_json
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import RunSummary
+from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Scene
 from pywet.schema import meanings
 
@@ -26,8 +26,13 @@ class Run:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What was run, how fast, the liquid at the end, the checks and what the replay said."""
+        """What was run, how fast, the liquid at the end, the checks."""
         return dict(read_json(self.path / "summary.json", AGAIN, RunSummary))
+
+    @cached_property
+    def replay(self) -> dict[str, Any]:
+        """What the replay said: `ok`, its limits and deviations by quantity, what was not checked; empty for a dry run."""
+        return dict(self._run.json("replay.json", Replay) or {})
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""What summary.json of any run says: what was run, with which versions, how fast, its liquid, events, energy, and its replay."""
+"""What summary.json of any run says: what was run, with which versions, how fast, its liquid, events, energy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import AGAIN
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import EngineRun, Replay
+from pywet.runs.shapes import EngineRun
+from pywet.runs.tables import ledger_error
 from pywet.schema import WORKS
 
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
@@ -19,13 +20,13 @@ PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that the numbers depend on."""
-    found = {"python": platform.python_version()}
+    installed = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            installed[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed as a package"
-    return found
+            installed[name] = "not installed as a package"
+    return installed
 
 
 def general(run: RunDir) -> dict[str, Any]:
@@ -54,19 +55,9 @@ def general(run: RunDir) -> dict[str, Any]:
         "initial_liquid_m3": float(line.initial_film.sum()),
         "effects": scene.effects.model_dump(),
         "events": _events(run),
-        "ledger_error": _ledger_error(run),
+        "ledger_error": ledger_error(run.ledger) if run.moist else None,
         "energy_J": _energy(run),
-        "replay": _replay(run),
     }
-
-
-def _ledger_error(run: RunDir) -> float | None:
-    """Largest |Σ films + Σ bridges + Σ walls + left − initial| / initial over all outputs; None in a dry run."""
-    if not run.moist:
-        return None
-    ledger = run.table("history/ledger")
-    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
-    return float(((held - ledger["initial"]).abs() / ledger["initial"]).max())
 
 
 def _energy(run: RunDir) -> dict[str, float | None]:
@@ -81,10 +72,10 @@ def _energy(run: RunDir) -> dict[str, float | None]:
         if rows.empty:
             raise PywetError(f"{run.path}: history/energy.parquet holds no row; expected one at each output: {AGAIN}")
         first, last = rows.iloc[0], rows.iloc[-1]
-        found: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
+        energies: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
         works = sum(float(last[name]) for name in WORKS)
-        found["unaccounted"] = float(last["kinetic"] + last["spin"] - first["kinetic"] - first["spin"]) - works
-        return found
+        energies["unaccounted"] = float(last["kinetic"] + last["spin"] - first["kinetic"] - first["spin"]) - works
+        return energies
     classes, steps = {c.type: c for c in scene.classes}, run.timeline.steps
     table = pd.concat([run.at_step("trajectory", int(step)) for step in sorted({steps[0], steps[-1]})])
     table = table.sort_values(["step", "id"])
@@ -110,15 +101,9 @@ def _energy(run: RunDir) -> dict[str, float | None]:
 def _events(run: RunDir) -> dict[str, int] | None:
     if not run.moist:
         return None
-    last = run.table("history/ledger").sort_values("step").iloc[-1]
+    last = run.ledger.sort_values("step").iloc[-1]
     return {
         "formations": int(last["formations"]),
         "ruptures": int(last["ruptures"]),
         "standing_bridges": int(last["bridge_count"]),
     }
-
-
-def _replay(run: RunDir) -> dict[str, Any] | None:
-    """What the replay said, without its worst contacts; None before a replay (and for a dry run, which has none)."""
-    found = run.json("replay.json", Replay)
-    return None if found is None else {k: v for k, v in found.items() if not isinstance(v, dict | list)}

@@ -36,6 +36,6 @@ def test_drum_lifts_its_bed(tmp_path: Path) -> None:
     )
     middle = run.trajectory.groupby("step")[["x", "z"]].mean()
     assert middle["x"].iloc[-1] < middle["x"].iloc[0] - 1e-3
-    assert run.summary["replay"]["ok"]
+    assert run.replay["ok"]
     assert run.events.attrs["units"]["volume"] == "m3" and run.trajectory.attrs["units"]["vx"] == "m/s"
     assert run.contact_statistics["bridges_per_sphere"].iloc[-1] > 1.0

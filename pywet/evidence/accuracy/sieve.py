@@ -17,7 +17,8 @@ from pywet.errors import PywetError
 from pywet.evidence.accuracy.knobs import Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
-from pywet.screening import cases, results
+from pywet.screening import cases
+from pywet.screening.results import Results
 
 SCALE = "study"
 """Name of the scale that is made for the study."""
@@ -138,7 +139,8 @@ def last_common(scene: Scene, opens_s: float) -> float:
 def quantities(folder: Path) -> dict[str, float]:
     """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid)."""
     run = RunDir(folder)
-    retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
+    made = Results.of(run)
+    retained, liquid = made.retained, made.liquid
     since = retained["time_since_opening_s"].to_numpy()
     opens = -float(since[0])
     end = last_common(run.scene, opens)
@@ -150,7 +152,7 @@ def quantities(folder: Path) -> dict[str, float]:
             found[f"liquid_{place}"] = late[f"{place}_m3"] / total
         found["liquid_walls"] = 1.0 - sum(found[f"liquid_{place}"] for place in PLACES)
         found["liquid_bridges"] = late["standing_bridges_m3"] / total
-    for check in results.checks(run, retained, liquid):
+    for check in made.checks:
         found[f"check_{check.name}"] = float(check.ok)
     return found
 
@@ -164,7 +166,7 @@ def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, f
 
 def curve(folder: Path) -> dict[str, list[float]]:
     """Fraction retained over the time since the opening, for the picture."""
-    table = results.fraction_retained(RunDir(folder))
+    table = Results.of(RunDir(folder)).retained
     return {
         "time_s": [round(float(t), 5) for t in table["time_since_opening_s"]],
         "retained": [round(float(y), 6) for y in table["fraction_retained"]],

@@ -25,7 +25,7 @@ from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.evidence.accuracy import runs, sieve
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.sieve import Size
-from pywet.files import write_json, write_table
+from pywet.files import read_json, write_json, write_table
 from pywet.scene import Output, Scene
 from pywet.screening import cases
 
@@ -148,8 +148,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
         if deck.attached(scene):
             found = _run(folder, scene, (FIRST, steps, steps), which)
-            lines = [line.split() for line in (folder / "engine" / LOOP_TIME).read_text().splitlines()]
-            spent = [float(words[0]) for words in lines if words[1] == "run"]
+            spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
             step, start = min(spent[1:]) / steps, found["cpu_s"] - sum(spent)
         else:
             short, long = (
