@@ -30,27 +30,27 @@ rule simulate:
         "../scripts/simulate.py"
 
 
-rule replay:
-    input:
-        simulate=rules.simulate.output.status,
-    output:
-        status=f"{ROOT}/{{case}}/status/replay.json",
-    log:
-        f"{LOGS}/{{case}}/replay.log",
-    script:
-        "../scripts/replay.py"
-
-
 rule results:
     input:
         simulate=rules.simulate.output.status,
-        replay=rules.replay.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/results.json",
     log:
         f"{LOGS}/{{case}}/results.log",
     script:
         "../scripts/results.py"
+
+
+rule replay:
+    input:
+        simulate=rules.simulate.output.status,
+        results=rules.results.output.status,
+    output:
+        status=f"{ROOT}/{{case}}/status/replay.json",
+    log:
+        f"{LOGS}/{{case}}/replay.log",
+    script:
+        "../scripts/replay.py"
 
 
 rule vtk:

@@ -15,7 +15,8 @@ from pywet.errors import PywetError
 from pywet.evidence.accuracy.knobs import Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
-from pywet.screening import cases, results
+from pywet.screening import cases
+from pywet.screening.results import Results
 
 SCALE = "study"
 """Name of the scale that is made for the study."""
@@ -133,7 +134,8 @@ def quantities(folder: Path) -> dict[str, Any]:
     `curve`: fraction retained over the time since the opening, for the picture.
     """
     run = RunDir(folder)
-    retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
+    made = Results.of(run)
+    retained, liquid = made.retained, made.liquid
     since, curve = (retained[name].to_numpy() for name in ("time_since_opening_s", "fraction_retained"))
     opens = -float(since[0])
     end = last_common(run.scene, opens)

@@ -26,7 +26,7 @@ from pywet.evidence.accuracy import sieve
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.measure import timed
 from pywet.evidence.accuracy.sieve import Size
-from pywet.files import write_json, write_table
+from pywet.files import read_json, write_json, write_table
 from pywet.scene import Output, Scene
 from pywet.screening import cases
 
@@ -149,8 +149,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
         if deck.attached(scene):
             found = _run(folder, scene, (FIRST, steps, steps), which)
-            lines = [line.split() for line in (folder / "engine" / LOOP_TIME).read_text().splitlines()]
-            spent = [float(words[0]) for words in lines if words[1] == "run"]
+            spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
             step, start = min(spent[1:]) / steps, found["cpu_s"] - sum(spent)
         else:
             short, long = (
