@@ -201,7 +201,12 @@ TABLES: dict[str, dict[str, str]] = {
     **{f"history/{name}": _columns(record) for name, record in RAW.items()},
     "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},
     "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *_CORNERS)},
-    "history/parts": {"part": INTEGER, **_NAMED, "half_width": ANY, **_all(NUMBER, "contact_angle", "area")},
+    "history/parts": {
+        **_all(INTEGER, "part", "part_class"),
+        **_NAMED,
+        "half_width": ANY,
+        **_all(NUMBER, "contact_angle", "area"),
+    },
     "trajectory": {
         **_all(INTEGER, "step", "id", "type"),
         **_all(NUMBER, "time", *"xyz", *(f"{q}{axis}" for q in "vw" for axis in "xyz")),

@@ -41,15 +41,26 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
     return table
 
 
+def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
+    """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
+    groups: dict[tuple[float, float], int] = {}
+    for wall in scene.walls:
+        for width in wall.part_half_width_m:
+            groups.setdefault((math.inf if width is None else width, wall.contact_angle_rad), len(groups))
+    return groups
+
+
 def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
-    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2]."""
-    rows: list[tuple[int, str, str, float, float, float]] = []
+    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2], part_class: `wall_groups`."""
+    rows: list[tuple[int, str, str, float, float, float, int]] = []
+    groups = wall_groups(scene)
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         area = np.bincount(surface.part, weights=surface.area)
         for half_width, a in zip(surface.part_half_width, area, strict=True):
-            width = math.nan if half_width is None else half_width
-            rows.append((len(rows), surface.name, surface.holder, width, wall.contact_angle_rad, float(a)))
-    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area"])
+            width, angle = math.inf if half_width is None else half_width, wall.contact_angle_rad
+            row = (surface.name, surface.holder, math.nan if half_width is None else width, angle, float(a))
+            rows.append((len(rows), *row, groups[width, angle]))
+    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area", "part_class"])
 
 
 def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:

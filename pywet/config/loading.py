@@ -19,8 +19,8 @@ from pywet.config.materials import Materials
 from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
-from pywet.errors import ConfigError, PywetError
-from pywet.files import one_line, read_text
+from pywet.errors import ConfigError, PywetError, one_line
+from pywet.files import read_bytes
 from pywet.laws import own
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -129,9 +129,9 @@ def parse(model: type[Model], data: Any, where: str) -> Model:
 
 
 def _read_text(path: Path) -> str:
-    data = read_text(path, "a folder of the configuration has it, `pywet init DIR` writes one")
+    content = read_bytes(path, "a folder of the configuration has it, `pywet init DIR` writes one")
     try:
-        return data.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(
             f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding", file=path

@@ -10,8 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from pywet.errors import ConfigError
-from pywet.files import one_line
+from pywet.errors import ConfigError, one_line
 from pywet.ranges import comma
 
 Loc = tuple[int | str, ...]

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from pywet import caches
-from pywet.errors import LawError
-from pywet.files import one_line, read_json, read_text
+from pywet.errors import LawError, one_line
+from pywet.files import read_bytes, read_json
 
 TRIAL_S = 60
 """Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
@@ -35,7 +35,7 @@ def trust(names: Iterable[str | None]) -> None:
     """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over."""
     for name in names:
         if name and is_own(name) and _path(name).is_file():
-            _mark(_path(name), read_text(_path(name), CURE)).touch()
+            _mark(_path(name), read_bytes(_path(name), CURE)).touch()
 
 
 def placed(name: str) -> str:
@@ -48,7 +48,7 @@ def functions(kind: str, name: str) -> Any:
     path = _path(name)
     if not path.is_file():
         raise LawError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
-    source = read_text(path, CURE)
+    source = read_bytes(path, CURE)
     if not _mark(path, source).exists():
         raise LawError(
             f"law {name} was not run: {path} is not named by your own configuration, or has changed since; read the file, "

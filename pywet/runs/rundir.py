@@ -93,6 +93,11 @@ class RunDir:
         return read_table(self.path / f"{name}.parquet", step=step)
 
     @cached_property
+    def ledger(self) -> pd.DataFrame:
+        """history/ledger.parquet of a moist run: who holds how much liquid at each output [m3]."""
+        return self.table("history/ledger")
+
+    @cached_property
     def wall_films(self) -> pd.DataFrame:
         """Wet triangles at the output steps, with their holder."""
         films = self.table("history/wall_films")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -14,31 +13,30 @@ from pywet.errors import PywetError
 from pywet.files import AGAIN, write_json
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import EngineRun
+from pywet.runs.tables import ledger_error
 from pywet.schema import WORKS
-from pywet.screening import results
+from pywet.screening.results import Results, coarse_share
 
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
 
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that the numbers depend on."""
-    found = {"python": platform.python_version()}
+    installed = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            installed[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed as a package"
-    return found
+            installed[name] = "not installed as a package"
+    return installed
 
 
-def summarise(run: RunDir) -> dict[str, Any]:
+def summarise(run: RunDir, results: Results) -> dict[str, Any]:
     """The content of summary.json; times in seconds, volumes in m3, masses in kg."""
     scene, line = run.scene, run.timeline
     engine: dict[str, Any] = run.json("engine/run.json", EngineRun) or {}
     wall = float(engine.get("wall_s") or 0.0)
     steps = scene.steps - int(engine.get("resumed_at_step") or 0)
-    retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
-    initial = float(line.initial_film.sum())
     return {
         "name": scene.name,
         "seed": scene.seed,
@@ -56,38 +54,28 @@ def summarise(run: RunDir) -> dict[str, Any]:
         "particle_steps_per_s": steps * len(line.ids) / wall if wall > 0 else None,
         "spheres": {c.name: int((line.types == c.type).sum()) for c in scene.classes},
         "mass_kg": float(line.mass.sum()),
-        "initial_liquid_m3": initial,
+        "initial_liquid_m3": float(line.initial_film.sum()),
         "effects": scene.effects.model_dump(),
-        "fraction_retained_end": float(retained["fraction_retained"].iloc[-1]),
-        "coarse_share": results.coarse_share(scene),
+        "fraction_retained_end": float(results.retained["fraction_retained"].iloc[-1]),
+        "coarse_share": coarse_share(scene),
         "spheres_that_came_back_from_the_bin": line.came_back,
         "liquid_end_m3": {
-            c.removesuffix("_m3"): float(liquid[c].iloc[-1])
-            for c in liquid.columns
+            c.removesuffix("_m3"): float(results.liquid[c].iloc[-1])
+            for c in results.liquid.columns
             if c.endswith("_m3") and c != "initial_m3"
         },
         "events": _events(run),
-        "ledger_error": _ledger_error(run),
+        "ledger_error": ledger_error(run.ledger) if run.moist else None,
         "energy_J": _energy(run),
-        "checks": [asdict(c) for c in results.checks(run, retained, liquid)],
+        "checks": [asdict(c) for c in results.checks],
     }
 
 
-def write(run_dir: Path) -> dict[str, Any]:
+def write_summary(run: RunDir, results: Results) -> dict[str, Any]:
     """Write summary.json into the run directory and return its content."""
-    run = RunDir(Path(run_dir))
-    content = summarise(run)
+    content = summarise(run, results)
     write_json(run.path / "summary.json", content)
     return content
-
-
-def _ledger_error(run: RunDir) -> float | None:
-    """Largest |Σ films + Σ bridges + Σ walls + left − initial| / initial over all outputs; None in a dry run."""
-    if not run.moist:
-        return None
-    ledger = run.table("history/ledger")
-    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
-    return float(((held - ledger["initial"]).abs() / ledger["initial"]).max())
 
 
 def _energy(run: RunDir) -> dict[str, float | None]:
@@ -102,10 +90,10 @@ def _energy(run: RunDir) -> dict[str, float | None]:
         if rows.empty:
             raise PywetError(f"{run.path}: history/energy.parquet holds no row; expected one at each output: {AGAIN}")
         first, last = rows.iloc[0], rows.iloc[-1]
-        found: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
+        energies: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
         works = sum(float(last[name]) for name in WORKS)
-        found["unaccounted"] = float(last["kinetic"] + last["spin"] - first["kinetic"] - first["spin"]) - works
-        return found
+        energies["unaccounted"] = float(last["kinetic"] + last["spin"] - first["kinetic"] - first["spin"]) - works
+        return energies
     classes, steps = {c.type: c for c in scene.classes}, run.timeline.steps
     table = pd.concat([run.at_step("trajectory", int(step)) for step in sorted({steps[0], steps[-1]})])
     table = table.sort_values(["step", "id"])
@@ -131,7 +119,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
 def _events(run: RunDir) -> dict[str, int] | None:
     if not run.moist:
         return None
-    last = run.table("history/ledger").sort_values("step").iloc[-1]
+    last = run.ledger.sort_values("step").iloc[-1]
     return {
         "formations": int(last["formations"]),
         "ruptures": int(last["ruptures"]),
