@@ -29,9 +29,6 @@ include: "workflow/rules/atlas.smk"
 include: "workflow/rules/spheres.smk"
 include: "workflow/rules/agreement.smk"
 include: "workflow/rules/engines.smk"
-include: "workflow/rules/study_effects.smk"
-include: "workflow/rules/study_accuracy.smk"
-include: "workflow/rules/study_stability.smk"
 include: "workflow/rules/studies.smk"
 
 

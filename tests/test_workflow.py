@@ -149,7 +149,7 @@ def test_nothing_runs_beside_what_is_timed(folder: Path, cores: int) -> None:
     assert done.returncode == 0, done.stderr
     jobs = re.findall(r"^rule (\w+):\n(.*?)\n\[", done.stdout + done.stderr, flags=re.DOTALL | re.MULTILINE)
     threads = {(name, "accuracy.csv" in text): f"threads: {cores}\n" in text for name, text in jobs}
-    assert threads["atlas", False] and threads["study_accuracy_round", False] and threads["wall_collision_item", True]
+    assert threads["atlas", False] and threads["study_job", False] and threads["wall_collision_item", True]
     assert not threads["wall_collision_item", False]
 
 
