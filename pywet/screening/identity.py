@@ -16,7 +16,7 @@ import pywet
 from pywet.apparatus import build_apparatus
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.files import read_json, read_text, write_json
+from pywet.files import read_bytes, read_if_there, write_json
 from pywet.laws import own
 from pywet.screening import cases
 
@@ -60,14 +60,13 @@ def leave(run_dir: Path, word: str) -> None:
 
 def left(run_dir: Path) -> str | None:
     """The word of the run in a folder, None where there is none."""
-    path = run_dir / FILE
-    return read_json(path, "run the case again").get("identity") if path.exists() else None
+    return (read_if_there(run_dir / FILE) or {}).get("identity")
 
 
 def _text(law: str) -> str:
     """Hash of the file of a law of the user's own, and its name in it."""
     path, _, name = law.rpartition(":")
-    return name + hashlib.sha256(read_text(Path(path), own.CURE)).hexdigest()
+    return name + hashlib.sha256(read_bytes(Path(path), own.CURE)).hexdigest()
 
 
 @cache
