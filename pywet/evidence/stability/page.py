@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pywet.errors import PywetError
-from pywet.evidence.stability import figures, hard, sweep
-from pywet.evidence.stability.maps import MAPS, Map
-from pywet.files import read_csv, write_csv
+from pywet.evidence.stability import figures
+from pywet.evidence.stability.maps import MAPS
 from pywet.report import page
 
 READS = {
@@ -40,15 +38,6 @@ READS = {
 }
 
 
-def table_of(chart: Map, folder: Path) -> pd.DataFrame:
-    """All points of a map."""
-    paths = [folder / "maps" / f"{chart.name}-{n:02d}.csv" for n in range(len(chart.y[1]))]
-    missing = [p for p in paths if not p.exists()]
-    if missing:
-        raise PywetError(f"{missing[0]} is missing; expected every row of the map {chart.name}: run the study again")
-    return pd.concat([read_csv(p, keep_default_na=False, na_values=["nan"]) for p in paths], ignore_index=True)
-
-
 def score(table: pd.DataFrame) -> dict[str, int]:
     """Points inside and outside the advisor's line, and how many of each are stable."""
     inside = table["limit"].astype(float) >= 1.0
@@ -69,32 +58,25 @@ def said_of(score_: dict[str, int]) -> str:
     )
 
 
-def map_sections(folder: Path) -> list[page.Section]:
-    """The maps, and each one's table beside the page."""
-    made = {name: table_of(chart, folder) for name, chart in MAPS.items()}
-    for name, table in made.items():
-        write_csv(table, folder / f"map_{name}.csv")
+def map_sections(maps: dict[str, pd.DataFrame]) -> list[page.Section]:
+    """The maps, by time step and by the rest."""
     others = "Stiffness and speed, film and size ratio, angle and volume"
     groups = (
         ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
         (others, "Stiffness, film, angle", ("stiffness", "ratio", "angle")),
     )
-    found = []
+    sections = []
     for heading, short, names in groups:
-        charts = [(MAPS[n], made[n]) for n in names]
+        charts = [(MAPS[n], maps[n]) for n in names]
         drawn = figures.maps_figure(charts, len(charts))
         picture = page.picture(drawn, "Each field is one point, judged in the engine")
-        words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(made[n]))) for n in names]
-        found.append(page.Section(heading, picture + "".join(words), short))
-    return found
+        words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(maps[n]))) for n in names]
+        sections.append(page.Section(heading, picture + "".join(words), short))
+    return sections
 
 
-def hard_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
+def hard_section(table: pd.DataFrame) -> page.Section:
     """Hard scenes, one row each."""
-    table = pd.concat(
-        [read_csv(folder / "hard" / f"{n}.csv", keep_default_na=False) for n in hard.SCENES], ignore_index=True
-    )
-    write_csv(table, folder / "hard_scenes.csv")
     rows: list[list[page.Cell | str]] = []
     for r in table.itertuples():
         fine = str(r.state) in ("stable", "law", str(r.expected))
@@ -111,12 +93,11 @@ def hard_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
         "replay, or stops by a sentence that names the sphere and the cause."
     )
     body += page.table(["scene", "outcome", "ledger error", "events", "replay", "sentence of the guard"], rows)
-    return page.Section("Hard scenes", body, "Hard scenes"), table
+    return page.Section("Hard scenes", body, "Hard scenes")
 
 
-def case_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
-    """The campaign."""
-    cases = read_csv(folder / "cases.csv", keep_default_na=False)
+def case_section(cases: pd.DataFrame) -> page.Section:
+    """The random cases."""
     counts = pd.crosstab(cases["kind"], cases["state"])
     rows: list[list[page.Cell | str]] = [
         [page.Cell(str(k), left=True), *(str(v) if v else "" for v in counts.loc[k])] for k in counts.index
@@ -141,27 +122,19 @@ def case_section(folder: Path) -> tuple[page.Section, pd.DataFrame]:
             [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)] for r in bad.itertuples()
         ]  # fmt: skip
         body += page.table(["case", "what", "state", "sentence", "replay"], listed)
-    return page.Section(f"{len(cases)} hard cases", body, "Cases"), cases
+    return page.Section(f"{len(cases)} hard cases", body, "Cases")
 
 
-def write_page(folder: Path, path: Path) -> Path:
-    """Write the page and its tables."""
-    maps = map_sections(folder)
-    scenes, hard_table = hard_section(folder)
-    case_part, cases = case_section(folder)
-    seen = sweep.summary(cases)
-    fine = seen["states"].get("stable", 0)
-    by_law = seen["states"].get("law", 0)
-    unexplained = seen["cases"] - fine - by_law
-    hard_fine = int(((hard_table["state"] == hard_table["expected"]) | (hard_table["state"] == "law")).sum())
+def write_page(path: Path, maps: dict[str, pd.DataFrame], scenes: pd.DataFrame, cases: pd.DataFrame) -> Path:
+    """The page of the maps' points, the hard scenes and the random cases, a row each."""
+    by_law = int((cases["state"] == "law").sum())
+    unexplained = len(cases) - by_law - int((cases["state"] == "stable").sum())
+    fine = int(((scenes["state"] == scenes["expected"]) | (scenes["state"] == "law")).sum())
     cards = [
-        page.Card(f"{unexplained}", f"of {seen['cases']} hard cases without an explanation", "bad" if unexplained else "good"),
-        page.Card(f"{seen['ledger']:.0e}", "largest error of a cell's liquid ledger, over its liquid", "good"),
+        page.Card(f"{unexplained}", f"of {len(cases)} hard cases without an explanation", "bad" if unexplained else "good"),
+        page.Card(f"{cases['ledger'].max():.0e}", "largest error of a cell's liquid ledger, over its liquid", "good"),
         page.Card(f"{by_law}", "cases in which the paper's tangential law makes energy, whatever the step"),
-        page.Card(
-            f"{hard_fine} of {len(hard_table)}", "hard scenes as they should be",
-            "good" if hard_fine == len(hard_table) else "bad",
-        ),
+        page.Card(f"{fine} of {len(scenes)}", "hard scenes as they should be", "good" if fine == len(scenes) else "bad"),
     ]  # fmt: skip
     return page.write(
         path,
@@ -169,7 +142,7 @@ def write_page(folder: Path, path: Path) -> Path:
         "Where a run stays finite, keeps its liquid and makes no energy; where it does not, and whether the time "
         "step advisor "
         "knows it.",
-        [*maps, scenes, case_part],
+        [*map_sections(maps), hard_section(scenes), case_section(cases)],
         cards,
-        f"{seen['cases']} cases in {seen['wall_s'] / 60.0:.0f} min of wall time; tables beside this page in {folder.name}/.",
+        f"{len(cases)} cases in {cases['wall_s'].sum() / 60.0:.0f} min of wall time; tables beside this page in {path.stem}/.",
     )

@@ -1,4 +1,4 @@
-"""Two thousand hard cases: random pairs, clusters and walls over the whole range of parameters, fifty in each engine run."""
+"""Random hard cases: pairs, clusters and walls over the whole range of parameters, fifty in each engine run."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
 from pywet.bench.small import Sphere
 from pywet.evidence.stability import cells
 from pywet.evidence.stability.cells import Batch, Cell, Part, ball
+from pywet.evidence.stability.maps import DRAWN
 from pywet.laws.contact import film_thickness
 from pywet.scene import Effects, Liquid, SphereClass
 
@@ -62,7 +63,7 @@ class Setting:
         if self.random.uniform() < 1.0 / 12.0:
             return 0.0
         v_star = log_uniform(self.random, 1e-9, 0.5)
-        return v_star / 0.13397459621556135 * self.radii[kind - 1] ** 3
+        return v_star / DRAWN * self.radii[kind - 1] ** 3
 
     def thickness(self, kind: int, film: float) -> float:
         """Thickness of a film of that volume [m]."""

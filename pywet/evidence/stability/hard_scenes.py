@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pywet.bench import small
 from pywet.bench.bodies import water
 from pywet.bench.small import Sphere
-from pywet.evidence.stability import running, sweep
-from pywet.evidence.stability.campaign import bar, slab
+from pywet.evidence.stability import outcome
 from pywet.evidence.stability.cells import Batch, Cell, ball
 from pywet.evidence.stability.maps import DRAWN, spheres, springs
+from pywet.evidence.stability.random_cases import bar, slab
 from pywet.scene import Vibration
 
 Floats = NDArray[np.float64]
@@ -229,14 +229,9 @@ SCENES: dict[str, Callable[[], Batch]] = {
 MEANT_TO_STOP = ("too fast for the step", "pressed too deep", "angles of 0 and 89 degrees, size ratio 10")
 
 
-def hard_scene(name: str, folder: Path) -> Path:
-    """One batch of hard scenes: writes FOLDER/hard/NAME.csv unless it is there."""
-    return running.once(folder / "hard" / f"{name}.csv", lambda: judged(name, folder / "runs" / f"hard-{name}"))
-
-
 def judged(name: str, run_dir: Path) -> pd.DataFrame:
     """Run a batch of hard scenes and judge every cell of it."""
     batch = SCENES[name]()
-    table = sweep.judged(batch, run_dir, allow_unstable=name == "guards")
+    table = outcome.judged(batch, run_dir, allow_unstable=name == "guards")
     table["expected"] = ["stopped" if c in MEANT_TO_STOP else "stable" for c in table["case"]]
     return table

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,8 @@ class Setup:
     outputs: int = 20
     build: Callable[[Effects, Path], Scene] | None = None
     """Prepares the run directory where the scene is not of spheres and walls given here."""
+    configuration: dict[str, Any] = field(default_factory=dict)
+    """What it was made from, where it is a case of the configuration."""
 
 
 SHAKEN = 0.04
