@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from pywet.cli import showing
 from pywet.cli.showing import err, out
 from pywet.errors import PywetError
 from pywet.options import JsonFile, Ranks, Trust, number
@@ -50,6 +51,25 @@ def scene(
     for key, value in scenes.run(name, folder, choice).items():
         out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
     out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
+
+
+@app.command("run-scene")
+def run_scene(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Run a scene of your own: build, simulate, replay, results, time series, picture."""
+    from pywet.own_scene import commands
+
+    description = commands.read_scene(file)
+    folder = out_dir or Path("results") / "scenes" / file.stem
+    for line in commands.plan(description).lines:
+        out.print(line, soft_wrap=True, markup=False)
+    commands.run(description, folder, ranks, progress=True)
+    picture = commands.view(folder)
+    showing.show_run(folder)
+    out.print(f"tables, time series for ParaView and {picture.name} are in {folder}", soft_wrap=True, markup=False)
 
 
 @app.command()

@@ -131,29 +131,31 @@ def likeness(held: Sequence[Held]) -> Namer:
     def name(wrong: Held) -> str:
         if not _is_number(wrong.given) or not _is_number(wrong.expected):
             return ""
-        last = wrong.name.rpartition(".")[2]
-        family = (
-            [h for h in held if h.name != wrong.name and h.name.rpartition(".")[2] == last] if len(last) > 1 else []
-        )
-        stem = wrong.name.rpartition(".")[0]
-        family += [h for h in held if h.name != wrong.name and h.name.rpartition(".")[0] == stem]
-        same = [
-            h.name
-            for h in family
-            if _is_number(h.expected) and wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)
-        ]
+        stem, _, last = wrong.name.rpartition(".")
+        family = [h for h in held if h is not wrong and _is_number(h.expected)]
+        family = [h for h in family if h.name.rpartition(".")[2] == last or h.name.rpartition(".")[0] == stem]
+        same = [h for h in family if wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)]
+        # where several have this value, the one that has this one's in turn
+        same.sort(key=lambda h: h.wrong and _is_number(h.given) and h.given == wrong.expected, reverse=True)
         ratio = of_factor(wrong.given / wrong.expected) if wrong.expected else ""
-        return "; ".join([*([f"it is what {same[0]} should be"] if same else []), *([ratio] if ratio else [])])
+        return f"it is what {same[0].name} should be" if same else ratio
 
     return name
 
 
 def of_factor(ratio: float) -> str:
-    """A constant factor in words."""
+    """A constant factor in words; nothing where it is none that a person would make."""
     for known, words in FACTORS.items():
         if math.isclose(ratio, known, rel_tol=1e-9):
             return f"it is {known:.6g} times ({words})"
-    return f"it is {ratio:.6g} times" if math.isfinite(ratio) and ratio else ""
+    if not 1e-9 < abs(ratio) < 1e9:
+        return ""
+    apart = ratio - 1.0
+    return (
+        f"it is {ratio:.6g} times"
+        if abs(apart) > 1e-4
+        else f"it is 1 {'+' if apart > 0 else '-'} {abs(apart):.3g} times"
+    )
 
 
 def shown(value: Any) -> str:
