@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.held import MISSING, Held
+from reference_impl.diagnosis.held import MISSING, NONE, Held
 from reference_impl.replay import io, whole
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import BATCH, Rows
@@ -43,7 +43,7 @@ def checks(file: str, given: Any, own: Own) -> Iterator[Held]:
         yield Held(f"{file}: {name}.limit", row.get("limit"), limit, "docs/results.md", 1.0)
         yield Held(f"{file}: {name}.ok", row.get("ok"), value <= limit, "its value and limit")
     for other in [name for name in listed if name not in own.checks]:
-        yield Held(f"{file}: {other}", "there", MISSING, "docs/results.md")
+        yield Held(f"{file}: {other}", "there", NONE, "docs/results.md")
     said = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
     last, count = own.retained.iloc[-1], sum(own.counts.values())
     want = [count, int(last["spheres_on_screen"] + last["spheres_in_bin"]), int(own.checks["no_particle_lost"])]
@@ -97,7 +97,7 @@ def _group(
         yield Held(f"summary.json: {name}.{key}", there.get(key, MISSING), value, source, scale)
     for key in there:
         if key not in want:
-            yield Held(f"summary.json: {name}.{key}", there[key], MISSING, source)
+            yield Held(f"summary.json: {name}.{key}", there[key], NONE, source)
 
 
 def _coarse(scene: Mapping[str, Any]) -> float:
