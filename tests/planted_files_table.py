@@ -18,8 +18,8 @@ PAGE = Path(__file__).parents[1] / "docs" / "planted_files.md"
 HEAD = """# Planted faults of scene and results
 
 Made by `python -m tests.planted_files_table RUN_DIR` from one run of sixteen moist spheres of case 2 at smoke scale; the same
-faults are tests (`tests/reference_impl/test_sections.py`). Each is planted in the files of a copy: the scene and what is made of it
-before the engine, or the tables and the summary after it. *Shows in*: the quantity of the replay
+faults are tests (`tests/reference_impl/test_sections.py`). Each is planted in the files of a copy: the scene and what follows
+from it before the engine, or the tables and the summary after it. *Shows in*: the quantity of the replay
 ([what it holds against what](replay.md)) and its largest deviation. *Named as*: the sentence of it that is tested.
 Faults of engine, laws and logs: [planted faults](planted_faults.md).
 
