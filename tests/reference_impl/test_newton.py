@@ -282,7 +282,9 @@ def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float
     """
     spheres = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
-        small.Sphere(1, (2 * scenes.R, 0.0, 0.0), spin=(0.0, 0.0, spin), driven=True, wiggle=((2e-5, 0.0, aside), 1e-3)),
+        small.Sphere(
+            1, (2 * scenes.R, 0.0, 0.0), spin=(0.0, 0.0, spin), driven=True, wiggle=((2e-5, 0.0, aside), 1e-3)
+        ),
     ]
     small.prepare(
         tmp_path, scenes.spheres_of(scenes.R), spheres, scenes.contacts(1), time_step_s=1e-5, steps=320,
