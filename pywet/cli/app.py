@@ -22,7 +22,7 @@ from pywet.notices import shown
 
 
 class Group(TyperGroup):
-    """Turns a `PywetError` of any command, and what the operating system refuses, into one red sentence and exit code 1."""
+    """Turns a `PywetError` of any command, and what the operating system refuses, into red sentences and exit code 1."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the chosen command."""
@@ -31,7 +31,8 @@ class Group(TyperGroup):
         except BrokenPipeError:
             raise  # the reader of a pipe has gone: typer ends quietly
         except (PywetError, OSError) as error:
-            said = refused(error) if isinstance(error, OSError) else one_line(error, 2000)
+            lines = [refused(error)] if isinstance(error, OSError) else str(error).splitlines()
+            said = "\n".join(one_line(line, 2000) for line in lines)
             err.print(said, style="red", soft_wrap=True, markup=False)
             raise typer.Exit(1) from None
 

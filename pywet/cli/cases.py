@@ -63,12 +63,15 @@ def run(
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
-    showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
-    if engine == "liggghts":
-        showing.say_time(loaded, case, name)
-    showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-    showing.stage(folder, "results", lambda: stages.results(folder))
-    showing.stage(folder, "replay", lambda: stages.replay(folder))
+    if stages.same_run(config, case, name, folder, engine=engine, seed=seed):
+        showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
+    else:
+        showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
+        if engine == "liggghts":
+            showing.say_time(loaded, case, name)
+        showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
+        showing.stage(folder, "results", lambda: stages.results(folder))
+        showing.stage(folder, "replay", lambda: stages.replay(folder))
     showing.show_summary(folder)
 
 

@@ -38,9 +38,10 @@ def trust(names: Iterable[str | None]) -> None:
             _mark(_path(name), read_bytes(_path(name), CURE)).touch()
 
 
-def placed(name: str) -> str:
-    """The name with its file's whole path, so that it holds in another working folder."""
-    return f"{_path(name)}:{name.rpartition(':')[2]}" if is_own(name) else name
+def placed(name: str, folder: Path = Path()) -> str:
+    """The name with its file's whole path, so that it holds in another working folder; `folder`: of who names it."""
+    path, _, attribute = name.rpartition(":")
+    return f"{(Path(folder) / path).absolute()}:{attribute}" if is_own(name) else name
 
 
 def functions(kind: str, name: str) -> Any:

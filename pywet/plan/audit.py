@@ -125,11 +125,11 @@ def write(run_dir: Path) -> list[AuditRow] | None:
     )
     if plan is None or measured is None:
         return None
-    found = rows(plan, measured)
+    audited = rows(plan, measured)
     write_json(
-        folder / FILE, {"plan_right": all(r.verdict != WRONG for r in found), "rows": [asdict(r) for r in found]}
+        folder / FILE, {"plan_right": all(r.verdict != WRONG for r in audited), "rows": [asdict(r) for r in audited]}
     )
-    return found
+    return audited
 
 
 def read(run_dir: Path) -> list[AuditRow] | None:
@@ -138,12 +138,12 @@ def read(run_dir: Path) -> list[AuditRow] | None:
     return read_model(path, _Audit, f"run `pywet replay {run_dir}` again").rows if path.exists() else None
 
 
-def lines(found: list[AuditRow]) -> list[str]:
+def lines(audited: list[AuditRow]) -> list[str]:
     """One line of text per effect."""
     return [
         f"{r.effect:<19}{'on ' if r.on else 'off'}  predicted {_number(r.predicted):>8}  measured {_number(r.measured):>8}  "
         f"{'<-- ' if r.verdict == WRONG else ''}{r.text}"
-        for r in found
+        for r in audited
     ]
 
 

@@ -8,7 +8,7 @@ from pywet.report import report
 out = Path(snakemake.output.report)
 with stages.logged(Path(snakemake.log[0])):
     report.write(
-        config.load(Path(snakemake.input.config[0]).parent),
+        config.load(Path(snakemake.params.config)),
         snakemake.params.scale,
         snakemake.params.cases,
         twins=snakemake.params.twins,

@@ -14,7 +14,7 @@ from pywet.evidence.accuracy import choice, knobs, sieve
 from pywet.evidence.accuracy import errors as of_runs
 from pywet.evidence.accuracy.measure import machine
 from pywet.files import read_json, write_json
-from pywet.screening.summary import versions
+from pywet.runs.summary import versions
 
 
 def table(runs: pd.DataFrame, size: str) -> dict[str, Any]:
