@@ -391,3 +391,27 @@ RESULTS: dict[str, Planted] = {
         "came_back_from_the_bin is 7"),
     "summary: speed": Planted(times("particle_steps_per_s", 1.001, "summary.json"), SUMMARY, "particle_steps_per_s"),
 }  # fmt: skip
+
+W, C = "liquid_by_wall", "contact_statistics"
+OWN: dict[str, Planted] = {
+    "own: liquid of two walls exchanged": Planted(columns_exchanged(W, "wall_front_m3", "wall_mantle_m3"), f"results_{W}",
+        "it holds what wall_mantle_m3 should hold"),
+    "own: a bridge counted once": Planted(column(C, "bridges_per_sphere", lambda t: 0.5 * t["bridges_per_sphere"]), f"results_{C}",
+        "half of it"),
+    "own: overlaps over the diameter": Planted(column(C, "mean_overlap", lambda t: 0.5 * t["mean_overlap"]), f"results_{C}",
+        "half of it"),
+    "own: largest for mean speed": Planted(
+        column(C, "mean_speed_m_per_s", lambda t: t["largest_speed_m_per_s"]), f"results_{C}",
+        "it holds what largest_speed_m_per_s should hold"),
+    "own: height of the centre downwards": Planted(
+        column(C, "centre_of_mass_height_m", lambda t: -t["centre_of_mass_height_m"]), f"results_{C}", "the sign is turned"),
+    "own: contacts one output late": Planted(
+        column(C, "contacts_per_sphere", lambda t: t["contacts_per_sphere"].shift(1, fill_value=0.0)), f"results_{C}",
+        "it is 1 output late"),
+    "own: a row missing": Planted(table(f"results/{W}", lambda t: t.drop(index=3), csv=True), f"results_{W}", "is missing"),
+    "own: a table missing": Planted(lambda f: (f / "results" / f"{C}.csv").unlink(), f"results_{C}",
+        f"results/{C}.csv is missing, expected there"),
+    "own: contacts at the end": Planted(times("contacts_end.contacts_per_sphere", 1.001, "summary.json"), SUMMARY,
+        "contacts_end.contacts_per_sphere"),
+}  # fmt: skip
+"""Faults of the results of the shipped drum, a scene of one's own."""
