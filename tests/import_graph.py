@@ -69,4 +69,5 @@ def mermaid(graph: Graph) -> str:
 
 
 if __name__ == "__main__":
-    print(mermaid(rooms(modules())))
+    drawn = rooms(modules())
+    print(mermaid(drawn), f"{len(drawn)} rooms, {sum(map(len, drawn.values()))} arrows", sep="\n\n")

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.errors import EngineError, PywetError
+from pywet.notices import notice
 from pywet.scene import Scene
 
 Report = Callable[[int, int], None]
@@ -106,10 +107,11 @@ def die_with_parent() -> None:
 
 @contextmanager
 def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
-    """A bar with the time to go in a terminal, a line for each tenth of the run in a log file."""
+    """A bar with the time to go in a terminal, else a notice at each tenth of the run."""
     if not wanted:
         yield lambda done, total: None
-    elif sys.stdout.isatty():
+    elif sys.stderr.isatty():
+        from rich.console import Console
         from rich.progress import (
             BarColumn,
             Progress,
@@ -119,8 +121,9 @@ def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
             TimeRemainingColumn,
         )
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-        with Progress(*columns, TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn()) as bar:
+        shares = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        times = (TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
+        with Progress(*shares, *times, console=Console(stderr=True)) as bar:
             task = bar.add_task(scene.name, total=scene.steps)
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
@@ -138,7 +141,7 @@ def _line_reporter(scene: Scene) -> Report:
         shown = tenth
         elapsed = time.monotonic() - started
         tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
-        print(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}", flush=True)
+        notice.info(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}")
 
     return report
 

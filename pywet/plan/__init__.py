@@ -7,6 +7,9 @@ estimates for equal spheres in stated surroundings; docs/effects.md gives their 
 
 from __future__ import annotations
 
+import importlib
+import sys
+import types
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -247,3 +250,13 @@ def _opt_in_row(
 
 def _by_hand(effect: str, on: bool) -> str:
     return f"effects.{effect} is {'on' if on else 'off'} in config.yaml"
+
+
+class _Room(types.ModuleType):
+    """This room, which `pywet.plan(scene)` calls by its name: the plan of a scene of one's own."""
+
+    def __call__(self, scene: Any) -> EffectPlan:
+        return importlib.import_module("pywet.own_scene.commands").plan(scene)
+
+
+sys.modules[__name__].__class__ = _Room

@@ -119,6 +119,13 @@ def to_frame(records: np.ndarray) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
+def ledger_error(ledger: pd.DataFrame) -> float:
+    """Largest |films + bridges + walls + left − initial| / initial over all outputs; where there was no liquid, in m3."""
+    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
+    initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
+    return float(((held - ledger["initial"]).abs() / initial).max())
+
+
 def convert(folder: Path, history: Path, block: int = BLOCK) -> None:
     """Turn every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT."""
     for name, order in SORT.items():

@@ -11,7 +11,7 @@ from typing import Any
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there
-from pywet.runs.shapes import Replay, Summary
+from pywet.runs.shapes import Replay, RunSummary
 
 LEDGER_TOLERANCE = 1e-12
 """Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
@@ -55,7 +55,7 @@ def agreement(replay: dict[str, Any]) -> list[Agreement]:
 def objections(run_dir: Path) -> list[str]:
     """One sentence for everything that does not hold; empty for a run that may be believed."""
     try:
-        summary = read_if_there(run_dir / "summary.json", AGAIN, Summary)
+        summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
         replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
     except PywetError as unreadable:
         return [str(unreadable)]

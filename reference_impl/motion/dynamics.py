@@ -11,7 +11,7 @@ from typing import Any
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
 from reference_impl.motion import contributions, newton, window
-from reference_impl.replay import between_nodes, io, whole
+from reference_impl.replay import between_nodes, io, sections, whole
 from reference_impl.replay.compare import Quantity, merged
 from reference_impl.shown import vtk
 
@@ -115,12 +115,12 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     """The replay of a run without bridges: Newton's law and contributions."""
     started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
-    if not window.recorded(folder):
+    if not window.recorded(folder) and not sections.any_there(folder):
         raise io.ReplayError(
             f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
             "run the case again"
         )
-    held = whole.check(folder)
+    held, beside = whole.check(folder), sections.check(folder)
     quantities, more = check(folder, None)
     seen, misshown = vtk.check(folder)
     quantities += seen
@@ -141,5 +141,6 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "contacts_per_s": 0.0,
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
+    sections.add(result, beside)
     io.write_json(out or folder / "replay.json", result)
     return result

@@ -11,7 +11,7 @@ from typing import Any
 
 from reference_impl.diagnosis import diagnosis, faults, looked
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, io, liquid, spans, transfer, whole
+from reference_impl.replay import coverage, io, liquid, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
@@ -27,6 +27,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     run = io.read(Path(run_dir))
     held = whole.check(Path(run_dir))
     whole.inputs(run)
+    beside = sections.check(Path(run_dir))
     tables = transfer.Tables(run.table("transfer"))
     looked = time.process_time() - cpu
     found = spans.go_through(run, tables)
@@ -55,6 +56,7 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "contacts_per_s": found.contacts / max(found.seconds["contacts"], 1e-9),
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
+    sections.add(result, beside)
     io.clear()
     io.write_json(out or Path(run_dir) / "replay.json", result)
     return result

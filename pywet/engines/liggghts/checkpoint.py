@@ -26,6 +26,8 @@ from pywet.scene import Scene
 from pywet.shipped import place
 
 FOLDER = "checkpoint"
+PARTIAL = ".partial"
+"""Ending of what may not be whole yet."""
 FINGERPRINT = "fingerprint.json"
 FINISHED = "finished.json"
 LOG = "log.liggghts"
@@ -66,6 +68,11 @@ def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
     for part in parts:
         digest.update(b"\0" + part.encode())
     return digest.hexdigest()
+
+
+def saved(name: str, step: object, whole: bool = True) -> str:
+    """Where in the engine's folder its state (`engine`), the plugin's (`state`) or their sums lie; half-written until `whole`."""
+    return f"{FOLDER}/{name}.{step}{'' if whole else PARTIAL}"
 
 
 def start(folder: Path, mark: str) -> None:
@@ -132,7 +139,7 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
         states, sums = ({n: (int(s), int(c)) for n, (s, c) in read[part].items()} for part in ("states", "logs"))
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return f"{FOLDER}/{path.name} is damaged"
-    engine, state = f"{FOLDER}/engine.{step}", f"{FOLDER}/state.{step}"
+    engine, state = saved("engine", step), saved("state", step)
     if engine not in states:
         return f"{FOLDER}/{path.name} is damaged"
     broken = logs.damage(folder, states) or logs.damage(folder, sums, appended=True)
@@ -169,7 +176,7 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
     for _, step, path in _files(folder):
         if step > point.step:
             path.unlink()
-    for path in (folder / FOLDER).glob("*.partial"):
+    for path in (folder / FOLDER).glob(f"*{PARTIAL}"):
         path.unlink()
     (folder / FINISHED).unlink(missing_ok=True)
     log = folder / LOG
@@ -210,7 +217,7 @@ class Recorder:
         last = "state" if self.plugin else "engine"
         new = sorted(step for name, step in there if name == last and step > self.step)
         for step in new:
-            states = [self.folder / FOLDER / f"{name}.{step}" for name in ("engine", "state")[: 1 + self.plugin]]
+            states = [self.folder / saved(name, step) for name in ("engine", "state")[: 1 + self.plugin]]
             if not holds(states[0].read_bytes(), self.spheres):
                 for path in states:
                     path.unlink()  # cut off, as by a full disk

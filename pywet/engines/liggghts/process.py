@@ -13,8 +13,8 @@ from pywet.engines.process import OUTPUT, Report, Usage, attend
 from pywet.errors import StoppedRun
 from pywet.scene import Scene
 
-LOOP_TIME = "loop_cpu_s.txt"
-"""File in which a moist run's first rank leaves the processor time of its steps [s]."""
+LOOP_TIME = "loop_cpu_s.json"
+"""File in which a moist run's first rank leaves the processor time of each piece and of the checkpoint after it [s]."""
 LOGS = (OUTPUT, LOG)
 LARGEST_LOG = 50_000_000
 """Bytes at which a log shows an engine that writes without end: a run of any length writes some hundred lines."""

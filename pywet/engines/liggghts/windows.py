@@ -17,8 +17,8 @@ import pyarrow as pa
 from pyarrow import csv
 
 from pywet.engines import schedule
-from pywet.errors import NotWhole
-from pywet.files import one_line, write_table
+from pywet.errors import NotWhole, one_line
+from pywet.files import write_table
 from pywet.runs.tables import read_raw, to_frame
 from pywet.scene import Scene
 

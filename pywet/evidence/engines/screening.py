@@ -21,6 +21,7 @@ from pywet.evidence.compare import statistics
 from pywet.evidence.compare.statistics import Sample
 from pywet.evidence.engines.rows import TWO_ERRORS, row
 from pywet.files import read_table, write_json, write_table
+from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
 
 ENGINES = ("liggghts", "yade")
@@ -67,10 +68,10 @@ def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -
 def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:
     """Run a prepared dry scene in an engine and write its tables of results."""
     from pywet import stages
-    from pywet.screening import results
+    from pywet.screening.results import write_results
 
     stages.simulate(run_dir, 1, progress, engine)
-    results.write(run_dir)
+    write_results(RunDir(run_dir))
 
 
 def read(run_dirs: list[Path]) -> tuple[Floats, Floats]:
