@@ -50,8 +50,8 @@ class Read:
 class Runs:
     """The cases of a report and their tables."""
 
-    def __init__(self, folder: Path, cases: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, cases: Path, listed: set[int]) -> None:
+        self.folder, self.listed = folder, listed
         with cases.open() as lines:
             self.rows = [row for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
         self.column = cache(self._column)
@@ -61,8 +61,8 @@ class Runs:
         return f"case{number:02d}"
 
     def numbers(self) -> list[int]:
-        """Cases that have results."""
-        known = [int(row["case"]) for row in self.rows]
+        """Cases of the report that have results."""
+        known = [int(row["case"]) for row in self.rows if int(row["case"]) in self.listed]
         return [n for n in known if (self.folder / self.name(n) / "results" / "fraction_retained.parquet").exists()]
 
     def done(self, number: int) -> bool:
@@ -105,7 +105,9 @@ class Runs:
 
 def check(report: Path, cases: Path) -> Read:
     """Everything that is wrong with a report, read as it stands in its file."""
-    text, runs, read = report.read_text(encoding="utf-8"), Runs(report.parent, cases), Read()
+    text, read = report.read_text(encoding="utf-8"), Read()
+    listed = {int(row[0]) for row in tables.table(tables.section(text, "cases"))[1:]}
+    runs = Runs(report.parent, cases, listed)
     colours: dict[str, dict[str, str]] = {"moisture": {}, "places": {}}
     for figure in FIGURES:
         section = tables.section(text, figure)
