@@ -126,11 +126,11 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         if command.nothing_to_replay(folder):
             whole.check(folder)
             return None
-        found: dict[str, Any] = recompute(folder)
+        replayed: dict[str, Any] = recompute(folder)
     except ReplayError as error:
         raise PywetError(str(error)) from error
     audit.write(folder)
-    return found
+    return replayed
 
 
 def results(run_dir: Path) -> None:
