@@ -396,7 +396,7 @@ W, C = "liquid_by_wall", "contact_statistics"
 OWN: dict[str, Planted] = {
     "own: liquid of two walls exchanged": Planted(columns_exchanged(W, "wall_front_m3", "wall_mantle_m3"), f"results_{W}",
         "it holds what wall_mantle_m3 should hold"),
-    "own: a bridge counted once": Planted(column(C, "bridges_per_sphere", lambda t: 0.5 * t["bridges_per_sphere"]), f"results_{C}",
+    "own: a bridge counted once": Planted(column(C, "bridges_per_sphere", lambda t: t["bridges_per_sphere"] / 2), f"results_{C}",
         "half of it"),
     "own: overlaps over the diameter": Planted(column(C, "mean_overlap", lambda t: 0.5 * t["mean_overlap"]), f"results_{C}",
         "half of it"),
