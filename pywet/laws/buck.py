@@ -45,6 +45,20 @@ def half_filling(volume_over_cube: float, theta: float) -> float:
     return 0.5 * (low + high)
 
 
+@helper
+def _half(volume: float, radius_i: float, radius_j: float, theta: float) -> tuple[float, float, float]:
+    """Which part of a bridge is one toroid (two spheres have two), its radius R [m], and its φ [rad]."""
+    radius, share = half_radius(radius_i, radius_j), 1.0 if math.isinf(radius_j) else 0.5
+    return share, radius, half_filling(share * volume / radius**3, theta)
+
+
+@helper
+def _goldman(separation: float, radius_i: float, radius_j: float, viscosity: float) -> tuple[float, float]:
+    """6π η r [kg/s] and Λ = ln(r/S) ≥ 0, r = r_red."""
+    r = reduced_radius(radius_i, radius_j)
+    return 6.0 * math.pi * viscosity * r, max(math.log(r / max(separation, GAP_MIN)), 0.0)
+
+
 @force_law("capillary")
 def buck(
     separation: float,
@@ -69,9 +83,7 @@ def buck(
     """
     if separation < 0.0 or volume <= 0.0:
         return 0.0
-    radius = half_radius(radius_i, radius_j)
-    share = 1.0 if math.isinf(radius_j) else 0.5
-    phi = half_filling(share * volume / radius**3, contact_angle_i)
+    share, radius, phi = _half(volume, radius_i, radius_j, contact_angle_i)
     a, rim = phi + contact_angle_i, radius * math.sin(phi)
     r_m = (share * separation + radius * (1.0 - math.cos(phi))) / (1.0 + math.cos(a))
     neck = rim + r_m * (math.sin(a) - 1.0)
@@ -98,10 +110,8 @@ def buck_water(
     """
     if separation < 0.0 or volume <= 0.0:
         return 0.0
-    radius = half_radius(radius_i, radius_j)
-    share = 1.0 if math.isinf(radius_j) else 0.5
-    reduced = radius * share if not math.isinf(radius_j) else radius_i
-    rim = radius * math.sin(half_filling(share * volume / radius**3, 0.2617993877991494))
+    share, radius, phi = _half(volume, radius_i, radius_j, 0.2617993877991494)
+    reduced, rim = radius * share, radius * math.sin(phi)
     inertia = 2.0 * rim * abs(normal_velocity) * WATER_DENSITY
     if viscosity <= 0.0:  # what is left of the drag without viscosity
         return -math.pi / 10.0 * rim * inertia * normal_velocity
@@ -122,9 +132,8 @@ def buck_translation(separation: float, radius_i: float, radius_j: float, viscos
     """
     if separation < 0.0:
         return 0.0
-    r = reduced_radius(radius_i, radius_j)
-    log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
-    return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
+    scale, log = _goldman(separation, radius_i, radius_j, viscosity)
+    return scale * (8.0 / 15.0 * log + 0.9588)
 
 
 @force_law("viscous_tangential", "buck")
@@ -138,9 +147,8 @@ def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     """
     if separation < 0.0:
         return 0.0
-    r = reduced_radius(radius_i, radius_j)
-    log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
-    return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * log - 0.2526)
+    scale, log = _goldman(separation, radius_i, radius_j, viscosity)
+    return scale * (2.0 / 15.0 * log - 0.2526)
 
 
 @force_law("rupture", "buck")

@@ -14,14 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from pywet.collisions.wall import adaptive, compiled, model
+from pywet.collisions.wall import adaptive, compiled, forces
+from pywet.collisions.wall.forces import BRIDGE, CONTACT, ENTRY, LEAVING, SIZE, WORK, H, Parameters, U, V, W
 from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
 
 CLOSURE = 1e-8
 """Largest residual of the energy budget over the initial energy."""
 TIGHTEST = 1e-14
-KINDS = {model.ENTRY: "contact", model.CONTACT: "lift_off", model.LEAVING: "film_exit", model.BRIDGE: "rupture"}
+KINDS = {ENTRY: "contact", CONTACT: "lift_off", LEAVING: "film_exit", BRIDGE: "rupture"}
 """Phase -> what ends it, unless the sphere stays."""
 
 
@@ -36,16 +37,16 @@ class Raw:
     calls: int
 
 
-def start(problem: Problem, p: model.Parameters) -> np.ndarray:
+def start(problem: Problem, p: Parameters) -> np.ndarray:
     """The state at entry (dry: at touch)."""
-    state = np.zeros(model.SIZE)
-    state[model.H], state[model.U] = p.layer, -p.speed
-    state[model.V] = problem.tangential_velocity
-    state[model.W] = problem.omega_rad_per_s * p.radius
+    state = np.zeros(SIZE)
+    state[H], state[U] = p.layer, -p.speed
+    state[V] = problem.tangential_velocity
+    state[W] = problem.omega_rad_per_s * p.radius
     return state
 
 
-def integrate(p: model.Parameters, state: np.ndarray, rtol: float, integrator: str) -> Raw:
+def integrate(p: Parameters, state: np.ndarray, rtol: float, integrator: str) -> Raw:
     """Run the named integrator from a state."""
     if integrator == "compiled":
         end, log = state.copy(), np.zeros((8, 3))
@@ -58,12 +59,12 @@ def integrate(p: model.Parameters, state: np.ndarray, rtol: float, integrator: s
 
 def energy(state: np.ndarray) -> float:
     """Kinetic energy per unit of mass [J/kg]: ½ u² + ½ v² + ½ (2/5) w²."""
-    return float(0.5 * (state[model.U] ** 2 + state[model.V] ** 2 + 0.4 * state[model.W] ** 2))
+    return float(0.5 * (state[U] ** 2 + state[V] ** 2 + 0.4 * state[W] ** 2))
 
 
 def budget(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     """(residual over the initial energy, residual over the largest energy that was turned over)."""
-    first, last, works = energy(before), energy(after), after[model.WORK :]
+    first, last, works = energy(before), energy(after), after[WORK:]
     residual = abs(first - last - float(np.sum(works)))
     return residual / first, residual / max(first, last, float(np.max(np.abs(works))))
 
@@ -99,19 +100,19 @@ def _refusal(problem: Problem, code: int, left: float) -> str:
     )
 
 
-def outcome(problem: Problem, p: model.Parameters, first: np.ndarray, raw: Raw, rtol: float) -> dict[str, Any]:
+def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Raw, rtol: float) -> dict[str, Any]:
     """The answer as plain data."""
-    end, in_bridge = raw.state, raw.log[-1][1] == model.BRIDGE
+    end, in_bridge = raw.state, raw.log[-1][1] == BRIDGE
     stuck = raw.log[-1][2] != 1
-    volume = float(adaptive.volume(end[model.H], p)) if in_bridge else None
-    spin = problem.omega_rad_per_s + (end[model.W] - first[model.W]) * p.mass / problem.mass / p.radius
+    volume = float(forces.bridge_volume(end[H], p)) if in_bridge else None
+    spin = problem.omega_rad_per_s + (end[W] - first[W]) * p.mass / problem.mass / p.radius
     return {
-        "e_n": 0.0 if stuck else max(0.0, float(end[model.U])) / p.speed,
-        "e_t": _ratio(end[model.V], first[model.V]),
+        "e_n": 0.0 if stuck else max(0.0, float(end[U])) / p.speed,
+        "e_t": _ratio(end[V], first[V]),
         "e_omega": _ratio(spin, problem.omega_rad_per_s),
         "stuck": stuck,
-        "v_n_out": 0.0 if stuck and abs(end[model.U]) < 1e-12 * p.speed else float(end[model.U]),
-        "v_t_out": float(end[model.V]),
+        "v_n_out": 0.0 if stuck and abs(end[U]) < 1e-12 * p.speed else float(end[U]),
+        "v_t_out": float(end[V]),
         "omega_out": float(spin),
         "energy_J": _energies(p.mass, first, end),
         "rupture_length_m": None if stuck or volume is None else _length(end, p),
@@ -124,7 +125,7 @@ def outcome(problem: Problem, p: model.Parameters, first: np.ndarray, raw: Raw, 
 
 
 def _energies(mass: float, first: np.ndarray, end: np.ndarray) -> dict[str, float]:
-    works = dict(zip(("contact", "viscous", "capillary", "gravity"), end[model.WORK :], strict=True))
+    works = dict(zip(("contact", "viscous", "capillary", "gravity"), end[WORK:], strict=True))
     terms = {"in": energy(first), "out": energy(end), **works}
     residual = terms["in"] - terms["out"] - sum(works.values())
     return {name: mass * float(value) for name, value in {**terms, "residual": residual}.items()}
@@ -137,11 +138,11 @@ def _ratio(after: float, before: float) -> float | None:
     return float(ratio) if np.isfinite(ratio) else None
 
 
-def _length(state: np.ndarray, p: model.Parameters) -> float:
+def _length(state: np.ndarray, p: Parameters) -> float:
     """Length at which the bridge ruptured [m], from where it is counted."""
-    return float(state[model.H]) - (0.0 if p.rupture_from_wall else p.layer)
+    return float(state[H]) - (0.0 if p.other.rupture_from else p.layer)
 
 
-def _events(p: model.Parameters, log: list[tuple[float, int, int]]) -> list[dict[str, Any]]:
+def _events(p: Parameters, log: list[tuple[float, int, int]]) -> list[dict[str, Any]]:
     entry = [{"t": 0.0, "kind": "entry" if p.wet else "contact"}]
     return entry + [{"t": t, "kind": KINDS[phase] if which == 1 else "stick"} for t, phase, which in log]
