@@ -11,6 +11,8 @@ import math
 
 from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
+from pywet.laws.toroid import attraction, radii
+from pywet.laws.toroid import volume as toroid_volume
 
 GAP_MIN = 0.5e-6
 """Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""
@@ -22,23 +24,12 @@ half_radius, reduced_radius = helper(contact.bridge_radius), helper(contact.redu
 
 
 @helper
-def toroid_volume(phi: float, theta: float) -> float:
-    """Volume over R³ of the toroid between touching sphere and plane, (39)-(43) at H = R(1 − cos φ), zero angle on the plane."""
-    a, cap = phi + theta, 1.0 - math.cos(phi)
-    rim, r_m, turn = math.sin(phi), cap / (1.0 + math.cos(a)), math.pi - a
-    axis, half = rim + r_m * math.sin(a), math.sin(0.5 * turn)
-    segment = math.pi * r_m * r_m * (turn * axis - 4.0 / 3.0 * r_m * half * half)
-    triangle = math.pi * r_m * r_m * math.sin(a) * math.cos(a) * (rim + 2.0 / 3.0 * r_m * math.sin(a))
-    return math.pi * axis * axis * cap - segment - triangle - math.pi / 3.0 * cap * cap * (3.0 - cap)
-
-
-@helper
 def half_filling(volume_over_cube: float, theta: float) -> float:
-    """Half-filling angle φ [rad] of a volume over R³ by bisection, between 1e-3 and 90°."""
+    """Half-filling angle φ [rad] of a volume over R³ between touching bodies, by bisection, between 1e-3 and 90°."""
     low, high = 1e-3, 0.5 * math.pi
     for _ in range(50):
         middle = 0.5 * (low + high)
-        if toroid_volume(middle, theta) < volume_over_cube:
+        if toroid_volume(1.0 - math.cos(middle), 1.0, middle, middle + theta, False, False) < volume_over_cube:
             low = middle
         else:
             high = middle
@@ -84,13 +75,11 @@ def buck(
     if separation < 0.0 or volume <= 0.0:
         return 0.0
     share, radius, phi = _half(volume, radius_i, radius_j, contact_angle_i)
-    a, rim = phi + contact_angle_i, radius * math.sin(phi)
-    r_m = (share * separation + radius * (1.0 - math.cos(phi))) / (1.0 + math.cos(a))
-    neck = rim + r_m * (math.sin(a) - 1.0)
-    if neck <= 0.0:
+    height = share * separation + radius * (1.0 - math.cos(phi))
+    rim, angle = radius * math.sin(phi), phi + contact_angle_i
+    if radii(height, rim, angle, False)[1] <= 0.0:
         return 0.0
-    line = 2.0 * math.pi * surface_tension * rim * math.sin(a)
-    return max(line + math.pi * rim * rim * surface_tension * (1.0 / r_m - 1.0 / neck), 0.0)
+    return max(attraction(height, rim, angle, surface_tension, False, False), 0.0)
 
 
 @force_law("viscous_normal")

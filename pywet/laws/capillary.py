@@ -15,28 +15,19 @@ effective_radius, bridge_radius = helper(contact.effective_radius), helper(conta
 
 @helper
 def _neck_and_ring(
-    separation: float,
-    volume: float,
-    radius_i: float,
-    radius_j: float,
-    contact_angle_i: float,
-    contact_angle_j: float,
-    surface_tension: float,
-    small_gap: bool,
+    separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float, small_gap: bool
 ) -> float:
     """Pull of the neck, in full or its limit for a small gap, and that of the ring at the contact line (Rabinovich)."""
-    s, r = max(separation, 0.0), bridge_radius(radius_i, radius_j)
-    spread = 1.0 if math.isinf(radius_j) else 2.0
-    cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
-    limit = 2.0 / spread * math.pi * surface_tension * r * cosines
+    s, r = max(separation, 0.0), bridge_radius(ri, rj)
+    spread = 1.0 if math.isinf(rj) else 2.0
+    limit = 2.0 / spread * math.pi * tension * r * (math.cos(ti) + math.cos(tj))
     q = volume / (math.pi * r)
     if q <= 0.0:
         return limit if s == 0.0 else 0.0
     d = q / (s + math.sqrt(s * s + spread * q))
     phi = math.sqrt(2.0 * d / r)
     neck = limit / (1.0 + (s / spread * math.sqrt(spread / q) if small_gap else s / spread / d))
-    lean = phi + 0.5 * (contact_angle_i + contact_angle_j)
-    return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(lean)
+    return neck + 2.0 * math.pi * tension * r * math.sin(phi) * math.sin(phi + 0.5 * (ti + tj))
 
 
 @force_law("capillary")

@@ -79,17 +79,10 @@ def willett(
 
 @helper
 def _willett_simple(
-    separation: float,
-    volume: float,
-    radius_i: float,
-    radius_j: float,
-    contact_angle_i: float,
-    contact_angle_j: float,
-    surface_tension: float,
+    separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float
 ) -> float:
-    r = effective_radius(radius_i, radius_j)
-    s = max(separation, 0.0)
-    limit = math.pi * r * surface_tension * (math.cos(contact_angle_i) + math.cos(contact_angle_j))
+    r, s = effective_radius(ri, rj), max(separation, 0.0)
+    limit = math.pi * r * tension * (math.cos(ti) + math.cos(tj))
     if volume <= 0.0:
         return limit if s == 0.0 else 0.0
     half_gap = 0.5 * s / math.sqrt(volume / r)
@@ -146,20 +139,11 @@ def willett_simple_as_printed(
 
 
 @helper
-def _weigert(
-    separation: float,
-    volume: float,
-    radius_i: float,
-    radius_j: float,
-    contact_angle_i: float,
-    contact_angle_j: float,
-    printed: bool,
-) -> float:
+def _weigert(separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, printed: bool) -> float:
     """F/σ of Weigert & Ripperger; `printed`: with the whole of S in the meridian's height and sin θ_m for sin φ."""
     if volume <= 0.0:
         return 0.0
-    r, separation = effective_radius(radius_i, radius_j), max(separation, 0.0)
-    theta = 0.5 * (contact_angle_i + contact_angle_j)
+    r, theta, separation = effective_radius(ri, rj), 0.5 * (ti + tj), max(separation, 0.0)
     sine4 = volume / (0.12 * (2.0 * r) ** 3 * (1.0 + 3.0 * separation / r) * (1.0 + 1.1 * math.sin(theta)))
     phi = math.asin(min(sine4, 1.0) ** 0.25)
     opening = math.cos(phi + theta)

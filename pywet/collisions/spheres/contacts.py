@@ -113,15 +113,15 @@ def geometries(s: Any, w: Any) -> None:
 @compiled
 def fastest(s: Any, w: Any) -> int:
     """Touching pair that approaches fastest, −1 for none; a resting one nudged, either way, below its rest speed is held."""
-    found, most = -1, 1e-13
+    first, most = -1, 1e-13
     for k in range(w.count.pairs):
         p, g = w.act[k], w.geometry[k]
         u = g[U]
         if w.rest[p] and abs(u) < w.rest_speed[p]:
             u = abs(u)
         if (w.rest[p] or g[H] <= s.h_min * (1.0 + 1e-9)) and u > most:
-            found, most = p, u
-    return found
+            first, most = p, u
+    return first
 
 
 @compiled

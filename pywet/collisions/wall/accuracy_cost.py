@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.collisions.wall import compiled, verlet, wall
+from pywet.collisions.wall.adaptive import Course
 from pywet.collisions.wall.buck_tables import FRICTION, GLASS_WALL
 from pywet.collisions.wall.curves import problem
 from pywet.collisions.wall.forces import Parameters, U, V, W
@@ -72,7 +73,7 @@ def prepared(case: Problem) -> Start:
     return Start(p, wall.start(case, p), dry["events"][-1]["t"])
 
 
-def settings(methods: dict[str, int]) -> Iterator[tuple[str, float, Callable[[Start], wall.Raw]]]:
+def settings(methods: dict[str, int]) -> Iterator[tuple[str, float, Callable[[Start], Course]]]:
     """Every integrator at every tolerance, then velocity Verlet with fixed steps: name, setting, how it collides."""
     for method, last in methods.items():
         for rtol in (10.0**-power for power in range(LOOSEST, last + 1)):

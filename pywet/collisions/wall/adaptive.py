@@ -20,7 +20,10 @@ from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, 
 
 @dataclass
 class Course:
-    """A collision as integrated; `pieces` holds (phase, start time, solution with dense output) where the path was kept."""
+    """A collision as integrated: the state at the end, the log of phases (end, phase, which event ended it), the work it took.
+
+    `pieces` holds (phase, start time, solution with dense output) where the path was kept.
+    """
 
     state: np.ndarray
     code: int = OK

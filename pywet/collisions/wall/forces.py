@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pywet.collisions.wall import bridge, contact, drag
+from pywet.collisions.wall import contact, drag
+from pywet.laws import toroid
 from pywet.machine_code import njit as kept
 
 ENTRY, CONTACT, LEAVING, BRIDGE, DONE = 1, 2, 3, 4, 0
@@ -64,7 +65,7 @@ class Parameters(NamedTuple):
 
 
 @njit(error_model="numpy")
-def toroid(h: float, p: Parameters) -> tuple[float, float, float]:
+def contact_line(h: float, p: Parameters) -> tuple[float, float, float]:
     """Height of the contact line above the film, its radius, and the angle φ + θ, at gap h."""
     height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
     return height, p.radius * math.sin(p.half_filling), p.half_filling + p.contact_angle
@@ -92,14 +93,14 @@ def bridge_volume(h: float, p: Parameters) -> float:
     """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
     height = (0.0 if p.other.bridge_volume else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
     angle = p.half_filling + p.contact_angle
-    return bridge.volume(height, p.radius, p.half_filling, angle, p.other.neck_radius, p.other.volume_factors)
+    return toroid.volume(height, p.radius, p.half_filling, angle, p.other.neck_radius, p.other.volume_factors)
 
 
 @njit(error_model="numpy")
 def attraction(h: float, surface_tension: float, p: Parameters) -> float:
     """Capillary attraction at gap h [N]."""
-    height, rim, angle = toroid(h, p)
-    return bridge.attraction(height, rim, angle, surface_tension, p.other.neck_radius, p.other.suction_sign)
+    height, rim, angle = contact_line(h, p)
+    return toroid.attraction(height, rim, angle, surface_tension, p.other.neck_radius, p.other.suction_sign)
 
 
 @njit(error_model="numpy")
@@ -213,11 +214,11 @@ def contact_rest(h: float, u: float, p: Parameters) -> float:
 @kept(error_model="numpy", cache=True)
 def rupture(h: float, u: float, p: Parameters) -> float:
     """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
-    length = bridge.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
+    length = toroid.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
     beyond = h - (0.0 if p.other.rupture_from else p.layer) - length
     if p.other.suction_sign:
-        height, rim, angle = toroid(h, p)
-        closing = 0.01 * rim - bridge.radii(height, rim, angle, p.other.neck_radius)[1]
+        height, rim, angle = contact_line(h, p)
+        closing = 0.01 * rim - toroid.radii(height, rim, angle, p.other.neck_radius)[1]
     else:
         closing = -attraction(h, 1.0, p) / (2.0 * math.pi)
     return max(beyond, closing)

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from pywet.collisions.wall import forces
+from pywet.collisions.wall.adaptive import Course
 from pywet.collisions.wall.compiled import OK, TOO_MANY
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
-from pywet.collisions.wall.wall import Raw
 from pywet.machine_code import njit
 
 MOST = 20_000_000
@@ -58,8 +58,8 @@ def march(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
     return MOST, False
 
 
-def collide(p: Parameters, state: np.ndarray, step: float) -> Raw:
+def collide(p: Parameters, state: np.ndarray, step: float) -> Course:
     """Run a collision from `state` with time step `step` [s]; it keeps no log."""
     end = state.copy()
     steps, done = march(p, end, float(step))
-    return Raw(end, OK if done else TOO_MANY, [], int(steps), int(steps))
+    return Course(end, OK if done else TOO_MANY, [], int(steps), int(steps))

@@ -9,12 +9,12 @@ largest energy turned over is asked for, and a collision that does not reach it 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from pywet.collisions.wall import adaptive, compiled, forces
+from pywet.collisions.wall.adaptive import Course
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, ENTRY, LEAVING, SIZE, WORK, H, Parameters, U, V, W
 from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
@@ -26,17 +26,6 @@ KINDS = {ENTRY: "contact", CONTACT: "lift_off", LEAVING: "film_exit", BRIDGE: "r
 """Phase -> what ends it, unless the sphere stays."""
 
 
-@dataclass(frozen=True)
-class Raw:
-    """What an integrator gives back: the state at the end, the log of phases, the work it took."""
-
-    state: np.ndarray
-    code: int
-    log: list[tuple[float, int, int]]
-    steps: int
-    calls: int
-
-
 def start(problem: Problem, p: Parameters) -> np.ndarray:
     """The state at entry (dry: at touch)."""
     state = np.zeros(SIZE)
@@ -46,15 +35,13 @@ def start(problem: Problem, p: Parameters) -> np.ndarray:
     return state
 
 
-def integrate(p: Parameters, state: np.ndarray, rtol: float, integrator: str) -> Raw:
+def integrate(p: Parameters, state: np.ndarray, rtol: float, integrator: str) -> Course:
     """Run the named integrator from a state."""
-    if integrator == "compiled":
-        end, log = state.copy(), np.zeros((8, 3))
-        code, rows, steps, calls = compiled.collide(p, end, float(rtol), log)
-        rows_log = [(float(t), int(phase), int(which)) for t, phase, which in log[:rows]]
-        return Raw(end, code, rows_log, steps, calls)
-    course = adaptive.collide(p, state, rtol, integrator)
-    return Raw(course.state, course.code, course.log, course.steps, course.calls)
+    if integrator != "compiled":
+        return adaptive.collide(p, state, rtol, integrator)
+    end, log = state.copy(), np.zeros((8, 3))
+    code, rows, steps, calls = compiled.collide(p, end, float(rtol), log)
+    return Course(end, code, [(float(t), int(phase), int(which)) for t, phase, which in log[:rows]], steps, calls)
 
 
 def energy(state: np.ndarray) -> float:
@@ -73,7 +60,7 @@ def collide(problem: Problem) -> dict[str, Any]:
     """Run a collision; the keys are those of docs/wall_collision.md. Raises `PywetError` where it cannot be done."""
     p = problem.parameters()
     state, rtol = start(problem, p), problem.rtol
-    best: tuple[Raw, float] | None = None
+    best: tuple[Course, float] | None = None
     while True:
         raw = integrate(p, state, rtol, problem.integrator)
         finite = raw.code == compiled.OK and bool(np.all(np.isfinite(raw.state)))
@@ -100,11 +87,12 @@ def _refusal(problem: Problem, code: int, left: float) -> str:
     )
 
 
-def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Raw, rtol: float) -> dict[str, Any]:
+def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Course, rtol: float) -> dict[str, Any]:
     """The answer as plain data."""
     end, in_bridge = raw.state, raw.log[-1][1] == BRIDGE
     stuck = raw.log[-1][2] != 1
     volume = float(forces.bridge_volume(end[H], p)) if in_bridge else None
+    length = float(end[H]) - (0.0 if p.other.rupture_from else p.layer)  # from where it is counted
     spin = problem.omega_rad_per_s + (end[W] - first[W]) * p.mass / problem.mass / p.radius
     return {
         "e_n": 0.0 if stuck else max(0.0, float(end[U])) / p.speed,
@@ -115,7 +103,7 @@ def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Raw, rtol: 
         "v_t_out": float(end[V]),
         "omega_out": float(spin),
         "energy_J": _energies(p.mass, first, end),
-        "rupture_length_m": None if stuck or volume is None else _length(end, p),
+        "rupture_length_m": None if stuck or volume is None else length,
         "bridge_volume_m3": volume,
         "duration_s": raw.log[-1][0],
         "events": _events(p, raw.log),
@@ -136,11 +124,6 @@ def _ratio(after: float, before: float) -> float | None:
     with np.errstate(all="ignore"):
         ratio = np.divide(after, before)
     return float(ratio) if np.isfinite(ratio) else None
-
-
-def _length(state: np.ndarray, p: Parameters) -> float:
-    """Length at which the bridge ruptured [m], from where it is counted."""
-    return float(state[H]) - (0.0 if p.other.rupture_from else p.layer)
 
 
 def _events(p: Parameters, log: list[tuple[float, int, int]]) -> list[dict[str, Any]]:

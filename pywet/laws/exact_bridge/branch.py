@@ -168,9 +168,9 @@ def tangent_of(y: Floats, c: Case, before: Floats) -> tuple[Floats, float]:
     matrix[4] = before
     right[4] = 1.0
     along = solved(matrix, right)
-    found = math.isfinite(along.sum())
-    second = antisymmetric(y, c) if c.symmetric else np.linalg.det(matrix[:4, :4].copy()) if found else 0.0
-    return along / math.sqrt((along * along).sum()) if found else before, second
+    regular = math.isfinite(along.sum())
+    second = antisymmetric(y, c) if c.symmetric else np.linalg.det(matrix[:4, :4].copy()) if regular else 0.0
+    return along / math.sqrt((along * along).sum()) if regular else before, second
 
 
 @jit

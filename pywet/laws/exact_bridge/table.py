@@ -150,15 +150,15 @@ def balances(theta_small: float, theta_large: float) -> Floats:
     v_star = volumes()
     if theta_small == theta_large:
         return np.ones(X_NODES)
-    found = np.array([balance_at(v, theta_small, theta_large) for v in v_star])
-    known = np.flatnonzero(np.isfinite(found))
+    balance = np.array([balance_at(v, theta_small, theta_large) for v in v_star])
+    known = np.flatnonzero(np.isfinite(balance))
     if len(known) < 2:
         return np.full(X_NODES, -FURTHEST if theta_small < theta_large else 1.0 + FURTHEST)
     first, last = known[0], known[-1]
     k = np.arange(X_NODES)
-    found[:first] = found[first] + (k[:first] - first) * (found[first + 1] - found[first])
-    found[last + 1 :] = found[last] + (k[last + 1 :] - last) * (found[last] - found[last - 1])
-    return _saturate(found - 1.0) + 1.0 if found[first] > 0.5 and found[last] > 0.5 else -_saturate(-found)
+    balance[:first] = balance[first] + (k[:first] - first) * (balance[first + 1] - balance[first])
+    balance[last + 1 :] = balance[last] + (k[last + 1 :] - last) * (balance[last] - balance[last - 1])
+    return _saturate(balance - 1.0) + 1.0 if balance[first] > 0.5 and balance[last] > 0.5 else -_saturate(-balance)
 
 
 def _saturate(excess: Floats) -> Floats:
