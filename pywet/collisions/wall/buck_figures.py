@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ LABELS = {
     "omega_out": "spin afterwards $\\omega_R$ in rad/s",
 }
 LIMITS = {"e_n": (0.0, 1.0), "e_t": (-1.5, 3.0)}
+SLIDES, BOTH, ROLLS = ("#f0d9c4", "slides"), ("#e8ecef", "both"), ("#cfe3f2", "rolls")
+REGIMES = (SLIDES, BOTH, ROLLS, BOTH, SLIDES)
 VELOCITY, ANGLE = "impact velocity in m/s", "angle from the normal in °"
 
 
@@ -96,15 +99,14 @@ def regimes(table: pd.DataFrame) -> Figure:
     figure, axes = panels(3, 3, (4.4, 3.0))
     rows = table[table["line"] == "-961 rad/s"].reset_index(drop=True)
     edges = [0.0, *regime_edges(rows), 90.0]
+    parts = list(zip(itertools.pairwise(edges), REGIMES, strict=True))
     for place, column in zip(axes, ("e_t", "omega_out", "e_omega"), strict=True):
         place.plot(rows["x"], rows[column], color=COLOURS[0])
-        for low, high, shade in zip(
-            edges, edges[1:], ("#f0d9c4", "#e8ecef", "#cfe3f2", "#e8ecef", "#f0d9c4"), strict=True
-        ):
+        for (low, high), (shade, _) in parts:
             place.axvspan(low, high, color=shade, alpha=0.6, lw=0)
         angle_axes(place, column)
     axes[0].set_ylim(0.5, 3.0)
-    for low, high, said in zip(edges, edges[1:], ("slides", "both", "rolls", "both", "slides"), strict=True):
+    for (low, high), (_, said) in parts:
         axes[0].text(0.5 * (low + high), 2.85, said, ha="center", fontsize=7.5)
     return figure
 
