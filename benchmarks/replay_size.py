@@ -40,10 +40,12 @@ def replayed(folder: Path) -> dict[str, Any]:
 
 def results(folder: Path) -> dict[str, Any]:
     """Fraction retained, liquid by holder, checks, summary."""
-    from pywet.screening import results, summary
+    from pywet.runs.rundir import RunDir
+    from pywet.screening.results import write_results
+    from pywet.screening.summary import write_summary
 
-    results.write(folder)
-    return summary.write(folder)
+    run = RunDir(folder)
+    return write_summary(run, write_results(run))
 
 
 def measured(stage: Callable[[Path], dict[str, Any]], folder: Path) -> dict[str, Any]:

@@ -9,10 +9,13 @@ import hashlib
 import os
 import stat
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
-from pywet.errors import PywetError
-from pywet.files import atomic_write, shown
+from platformdirs import user_cache_path
+
+from pywet.errors import PywetError, shown
+from pywet.files import atomic_write
 
 SEAL = ".sha256"
 """Ending of the file that holds the check sum of the one beside it."""
@@ -22,24 +25,21 @@ CURE = "set PYWET_CACHE to a folder of your own"
 def folder(*below: str) -> Path:
     """The cache folder, or one `below` it, made where missing.
 
-    $PYWET_CACHE; else `pywet` in $XDG_CACHE_HOME or ~/.cache, the first that is or can be the caller's own; else
-    /tmp/pywet-UID. Raises `PywetError` for a folder that is somebody else's, can be written by others or not by the caller.
+    $PYWET_CACHE; else `pywet` where the system keeps caches ($XDG_CACHE_HOME or ~/.cache), if it is or can be the caller's
+    own; else /tmp/pywet-UID. Raises `PywetError` for a folder that is somebody else's, can be written by others or not by
+    the caller.
     """
-    found = _chosen()
+    path = _chosen()
     for name in below:
-        found = _private(found / name)
-    return found
+        path = _private(path / name)
+    return path
 
 
 def _chosen() -> Path:
     if os.environ.get("PYWET_CACHE"):
         return _private(Path(os.environ["PYWET_CACHE"]).absolute())
-    for place in (os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache")):
-        if os.path.isabs(place):
-            try:
-                return _private(Path(place) / "pywet")
-            except PywetError:
-                continue
+    with suppress(PywetError):
+        return _private(user_cache_path("pywet"))
     return _private(Path(tempfile.gettempdir()) / f"pywet-{os.getuid()}")
 
 
@@ -47,17 +47,17 @@ def _private(path: Path) -> Path:
     """The folder, made where missing; refused unless it is the caller's, writable, and by nobody else."""
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found, link = path.stat(), path.lstat()
+        own, link = path.stat(), path.lstat()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise PywetError(
             f"the cache {shown(path)} could not be made ({reason}); expected a writable folder: {CURE}"
         ) from error
-    if not {found.st_uid, link.st_uid} <= {os.getuid()}:
+    if not {own.st_uid, link.st_uid} <= {os.getuid()}:
         raise PywetError(f"the cache {shown(path)} belongs to somebody else; expected a folder of your own: {CURE}")
-    if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PywetError(
-            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(found.st_mode):o}), so that what it "
+            f"the cache {shown(path)} can be written by others (mode {stat.S_IMODE(own.st_mode):o}), so that what it "
             f"holds cannot be trusted; expected mode 700: remove it or {CURE}"
         )
     if not os.access(path, os.R_OK | os.W_OK | os.X_OK):

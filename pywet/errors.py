@@ -7,6 +7,7 @@ first.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 
@@ -62,3 +63,26 @@ class StoppedRun(EngineError):
     ) -> None:
         super().__init__(sentence)
         self.reason, self.spheres, self.step = reason, spheres, step
+
+
+def one_line(error: object, most: int = 300) -> str:
+    """An exception's text in one line of at most `most` characters."""
+    text = _printable(" ".join(str(error).split())) or type(error).__name__
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def _printable(text: str) -> str:
+    """Control characters and lone surrogates as their escapes, so that a terminal shows and does not obey them."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def shown(path: Path) -> str:
+    """A path as a sentence can hold it: on one line, at most 200 characters."""
+    text = _printable(str(path))
+    return text if len(text) <= 200 else f"{text[:80]}…{text[-80:]}"
+
+
+def refused(error: OSError) -> str:
+    """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
+    where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
+    return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"

@@ -15,7 +15,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pywet.errors import FileError
+from pywet.errors import FileError, one_line, shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,12 +56,6 @@ def make_folder(path: Path) -> None:
     (Path(path) / "writable").unlink()
 
 
-def refused(error: OSError) -> str:
-    """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
-    where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
-    return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"
-
-
 def write_json(path: Path, value: Any) -> None:
     """Write a JSON file (two-space indent, NaN refused)."""
     text = json.dumps(value, indent=2, allow_nan=False)
@@ -74,8 +68,7 @@ def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
     with atomic_write(path) as temporary:
         table.to_parquet(temporary, index=False, write_page_checksum=True)
     if csv:
-        with atomic_write(path.with_suffix(".csv")) as temporary:
-            table.to_csv(temporary, index=False)
+        write_csv(table, path.with_suffix(".csv"))
 
 
 def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
@@ -137,11 +130,11 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         deepest = max(itertools.accumulate((c in "[{") - (c in "]}") for c in content), default=0)
         if deepest > MAX_DEPTH:
             raise ValueError(f"it is nested {deepest} levels deep")
-        found = json.loads(
+        value = json.loads(
             content, object_pairs_hook=no_twins, parse_int=number, parse_float=number, parse_constant=constant
         )
-        json.dumps(found, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
-        return found
+        json.dumps(value, ensure_ascii=False).encode("utf-8")  # half a surrogate pair is no text
+        return value
     except UnicodeDecodeError as error:
         raise FileError(
             f"{name} is not text (byte {error.start}); expected JSON in UTF-8: {cure}", path=name
@@ -150,18 +143,7 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
         raise FileError(f"{name} is not the JSON that was expected ({one_line(error)}): {cure}", path=name) from error
 
 
-def one_line(error: object, most: int = 300) -> str:
-    """An exception's text in one line of at most `most` characters."""
-    text = _printable(" ".join(str(error).split())) or type(error).__name__
-    return text if len(text) <= most else text[: most - 1] + "…"
-
-
-def _printable(text: str) -> str:
-    """Control characters and lone surrogates as their escapes, so that a terminal shows and does not obey them."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
-
-
-def read_text(path: Path, cure: str) -> bytes:
+def read_bytes(path: Path, cure: str) -> bytes:
     """The bytes of a file; a sentence where it is missing, a folder or not readable."""
     try:
         return Path(path).read_bytes()
@@ -173,15 +155,9 @@ def read_text(path: Path, cure: str) -> bytes:
         raise FileError(f"{shown(path)} is no path ({error}); expected a file: {cure}", path=path) from error
 
 
-def shown(path: Path) -> str:
-    """A path as a sentence can hold it: on one line, at most 200 characters."""
-    text = _printable(str(path))
-    return text if len(text) <= 200 else f"{text[:80]}…{text[-80:]}"
-
-
 def read_json(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
     """A JSON file as Python values that fit the type `shape`; see `parse_json`."""
-    value = parse_json(read_text(path, cure), shown(path), cure)
+    value = parse_json(read_bytes(path, cure), shown(path), cure)
     _fit(shape, value, path, cure)
     return value
 
@@ -193,8 +169,8 @@ def read_if_there(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
 
 def read_model(path: Path, model: type[Model], cure: str = AGAIN) -> Model:
     """A JSON file as a pydantic model or a dataclass; the sentence names the first field that is wrong."""
-    found: Model = _fit(model, read_json(path, cure), path, cure)
-    return found
+    content: Model = _fit(model, read_json(path, cure), path, cure)
+    return content
 
 
 def _fit(shape: Any, value: Any, path: Path, cure: str) -> Any:
@@ -286,11 +262,8 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     """A CSV table, with pandas' own options; a sentence where it is missing, empty or damaged."""
     import pandas as pd
 
-    try:
+    with _readable(path, cure):
         table: pd.DataFrame = pd.read_csv(path, **how)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else one_line(error)
-        raise FileError(f"{shown(path)} could not be read as a table ({reason}): {cure}", path=path) from error
     return table
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from numba.core import caching
 
 from pywet import caches
 from pywet.files import atomic_write
+from pywet.notices import notice
 
 __all__ = ["njit", "numba"]
 COMPILED = ("laws", "collisions")
@@ -90,4 +90,4 @@ def mark() -> None:
 def say_wait() -> None:
     """That the answer will take a while, where it may: machine code is made at the first question of a kind."""
     if not ready():
-        print("compiling for this processor, once: a minute or two (`make setup` does it ahead)", file=sys.stderr)
+        notice.warning("compiling for this processor, once: a minute or two (`make setup` does it ahead)")

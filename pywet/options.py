@@ -1,9 +1,10 @@
-"""Numeric options of the command line: each with its range, refused in one sentence that names it."""
+"""Arguments and options that commands share; numbers each with its range, refused in one sentence that names it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
@@ -27,8 +28,12 @@ def number(flag: str, limits: Range, said: str) -> Any:
     return typer.Option(flag, parser=reader(flag, limits), help=f"{said} ({limits}).")
 
 
-def case_number() -> Any:
-    """The argument CASE."""
-    return typer.Argument(
-        metavar="CASE", parser=reader("CASE", LIMITS["case"]), help="Number of the case in cases.csv."
-    )
+CaseNumber = Annotated[
+    int, typer.Argument(metavar="CASE", parser=reader("CASE", LIMITS["case"]), help="Number of the case in cases.csv.")
+]
+Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
+ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]
+ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]
+JsonFile = Annotated[Path, typer.Argument(metavar="FILE", help="JSON description; the answer is JSON as well.")]
+Trust = Annotated[bool, typer.Option("--trust", help="Run the Python files of laws that it names; read them first.")]

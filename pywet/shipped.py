@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pywet.errors import PywetError
-from pywet.files import atomic_write, shown
+from pywet.errors import PywetError, shown
+from pywet.files import atomic_write
 
 INSIDE = Path(__file__).parent / "shipped"
 SNAKEFILE = """# The screening cases of config/, by the workflow that pywet brings along: snakemake --cores 2

@@ -8,24 +8,28 @@ from __future__ import annotations
 
 import sys
 import time
-import traceback
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pywet.errors import PywetError
-from pywet.files import one_line, refused, write_json
+from pywet.engines.choice import chosen
+from pywet.errors import PywetError, refused
+from pywet.files import write_json
+from pywet.notices import notice, shown
 from pywet.screening.status import NEEDS, Status, problems, results_made, status_path
+
+if TYPE_CHECKING:
+    from pywet.config import Config
 
 
 @contextmanager
 def logged(path: Path, echo: bool = False) -> Iterator[None]:
-    """Send what is printed to a log file; with `echo` also to standard error at the end."""
+    """Send notices, and what else is printed, to a log file; with `echo` also to standard error at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with open(path, "w", buffering=1) as log, redirect_stdout(log), redirect_stderr(log):
+        with open(path, "w", buffering=1) as log, redirect_stdout(log), redirect_stderr(log), shown():
             yield
     finally:
         if echo:
@@ -33,7 +37,7 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
 
 
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
-    """Run a stage when the one it needs went well; write and return its status. Tracebacks go to standard error."""
+    """Run a stage when the one it needs went well; write and return its status. Tracebacks go to the notices."""
     needed = NEEDS[stage]
     earlier = Status.read(status_path(run_dir, needed)) if needed else None
     started = time.monotonic()
@@ -44,7 +48,7 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
         status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
     write_json(status_path(run_dir, stage), asdict(status))
     if not status.ok:
-        print(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}", flush=True)
+        notice.error(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}")
     return status
 
 
@@ -57,7 +61,7 @@ def _run(work: Callable[[], Any]) -> str | None:
     except OSError as error:
         return refused(error)
     except Exception as error:
-        traceback.print_exc()
+        notice.exception("a fault in the program")
         return f"fault in the program, {type(error).__name__}: {error} (traceback in the log)"
     return None
 
@@ -68,38 +72,42 @@ def build(
 ) -> None:  # fmt: skip
     """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed.
 
-    For the engine yade rolling resistance is off, which YADE does not have as the scene means it.
+    Rolling resistance is off for an engine that does not have it as the scene means it.
     """
-    from pywet import config
-    from pywet.screening import cases
+    from pywet.screening import cases, identity
 
-    check_engine(engine, ranks=1)
+    loaded = resolved(config_dir, preset, engine, seed)
+    cases.build(loaded, case, scale, run_dir)
+    identity.leave(run_dir, f"{engine} {identity.identity(loaded, case, scale)}")
+
+
+def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
+    """The configuration as a run takes it."""
+    from pywet import config
+
     loaded = config.load(config_dir)
     loaded = loaded if seed is None else loaded.with_seed(seed)
-    if engine == "yade":
+    if not chosen(engine).rolling:
         loaded = loaded.without_rolling()
-    cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
+    return loaded.with_preset(preset) if preset else loaded
 
 
-def check_engine(engine: str, ranks: int) -> None:
-    """Refuse an engine that there is not, and ranks where it has none; before anything is built."""
-    if engine not in ("liggghts", "yade"):
-        raise PywetError(f"there is no engine {one_line(engine) if engine else '(empty)'}; expected liggghts or yade")
-    if engine == "yade" and ranks > 1:
-        raise PywetError(f"{ranks} ranks were asked for; expected 1, as the engine yade runs in one process")
+def same_run(
+    config_dir: Path, case: int, scale: str, run_dir: Path, engine: str = "liggghts", seed: int | None = None
+) -> bool:
+    """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
+    from pywet.screening import identity
+
+    left = [status_path(run_dir, stage) for stage in ("simulate", "replay", "results")]
+    if not all(path.exists() and Status.read(path).ok for path in left):
+        return False
+    word = identity.identity(resolved(config_dir, None, engine, seed), case, scale)
+    return identity.left(run_dir) == f"{engine} {word}"
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
-    """Stage simulate: run the engine, liggghts or yade."""
-    check_engine(engine, ranks)
-    if engine == "yade":
-        from pywet.engines.yade import driver as yade
-
-        yade.run(run_dir, progress=progress)
-    else:
-        from pywet.engines.liggghts import driver
-
-        driver.run(run_dir, ranks=ranks, progress=progress, keep=True)
+    """Stage simulate: run the engine."""
+    chosen(engine, ranks).start(run_dir, ranks, progress)
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:
@@ -118,27 +126,36 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         if command.nothing_to_replay(folder):
             whole.check(folder)
             return None
-        found: dict[str, Any] = recompute(folder)
+        replayed: dict[str, Any] = recompute(folder)
     except ReplayError as error:
         raise PywetError(str(error)) from error
     audit.write(folder)
-    return found
+    return replayed
 
 
 def results(run_dir: Path) -> None:
     """Stage results: fraction retained, liquid by holder, checks, summary."""
-    from pywet.screening import results as tables
-    from pywet.screening import summary
+    from pywet.runs.rundir import RunDir
+    from pywet.screening.results import write_results
+    from pywet.screening.summary import write_summary
 
-    tables.write(run_dir)
-    summary.write(run_dir)
+    run = RunDir(Path(run_dir))
+    write_summary(run, write_results(run))
 
 
 def vtk(run_dir: Path) -> None:
-    """Stage vtk: time series for ParaView."""
+    """Stage vtk: time series for ParaView, read back by the reference and held against the logs."""
     from pywet.report import vtk as series
+    from reference_impl.replay.io import ReplayError
+    from reference_impl.shown import vtk as shown
 
     series.write(run_dir)
+    try:
+        wrong = shown.disagreement(Path(run_dir))
+    except ReplayError as error:
+        raise PywetError(str(error)) from error
+    if wrong:
+        raise PywetError(wrong)
 
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:

@@ -10,8 +10,7 @@ import pandas as pd
 import pytest
 
 from pywet import config, stages
-from pywet.apparatus.initial import sphere_table
-from pywet.files import write_json, write_table
+from pywet.bench.subset import with_spheres
 from pywet.scene import Scene
 from pywet.screening import cases
 
@@ -25,15 +24,9 @@ def thinned(case: int, run_dir: Path, duration_s: float) -> Scene:
     """Build a smoke case and keep a few spheres of each class."""
     scene = cases.build(config.load(ROOT / "config"), case, "smoke", run_dir)
     spheres = pd.read_parquet(run_dir / scene.spheres_file)
-    spheres = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)].reset_index(drop=True)
-    spheres["id"] = np.arange(1, len(spheres) + 1)
-    classes = tuple(c.model_copy(update={"count": KEPT[c.type]}) for c in scene.classes)
+    kept = spheres[spheres.groupby("type").cumcount() < spheres["type"].map(KEPT)]
     output = scene.output.model_copy(update={"checkpoints": 0})
-    scene = scene.model_copy(update={"classes": classes, "duration_s": duration_s, "output": output})
-    write_table(spheres, run_dir / scene.spheres_file)
-    write_table(sphere_table(scene, spheres), run_dir / "history" / "spheres.parquet")
-    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
-    return scene
+    return with_spheres(scene, run_dir, kept, duration_s=duration_s, output=output)
 
 
 def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
@@ -41,6 +34,8 @@ def test_dry_falls_to_the_share_of_the_coarse(tmp_path: Path) -> None:
     scene = thinned(1, tmp_path, 12.0)
     stages.simulate(tmp_path, ranks=1, progress=False)
     stages.results(tmp_path)
+    replayed = stages.replay(tmp_path)
+    assert replayed is not None and replayed["scene"]["ok"] and replayed["results"]["ok"]
     retained = pd.read_parquet(tmp_path / "results" / "fraction_retained.parquet")
     y = retained["fraction_retained"].to_numpy()
     mass = {c.name: c.mass_kg * KEPT[c.type] for c in scene.classes}
@@ -56,10 +51,11 @@ def test_moist_is_cross_checked(tmp_path: Path) -> None:
     """Ledger to 1e-12, replay within its tolerances, liquid by holder adds up at every output, files for ParaView."""
     scene = thinned(2, tmp_path, 0.9)
     stages.simulate(tmp_path, ranks=1, progress=False)
-    replayed = stages.replay(tmp_path)
     stages.results(tmp_path)
+    replayed = stages.replay(tmp_path)
     stages.vtk(tmp_path)
     assert replayed is not None and replayed["ok"]
+    assert replayed["scene"]["ok"] and replayed["results"]["ok"]
     assert replayed["events"] > 100 and replayed["contacts"] > 100
     assert json.loads((tmp_path / "engine" / "run.json").read_text())["ledger_error"] <= 1e-12
     start = pd.read_parquet(tmp_path / "history" / "spheres.parquet")["film"].sum()

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.errors import PywetError
-from pywet.files import atomic_write, make_folder, one_line, parse_json, read_table, shown, write_table
+from pywet.errors import PywetError, one_line, shown
+from pywet.files import atomic_write, make_folder, parse_json, read_table, write_table
 from tests.screening import synthetic
 
 

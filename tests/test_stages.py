@@ -44,10 +44,10 @@ def test_a_failed_replay_does_not_take_the_results_along(tmp_path: Path) -> None
     assert status.outcome(run).failed_at == "replay"
 
 
-def test_a_fault_of_the_program_is_a_reason_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_fault_of_the_program_is_a_reason_too(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     status = stages.attempt(tmp_path, "scene", lambda: 1 / 0)
     assert status.reason == "fault in the program, ZeroDivisionError: division by zero (traceback in the log)"
-    assert "Traceback" in capsys.readouterr().err
+    assert "Traceback" in caplog.text
 
 
 def test_a_case_cut_off_names_the_missing_stage(tmp_path: Path) -> None:

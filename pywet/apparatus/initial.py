@@ -16,11 +16,13 @@ from pywet.scene import Scene
 
 
 def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:
-    """id, type, radius [m], film [m3]; the same film thickness on every sphere."""
+    """id, type, radius [m], film [m3]: that of the column `film` where it has a number, else the scene's thickness."""
     thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
     table = spheres[["id", "type"]].copy()
     table["radius"] = table["type"].map({c.type: c.radius_m for c in scene.classes})
     table["film"] = table["type"].map({c.type: film_volume(thickness, c.radius_m) for c in scene.classes})
+    if "film" in spheres:
+        table["film"] = spheres["film"].fillna(table["film"])
     return table
 
 
@@ -41,15 +43,26 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
     return table
 
 
+def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
+    """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
+    groups: dict[tuple[float, float], int] = {}
+    for wall in scene.walls:
+        for width in wall.part_half_width_m:
+            groups.setdefault((math.inf if width is None else width, wall.contact_angle_rad), len(groups))
+    return groups
+
+
 def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
-    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2]."""
-    rows: list[tuple[int, str, str, float, float, float]] = []
+    """part, mesh, holder, half_width [m] (NaN for a large wall), contact_angle [rad], area [m2], part_class: `wall_groups`."""
+    rows: list[tuple[int, str, str, float, float, float, int]] = []
+    groups = wall_groups(scene)
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         area = np.bincount(surface.part, weights=surface.area)
         for half_width, a in zip(surface.part_half_width, area, strict=True):
-            width = math.nan if half_width is None else half_width
-            rows.append((len(rows), surface.name, surface.holder, width, wall.contact_angle_rad, float(a)))
-    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area"])
+            width, angle = math.inf if half_width is None else half_width, wall.contact_angle_rad
+            row = (surface.name, surface.holder, math.nan if half_width is None else width, angle, float(a))
+            rows.append((len(rows), *row, groups[width, angle]))
+    return pd.DataFrame(rows, columns=["part", "mesh", "holder", "half_width", "contact_angle", "area", "part_class"])
 
 
 def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:

@@ -9,12 +9,15 @@ import numpy as np
 import pandas as pd
 
 from pywet.apparatus.initial import sphere_table
-from pywet.files import write_json, write_table
+from pywet.files import read_json, write_json, write_table
 from pywet.scene import Scene
 
 
 def with_spheres(scene: Scene, run_dir: Path, spheres: pd.DataFrame, **changed: Any) -> Scene:
-    """Rewrite a run directory with these of its spheres, numbered anew, and other fields of the scene `changed`."""
+    """Rewrite a run directory with these of its spheres, numbered anew, and other fields of the scene `changed`.
+
+    A configuration in it says from then on which fields are no longer its own.
+    """
     spheres = spheres.assign(id=np.arange(1, len(spheres) + 1)).reset_index(drop=True)
     count = spheres["type"].value_counts()
     classes = tuple(c.model_copy(update={"count": int(count.get(c.type, 0))}) for c in scene.classes)
@@ -22,4 +25,7 @@ def with_spheres(scene: Scene, run_dir: Path, spheres: pd.DataFrame, **changed: 
     write_table(spheres, run_dir / scene.spheres_file)
     write_table(sphere_table(scene, spheres), run_dir / "history" / "spheres.parquet")
     write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    resolved = run_dir / "config.json"
+    if resolved.exists():
+        write_json(resolved, {**read_json(resolved), "edited": ["classes.count", *sorted(changed)]})
     return scene

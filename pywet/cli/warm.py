@@ -51,19 +51,16 @@ QUESTIONS: dict[str, Callable[[], None]] = {
 }
 
 
-def main() -> int:
-    """Ask what has not been asked with these sources on this processor."""
-    if machine_code.ready():
-        return 0
+def main() -> str | None:
+    """Ask what has not been asked with these sources on this processor; why it could not be, or None."""
     try:
-        for name, ask in QUESTIONS.items():
+        for name, ask in () if machine_code.ready() else QUESTIONS.items():
             print(f"machine code, once for this processor: {name}", flush=True)
             ask()
         machine_code.mark()
     except PywetError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+        return str(error)
+    return None
 
 
 if __name__ == "__main__":

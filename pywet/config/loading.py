@@ -19,8 +19,8 @@ from pywet.config.materials import Materials
 from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
-from pywet.errors import ConfigError, PywetError
-from pywet.files import one_line, read_text
+from pywet.errors import ConfigError, PywetError, one_line
+from pywet.files import read_bytes
 from pywet.laws import own
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -109,9 +109,9 @@ def load(config_dir: Path) -> Config:
     folder = Path(config_dir)
     config = Config(
         folder=folder,
-        settings=_with_own_laws(_read_yaml(folder / settings.FILE, Settings)),
-        materials=_read_yaml(folder / materials.FILE, Materials),
-        scales=_read_yaml(folder / scales.FILE, Scales),
+        settings=_with_own_laws(_read_model(folder / settings.FILE, Settings)),
+        materials=_read_model(folder / materials.FILE, Materials),
+        scales=_read_model(folder / scales.FILE, Scales),
         cases=_read_cases(folder / cases_module.FILE),
     )
     _check_choice(config)
@@ -128,10 +128,14 @@ def parse(model: type[Model], data: Any, where: str) -> Model:
         raise mistake(error, model, where) from error
 
 
+def _read_model(path: Path, model: type[Model]) -> Model:
+    return parse(model, read_yaml(path, model), str(path))
+
+
 def _read_text(path: Path) -> str:
-    data = read_text(path, "a folder of the configuration has it, `pywet init DIR` writes one")
+    content = read_bytes(path, "a folder of the configuration has it, `pywet init DIR` writes one")
     try:
-        return data.decode("utf-8-sig")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(
             f"{path} is not text (byte {error.start}), expected UTF-8: save it anew in that encoding", file=path
@@ -157,7 +161,8 @@ class _Loader(yaml.SafeLoader):
         return {str(key.value): self.construct_object(value, deep=deep) for key, value in node.value}
 
 
-def _read_yaml(path: Path, model: type[Model]) -> Model:
+def read_yaml(path: Path, model: type[BaseModel]) -> dict[str, Any]:
+    """The content of a YAML file that is to become `model`, each key once; not checked otherwise."""
     try:
         data = yaml.load(_read_text(path), _Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: a date or number that is none
@@ -170,7 +175,7 @@ def _read_yaml(path: Path, model: type[Model]) -> Model:
         raise ConfigError(
             f"{path} holds {type(data).__name__}, expected the keys {', '.join(model.model_fields)}", file=path
         )
-    return parse(model, data, str(path))
+    return data
 
 
 def _read_cases(path: Path) -> dict[int, Case]:

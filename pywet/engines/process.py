@@ -5,18 +5,20 @@ from __future__ import annotations
 import ctypes
 import fcntl
 import os
+import re
 import resource
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.errors import EngineError, PywetError
+from pywet.notices import notice
 from pywet.scene import Scene
 
 Report = Callable[[int, int], None]
@@ -90,8 +92,8 @@ def _peak_memory(pid: int) -> int | None:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     except OSError:
         return None
-    found = next((line.split()[1] for line in lines if line.startswith("VmHWM:")), None)
-    return None if found is None else 1024 * int(found)
+    kilobytes = next((line.split()[1] for line in lines if line.startswith("VmHWM:")), None)
+    return None if kilobytes is None else 1024 * int(kilobytes)
 
 
 def _children_cpu() -> float:
@@ -106,10 +108,11 @@ def die_with_parent() -> None:
 
 @contextmanager
 def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
-    """A bar with the time to go in a terminal, a line for each tenth of the run in a log file."""
+    """A bar with the time to go in a terminal, else a notice at each tenth of the run."""
     if not wanted:
         yield lambda done, total: None
-    elif sys.stdout.isatty():
+    elif sys.stderr.isatty():
+        from rich.console import Console
         from rich.progress import (
             BarColumn,
             Progress,
@@ -119,8 +122,9 @@ def progress_bar(scene: Scene, wanted: bool) -> Iterator[Report]:
             TimeRemainingColumn,
         )
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-        with Progress(*columns, TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn()) as bar:
+        shares = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+        times = (TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
+        with Progress(*shares, *times, console=Console(stderr=True)) as bar:
             task = bar.add_task(scene.name, total=scene.steps)
             yield lambda done, total: bar.update(task, completed=done, total=total)
     else:
@@ -138,9 +142,20 @@ def _line_reporter(scene: Scene) -> Report:
         shown = tenth
         elapsed = time.monotonic() - started
         tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
-        print(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}", flush=True)
+        notice.info(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}")
 
     return report
+
+
+def last_words(lines: Iterable[str], returncode: int) -> str:
+    """Why a program stopped, from the lines it wrote: the first with ERROR, else the signal, else the last with a word in it."""
+    said = [line.strip() for line in lines if re.search(r"\w", line)]
+    named = next((line for line in said if re.search(r"\bERROR\b", line)), None)
+    if named is not None:
+        return re.sub(r"^.*?ERROR[^:]*:\s*", "", named)
+    if returncode < 0:
+        return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
+    return said[-1] if said else "it wrote nothing"
 
 
 def attend(

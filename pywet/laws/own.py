@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -19,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from pywet import caches
-from pywet.errors import LawError, PywetError
-from pywet.files import one_line, read_json, read_text, write_json
+from pywet.errors import LawError, one_line
+from pywet.files import read_bytes, read_json
 
 TRIAL_S = 60
 """Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
@@ -36,12 +35,13 @@ def trust(names: Iterable[str | None]) -> None:
     """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over."""
     for name in names:
         if name and is_own(name) and _path(name).is_file():
-            _mark(_path(name), read_text(_path(name), CURE)).touch()
+            _mark(_path(name), read_bytes(_path(name), CURE)).touch()
 
 
-def placed(name: str) -> str:
-    """The name with its file's whole path, so that it holds in another working folder."""
-    return f"{_path(name)}:{name.rpartition(':')[2]}" if is_own(name) else name
+def placed(name: str, folder: Path = Path()) -> str:
+    """The name with its file's whole path, so that it holds in another working folder; `folder`: of who names it."""
+    path, _, attribute = name.rpartition(":")
+    return f"{(Path(folder) / path).absolute()}:{attribute}" if is_own(name) else name
 
 
 def functions(kind: str, name: str) -> Any:
@@ -49,7 +49,7 @@ def functions(kind: str, name: str) -> Any:
     path = _path(name)
     if not path.is_file():
         raise LawError(f"law {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
-    source = read_text(path, CURE)
+    source = read_bytes(path, CURE)
     if not _mark(path, source).exists():
         raise LawError(
             f"law {name} was not run: {path} is not named by your own configuration, or has changed since; read the file, "
@@ -93,7 +93,7 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     word = hashlib.sha256(f"{_mark(path, source).name} {kind} {name}".encode(errors="surrogateescape")).hexdigest()
     answer = caches.folder("tried") / f"{word}.json"
     if not answer.exists():
-        command = [sys.executable, "-P", "-m", "pywet.laws.own", kind, name, str(answer), str(TRIAL_S)]
+        command = [sys.executable, "-P", "-m", "pywet.laws.trial", kind, name, str(answer), str(TRIAL_S)]
         silent: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         try:
             code = subprocess.run(command, input=source, timeout=10 * TRIAL_S, check=False, **silent).returncode
@@ -109,21 +109,3 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     if refused:
         answer.unlink(missing_ok=True)
         raise LawError(refused, law=name)
-
-
-def main() -> None:
-    """`python -m pywet.laws.own KIND NAME ANSWER LIMIT < TEXT`: the trial; writes why the law is refused, or an empty text."""
-    from pywet.laws import registry
-
-    kind, name, answer, limit = sys.argv[1:]
-    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
-    refused = ""
-    try:
-        registry.checked(kind, name, execute(name, sys.stdin.buffer.read()))
-    except PywetError as error:
-        refused = str(error)
-    write_json(Path(answer), refused)
-
-
-if __name__ == "__main__":
-    main()

@@ -16,15 +16,13 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.laws.contact import film_thickness
-from pywet.report import vtk
+from pywet.report import sketch, vtk
+from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, blues, colour_limit
 from pywet.runs.rundir import Floats, RunDir
 from pywet.schema import LARGE_WALL
 
 SIZE = (1500, 1250)
-BACKGROUND = "#f4f6f8"
 METAL = "#9aa3ab"
-BRIDGE_COLOUR = "#e4572e"
 WIDEST_BRIDGE = 0.4
 """Radius of the thickest tube over that of the smallest sphere: wide enough to show around the point of contact."""
 BAR = {
@@ -57,8 +55,6 @@ def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
             drawn = subprocess.run(command, env=environment, capture_output=True, check=False)
             if drawn.returncode == 0 and temporary.exists():
                 return "vtk"
-        from pywet.report import sketch
-
         sketch.draw(run, chosen, temporary)
     return "matplotlib"
 
@@ -92,15 +88,6 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
     plotter.camera.view_angle = 35.0
     plotter.screenshot(str(picture))
     plotter.close()
-
-
-def colour_limit(run: RunDir, step: int) -> float:
-    """Upper end of the colours [m]: 1.05 times the thickest film on a sphere, or at the start, whichever is more."""
-    line = run.timeline
-    radius = run.spheres["radius"].to_numpy(dtype=float)
-    films = (line.initial_film, line.film[int(np.searchsorted(line.steps, step))])
-    thickest = max(float(film_thickness(film, radius).max()) for film in films)
-    return 1.05 * thickest if thickest > 0 else 1.0
 
 
 def _view(run: RunDir, step: int) -> tuple[Floats, float]:
@@ -173,13 +160,6 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: floa
             if far.n_cells:
                 plotter.add_mesh(far, color="#b9c4cf", opacity=0.35)
                 plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)
-
-
-def blues() -> Any:
-    """Colours from nearly white (dry) to deep blue (thick film)."""
-    from matplotlib.colors import LinearSegmentedColormap
-
-    return LinearSegmentedColormap.from_list("film", ["#f3f7fb", "#b5d3ea", "#5b9fd0", "#1d66ac", "#08306b"])
 
 
 if __name__ == "__main__":

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from pywet.laws.contact import film_thickness
 from pywet.report import vtk
 from pywet.runs.rundir import Floats, RunDir
 
+BACKGROUND = "#f4f6f8"
+BRIDGE_COLOUR = "#e4572e"
 TURN, TILT = np.radians(18.0), np.radians(24.0)
 """The view is turned about the vertical and tilted downwards by these angles."""
 
@@ -21,6 +25,22 @@ def project(points: Floats) -> Floats:
     return np.stack([right, np.cos(TILT) * z + np.sin(TILT) * back, np.sin(TILT) * z - np.cos(TILT) * back], axis=-1)
 
 
+def colour_limit(run: RunDir, step: int) -> float:
+    """Upper end of the colours [m]: 1.05 times the thickest film on a sphere, or at the start, whichever is more."""
+    line = run.timeline
+    radius = run.spheres["radius"].to_numpy(dtype=float)
+    films = (line.initial_film, line.film[int(np.searchsorted(line.steps, step))])
+    thickest = max(float(film_thickness(film, radius).max()) for film in films)
+    return 1.05 * thickest if thickest > 0 else 1.0
+
+
+def blues() -> Any:
+    """Colours from nearly white (dry) to deep blue (thick film)."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("film", ["#f3f7fb", "#b5d3ea", "#5b9fd0", "#1d66ac", "#08306b"])
+
+
 def draw(run: RunDir, step: int, picture: Path) -> None:
     """Draw the run at an output step into a PNG file."""
     import matplotlib
@@ -28,8 +48,6 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-
-    from pywet.report.render import BACKGROUND, BRIDGE_COLOUR, blues, colour_limit
 
     spheres, bridges = vtk.particles(run, step), vtk.bridges(run, step)
     figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)

@@ -1,7 +1,8 @@
 """VTK files of a run for ParaView: vtk/{particles,bridges,walls}.pvd, one time series each of VTK XML files (.vtu).
 
 Particles are points with radius, class, film thickness, velocity and whether they are in the bin; bridges are lines with
-volume and separation; walls are triangles at their place at that time with their film thickness. Lengths in m, times in s.
+their bodies, volume and separation; walls are triangles at their place at that time with their film thickness. What the numbers
+of classes, holders and partners stand for is in the field data. Lengths in m, times in s. `reference_impl/shown` reads them back.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ import meshio
 import numpy as np
 import pandas as pd
 
+from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.laws.contact import film_thickness
 from pywet.runs.rundir import Floats, RunDir
+from pywet.scene import Rotation
 
 Cells = list[tuple[str, Any]]
 
@@ -56,7 +59,7 @@ def bridges(run: RunDir, step: int) -> meshio.Mesh:
         data = {
             "volume": [here["volume"].to_numpy(dtype=float)],
             "separation": [here["separation"].to_numpy(dtype=float)],
-            "partner_kind": [here["partner_kind"].to_numpy(dtype=np.int32)],
+            **{name: [here[name].to_numpy(dtype=np.int32)] for name in ("partner_kind", "i", "j")},
         }
     cells: Cells = [("line", np.arange(2 * count).reshape(-1, 2))] if count else []
     return meshio.Mesh(points, cells, cell_data=data)
@@ -65,10 +68,22 @@ def bridges(run: RunDir, step: int) -> meshio.Mesh:
 def wall_corners(run: RunDir, step: int) -> Floats:
     """Corners of all triangles at one output step [m], shape (triangles, 3, 3)."""
     table = run.triangles
-    corners = table[[f"v{n}_{axis}" for n in range(3) for axis in "xyz"]].to_numpy(dtype=float).reshape(-1, 3, 3)
+    names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
+    corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
     motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
     shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
+    turning = table["mesh"].isin([wall.name for wall in run.scene.walls if wall.motion == "turns"]).to_numpy()
+    if turning.any() and run.scene.rotation is not None:
+        corners[turning] = _turned(corners[turning], run.scene.rotation, step * run.scene.time_step_s)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
+
+
+def _turned(points: Floats, how: Rotation, time: float) -> Floats:
+    """Points (…, 3) after some time of turning about an axis."""
+    axis = np.asarray(how.axis) / np.linalg.norm(how.axis)
+    arm, angle = points - how.origin_m, 2.0 * np.pi * time / how.period_s
+    along = (arm @ axis)[..., None] * axis
+    return np.asarray(how.origin_m + along + np.cos(angle) * (arm - along) + np.sin(angle) * np.cross(axis, arm))
 
 
 def wall_thickness(run: RunDir, step: int) -> Floats:
@@ -93,6 +108,18 @@ def walls(run: RunDir, step: int) -> meshio.Mesh:
     return meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=data)
 
 
+def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
+    """Of each kind of file: what the numbers of an array stand for, from the first number on."""
+    return {
+        "particles": {
+            "class_from_1": [c.name for c in run.scene.classes],
+            "in_bin_from_0": ["on the screen", "in the bin"],
+        },
+        "bridges": {"partner_kind_from_0": ["sphere", "large wall", "wire"]},
+        "walls": {"holder_from_0": list(pd.factorize(run.triangles["holder"])[1])},
+    }
+
+
 KINDS = {"particles": particles, "bridges": bridges, "walls": walls}
 
 
@@ -110,14 +137,37 @@ def write(run_dir: Path) -> list[Path]:
 
 
 def _series(run: RunDir, kind: str, folder: Path) -> Iterator[tuple[float, str]]:
+    said = words(run)[kind]
     for step, time in zip(run.timeline.steps.tolist(), run.timeline.times.tolist(), strict=True):
         name = f"{kind}_{step:09d}.vtu"
-        meshio.write(folder / name, KINDS[kind](run, step), file_format="vtu")
+        _save(KINDS[kind](run, step), said, folder / name)
         yield time, name
 
 
+def _save(mesh: meshio.Mesh, said: dict[str, list[str]], path: Path) -> None:
+    """One file, by VTK's own writer: meshio has no text in field data."""
+    import pyvista as pv
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    shape = {"vertex": pv.CellType.VERTEX, "line": pv.CellType.LINE, "triangle": pv.CellType.TRIANGLE}
+    cells = {int(shape[block.type]): block.data for block in mesh.cells}
+    grid = pv.UnstructuredGrid(cells, mesh.points) if cells else pv.UnstructuredGrid()
+    for name, values in mesh.point_data.items():
+        grid.point_data[name] = values
+    for name, blocks in mesh.cell_data.items():
+        grid.cell_data[name] = blocks[0]
+    for name, texts in said.items():
+        grid.field_data[name] = texts
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(grid)
+    writer.SetDataModeToBinary()
+    if not writer.Write():
+        raise PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")
+
+
 def _write_series(kind: str, files: list[tuple[float, str]], folder: Path) -> None:
-    rows = "\n".join(f'    <DataSet timestep="{time:.9g}" part="0" file={quoteattr(name)}/>' for time, name in files)
+    rows = "\n".join(f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(name)}/>' for time, name in files)
     head = (
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,6 @@ from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Scene
-from pywet.schema import SPHERE
 
 WALL_HOLDERS = {
     "wires": ("wires",),
@@ -32,6 +30,22 @@ WALL_HOLDERS = {
 
 LIQUID_TOLERANCE = 1e-12
 """Relative error allowed between all holders together and the liquid put in: round-off of sums of a few thousand terms."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """The tables of a run and what must hold in them, each made once."""
+
+    retained: pd.DataFrame
+    liquid: pd.DataFrame
+    checks: list[Check]
+
+    @classmethod
+    def of(cls, run: RunDir) -> Results:
+        """Compute them; for the columns see `fraction_retained` and `liquid_by_holder`."""
+        walls = wall_liquid(run)
+        retained, liquid = fraction_retained(run, walls), liquid_by_holder(run, walls)
+        return cls(retained, liquid, checks(run, retained, liquid))
 
 
 @dataclass(frozen=True)
@@ -51,18 +65,17 @@ def column(prefix: str, class_name: str, unit: str = "") -> str:
     return f"{prefix}_{slug}{unit}"
 
 
-def fraction_retained(run: RunDir) -> pd.DataFrame:
+def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     """Y(t) in all and per class, and the counts of spheres on the screen side, in the bin and lost.
 
     Times in seconds from the start of the run and from the opening of the slide. `fraction_retained_spheres` is the same
-    ratio of the dry masses alone.
+    ratio of the dry masses alone. `walls`: the liquid on them, `wall_liquid`.
     """
     scene, line = run.scene, run.timeline
     density = scene.liquid.density_kg_per_m3 if scene.liquid else 0.0
     above = line.present & ~line.passed
     wet = line.mass + density * line.liquid
     wet_start = line.mass + density * line.initial_film
-    walls = wall_liquid(run)
     on_walls = walls.drop(columns="collecting_bin").sum(axis=1).to_numpy()
     frame = _time_columns(run)
     frame["fraction_retained"] = ((wet * above).sum(axis=1) + density * on_walls) / wet_start.sum()
@@ -83,27 +96,18 @@ def wall_liquid(run: RunDir) -> pd.DataFrame:
     table = pd.DataFrame(0.0, index=pd.Index(line.steps, name="step"), columns=list(WALL_HOLDERS))
     if not run.moist:
         return table
-    columns = ["step", "partner_kind", "triangle", "volume", "share_i"]
-    at_walls = [part[part["partner_kind"] != SPHERE] for part in run.parts("history/bridges", columns)]
-    bridges = pd.concat(at_walls) if at_walls else pd.DataFrame({name: np.zeros(0) for name in columns})
-    held = pd.DataFrame(
-        {
-            "step": np.concatenate([run.wall_films["step"], bridges["step"]]),
-            "holder": np.concatenate([run.wall_films["holder"], run.holders(bridges["triangle"].to_numpy())]),
-            "volume": np.concatenate([run.wall_films["film"], bridges["volume"] - bridges["share_i"]]),
-        }
-    )
+    held = run.on_walls.assign(holder=run.holders(run.on_walls["triangle"].to_numpy()))
     name_of = {holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}
     held["holder"] = held["holder"].map(name_of)
     sums = held.pivot_table(index="step", columns="holder", values="volume", aggfunc="sum")
     return sums.reindex(index=table.index, columns=table.columns, fill_value=0.0).fillna(0.0)
 
 
-def liquid_by_holder(run: RunDir) -> pd.DataFrame:
+def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     """Liquid [m3] on the coarse material (not in the bin), the fines (in the bin) and each wall, over time.
 
     Liquid of standing bridges is included on either side by the transfer share; `standing_bridges_m3` repeats how much of
-    the total that is. `left_m3` is liquid on spheres that left the simulated box.
+    the total that is. `left_m3` is liquid of drops that met nothing below them. `walls`: `wall_liquid`.
     """
     scene, line = run.scene, run.timeline
     passed = line.present & line.passed
@@ -113,7 +117,6 @@ def liquid_by_holder(run: RunDir) -> pd.DataFrame:
         frame[f"{prefix}_m3"] = (line.liquid * place).sum(axis=1)
         for kind in scene.classes:
             frame[column(prefix, kind.name, "_m3")] = (line.liquid * place)[:, line.types == kind.type].sum(axis=1)
-    walls = wall_liquid(run)
     used = {wall.holder for wall in scene.walls}
     for name, holders in WALL_HOLDERS.items():
         if used & set(holders):
@@ -129,8 +132,8 @@ def liquid_by_holder(run: RunDir) -> pd.DataFrame:
 def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Check]:
     """No particle lost; fraction retained never rises; all liquid is where the tables say."""
     count = len(run.timeline.ids)
-    found = (retained["spheres_on_screen"] + retained["spheres_in_bin"]).to_numpy()
-    missing = int(np.abs(found - count).max())
+    counted = (retained["spheres_on_screen"] + retained["spheres_in_bin"]).to_numpy()
+    missing = int(np.abs(counted - count).max())
     rise = _largest_rise(retained["fraction_retained"].to_numpy())
     start = run.timeline
     initial = float(start.initial_film.sum())
@@ -144,7 +147,7 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
             missing == 0,
             missing,
             0,
-            f"{count} spheres in, {int(found[-1])} on the screen or in the bin at the end, {missing} missing at most",
+            f"{count} spheres in, {int(counted[-1])} on the screen or in the bin at the end, {missing} missing at most",
         ),
         Check(
             "fraction_retained_monotone",
@@ -163,21 +166,25 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
     ]
 
 
-def write(run_dir: Path) -> list[Check]:
+def write_results(run: RunDir) -> Results:
     """Compute and write results/fraction_retained, results/liquid_by_holder (Parquet and CSV) and results/checks.json."""
-    run = RunDir(Path(run_dir))
-    planned, found = run.scene.output_steps, run.timeline.steps.tolist()
-    if found != planned:
+    planned, there = run.scene.output_steps, run.timeline.steps.tolist()
+    if there != planned:
         raise PywetError(
-            f"{run.path / 'trajectory.parquet'} holds {len(found)} output steps; expected the {len(planned)} planned ones, "
+            f"{run.path / 'trajectory.parquet'} holds {len(there)} output steps; expected the {len(planned)} planned ones, "
             f"0 to {planned[-1]}: run the case again"
         )
-    retained, liquid = fraction_retained(run), liquid_by_holder(run)
-    write_table(retained, run.path / "results" / "fraction_retained.parquet", csv=True)
-    write_table(liquid, run.path / "results" / "liquid_by_holder.parquet", csv=True)
-    found = checks(run, retained, liquid)
-    write_json(run.path / "results" / "checks.json", [asdict(c) for c in found])
-    return found
+    made, folder = Results.of(run), run.path / "results"
+    write_table(made.retained, folder / "fraction_retained.parquet", csv=True)
+    write_table(made.liquid, folder / "liquid_by_holder.parquet", csv=True)
+    write_json(folder / "checks.json", [asdict(c) for c in made.checks])
+    return made
+
+
+def at_end(liquid: pd.DataFrame) -> dict[str, float]:
+    """Volume [m3] at the end by holder, from a table of columns that end in `_m3`."""
+    named = {str(c).removesuffix("_m3"): c for c in liquid.columns if str(c).endswith("_m3") and c != "initial_m3"}
+    return {name: float(liquid[column].iloc[-1]) for name, column in named.items()}
 
 
 def coarse_share(scene: Scene) -> float:
@@ -197,7 +204,7 @@ def _ledger(run: RunDir, name: str) -> Floats:
     steps = run.timeline.steps
     if not run.moist:
         return np.zeros(len(steps))
-    ledger = run.table("history/ledger").drop_duplicates("step", keep="last").set_index("step")[name]
+    ledger = run.ledger.drop_duplicates("step", keep="last").set_index("step")[name]
     return np.asarray(ledger.reindex(steps).fillna(0.0), dtype=float)
 
 

@@ -9,7 +9,7 @@ from pywet.errors import PywetError
 from pywet.files import read_model
 from pywet.screening import verdict
 
-NEEDS = {"scene": None, "simulate": "scene", "replay": "simulate", "results": "simulate", "vtk": "simulate"}
+NEEDS = {"scene": None, "simulate": "scene", "results": "simulate", "replay": "simulate", "vtk": "simulate"}
 """Stage -> the stage without which it cannot be done; in the order they run."""
 
 

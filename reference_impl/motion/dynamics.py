@@ -11,8 +11,9 @@ from typing import Any
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
 from reference_impl.motion import contributions, newton, window
-from reference_impl.replay import between_nodes, io, whole
+from reference_impl.replay import between_nodes, io, sections, whole
 from reference_impl.replay.compare import Quantity, merged
+from reference_impl.shown import vtk
 
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
@@ -114,13 +115,15 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     """The replay of a run without bridges: Newton's law and contributions."""
     started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
-    if not window.recorded(folder):
+    if not window.recorded(folder) and not sections.any_there(folder):
         raise io.ReplayError(
             f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
             "run the case again"
         )
-    held = whole.check(folder)
+    held, beside = whole.check(folder), sections.check(folder)
     quantities, more = check(folder, None)
+    seen, misshown = vtk.check(folder)
+    quantities += seen
     failed = [q.name for q in quantities if not q.ok]
     result = {
         "ok": not failed,
@@ -128,15 +131,16 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "contacts": 0,
         "compared": held,
         "unchecked": [],
-        "not_checked": not_checked(more, held),
+        "not_checked": [*not_checked(more, held), *vtk.not_checked(folder)],
         "notes": notes(more),
         **more,
-        "diagnosis": named(folder, None, failed) if failed else None,
+        "diagnosis": vtk.with_findings(misshown, failed, lambda rest: named(folder, None, rest)),
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
         "events_per_s": 0.0,
         "contacts_per_s": 0.0,
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
+    sections.add(result, beside)
     io.write_json(out or folder / "replay.json", result)
     return result

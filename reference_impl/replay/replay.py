@@ -11,8 +11,9 @@ from typing import Any
 
 from reference_impl.diagnosis import diagnosis, faults, looked
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, io, liquid, spans, transfer, whole
+from reference_impl.replay import coverage, io, liquid, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
+from reference_impl.shown import vtk
 
 
 def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
@@ -28,12 +29,15 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     whole.inputs(run)
     tables = transfer.Tables(run.table("transfer"))
     looked = time.process_time() - cpu
+    beside = sections.check(Path(run_dir))
     found = spans.go_through(run, tables)
     io.note("transfer ratios and motion")
     moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))
+    seen, misshown = vtk.check(Path(run_dir))
     quantities = [
         *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
         *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"),
+        *seen,
     ]  # fmt: skip
     failed = [q.name for q in quantities if not q.ok]
     result = {
@@ -42,16 +46,17 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "contacts": found.contacts,
         "compared": held,
         "unchecked": coverage.unchecked(run),
-        "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held)],
+        "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held), *vtk.not_checked(Path(run_dir))],
         "notes": dynamics.notes(more),
         **more,
-        "diagnosis": _named(Path(run_dir), run, tables, found, failed) if failed else None,
+        "diagnosis": vtk.with_findings(misshown, failed, lambda rest: _named(Path(run_dir), run, tables, found, rest)),
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
         "events_per_s": found.events / max(looked + found.seconds["events"], 1e-9),
         "contacts_per_s": found.contacts / max(found.seconds["contacts"], 1e-9),
         "quantities": {q.name: q.as_dict() for q in quantities},
     }
+    sections.add(result, beside)
     io.clear()
     io.write_json(out or Path(run_dir) / "replay.json", result)
     return result

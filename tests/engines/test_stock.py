@@ -15,9 +15,9 @@ import pandas as pd
 import pytest
 
 from pywet.engines.liggghts.deck import TEMPLATES
-from pywet.engines.stock import YADE_LAWS, liggghts_force, yade_force
-from pywet.engines.stock.liggghts import DECK
+from pywet.engines.stock.liggghts import DECK, liggghts_force
 from pywet.engines.stock.points import run_program
+from pywet.engines.stock.yade import YADE_LAWS, yade_force
 from pywet.errors import PywetError
 
 TENSION = 0.07275

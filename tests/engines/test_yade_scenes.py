@@ -16,12 +16,14 @@ from pywet.apparatus import build_apparatus
 from pywet.apparatus.solids import bin_solid, plate, tube
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
-from pywet.engines.stock import yade_force
+from pywet.engines.stock.yade import yade_force
 from pywet.engines.yade import contacts, driver, moist, solids
 from pywet.errors import PywetError
 from pywet.evidence.engines import bed, screening
+from pywet.runs.rundir import RunDir
 from pywet.scene import Scene, Slide
-from pywet.screening import cases, results
+from pywet.screening import cases
+from pywet.screening.results import write_results
 from tests.engines.test_yade import CLASSES, DRY, PAIRS, RADII
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -111,7 +113,7 @@ def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
         path = tmp_path / engine
         short_case(path)
         stages.simulate(path, 1, False, engine)
-        assert all(check.ok for check in results.write(path))
+        assert all(check.ok for check in write_results(RunDir(path)).checks)
         tables[engine] = pd.read_parquet(path / "trajectory.parquet")
     one, two = tables["liggghts"], tables["yade"]
     assert list(one.columns) == list(two.columns) and (one.dtypes == two.dtypes).all()

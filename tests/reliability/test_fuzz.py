@@ -239,8 +239,7 @@ def table(bench: Bench, given: tuple[float, float, float, str, Any]) -> None:
 def read_all(run_dir: Path) -> None:
     """Results and what is drawn of a run."""
     run = RunDir(run_dir)
-    results.checks(run, results.fraction_retained(run), results.liquid_by_holder(run))
-    summary.summarise(run)
+    summary.summarise(run, results.Results.of(run))
     for step in run.timeline.steps[:1]:
         for kind in vtk.KINDS.values():
             kind(run, int(step))

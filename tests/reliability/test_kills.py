@@ -156,14 +156,14 @@ def test_file_operations_of_collection(
     assert number > 20
 
 
-def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Killed before or after its folder had its name, a finished run is collected or kept as it is."""
     run_dir = tmp_path / "run"
     shutil.copytree(ended, run_dir)
     first = driver.run(run_dir, progress=False, launch=never, keep=True)
-    assert "the engine had come to its end; its output is collected" in capsys.readouterr().out
+    assert "the engine had come to its end; its output is collected" in caplog.text
     assert driver.run(run_dir, progress=False, launch=never, keep=True) == first
-    assert "was simulated already" in capsys.readouterr().out
+    assert "was simulated already" in caplog.text
     with open(run_dir / "trajectory.parquet", "ab") as table:
         table.write(b"x")
     with pytest.raises(AssertionError, match="the engine was started"):
@@ -299,7 +299,7 @@ def test_strangers_among_the_checkpoints_are_ignored(cut_off: tuple[Path, Path],
 
 
 def test_goes_on_from_the_older_one_and_says_so(
-    cut_off: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    cut_off: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """One flipped bit in the newest restart file: one line names it, and the tables are those of the unbroken run."""
     whole, killed_ = cut_off
@@ -309,21 +309,19 @@ def test_goes_on_from_the_older_one_and_says_so(
     flip(run_dir / newer.engine.relative_to(killed_), newer.engine.stat().st_size // 2)
     at = driver.run(run_dir, progress=False).resumed_at_step
     assert at == older.step
-    said = [line for line in capsys.readouterr().out.splitlines() if "passed over" in line]
+    said = [line for line in caplog.text.splitlines() if "passed over" in line]
     assert len(said) == 1 and f"step {newer.step} (checkpoint/engine.{newer.step} was changed)" in said[0]
     assert_same(tables_of(whole), tables_of(run_dir))
 
 
-def test_begins_anew_and_says_so(
-    cut_off: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_begins_anew_and_says_so(cut_off: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A trajectory that is gone cannot be gone on with: the run begins at its start."""
     whole, killed_ = cut_off
     run_dir = tmp_path / "run"
     shutil.copytree(killed_, run_dir)
     (run_dir / "engine.partial" / logs.TRAJECTORY).unlink()
     assert driver.run(run_dir, progress=False).resumed_at_step is None
-    assert "begins anew; passed over: step" in capsys.readouterr().out
+    assert "begins anew; passed over: step" in caplog.text
     assert_same(tables_of(whole), tables_of(run_dir))
 
 

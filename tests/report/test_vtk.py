@@ -1,11 +1,10 @@
-"""VTK files of the synthetic run, read back by meshio; numbers as in tests/screening/synthetic.py."""
+"""VTK files of the synthetic run, read back by VTK itself; numbers as in tests/screening/synthetic.py."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-import meshio
 import numpy as np
 import pytest
 import pyvista
@@ -31,7 +30,7 @@ def test_series_names_every_output_with_its_time(folder: Path) -> None:
 
 
 def test_particles_carry_radius_film_and_place(folder: Path) -> None:
-    mesh = meshio.read(folder / "particles_000000200.vtu")
+    mesh = pyvista.read(folder / "particles_000000200.vtu")
     assert mesh.point_data["in_bin"].tolist() == [0, 1, 1]
     assert mesh.point_data["radius"].tolist() == [4e-3, 2e-3, 2e-3]
     expected = film_thickness(np.array([7.5, 5.0, 4.0]) * UNIT, mesh.point_data["radius"])
@@ -40,17 +39,17 @@ def test_particles_carry_radius_film_and_place(folder: Path) -> None:
 
 
 def test_bridges_are_lines_between_their_ends(folder: Path) -> None:
-    mesh = meshio.read(folder / "bridges_000000200.vtu")
-    np.testing.assert_allclose(mesh.cell_data_dict["volume"]["line"], [2 * UNIT, UNIT])
-    first = mesh.points[mesh.cells_dict["line"][0]]
+    mesh = pyvista.read(folder / "bridges_000000200.vtu")
+    np.testing.assert_allclose(mesh.cell_data["volume"], [2 * UNIT, UNIT])
+    first = mesh.points[mesh.cell_connectivity[:2]]
     np.testing.assert_allclose(first, [[-0.006, 0, 0.006], [0.006, 0, -0.05]])
 
 
 def test_walls_follow_their_motion_and_show_the_film(folder: Path) -> None:
-    mesh = meshio.read(folder / "walls_000000200.vtu")
-    z = mesh.points[mesh.cells_dict["triangle"]][:, :, 2]
+    mesh = pyvista.read(folder / "walls_000000200.vtu")
+    z = mesh.points[mesh.cell_connectivity].reshape(-1, 3, 3)[:, :, 2]
     np.testing.assert_allclose(z, np.repeat([2e-3, 2e-3, -0.06], 2)[:, None] * np.ones(3))
-    np.testing.assert_allclose(mesh.cell_data_dict["film_thickness"]["triangle"], [0, 0, 0, 0, 0.5 * UNIT / 8e-4, 0])
+    np.testing.assert_allclose(mesh.cell_data["film_thickness"], [0, 0, 0, 0, 0.5 * UNIT / 8e-4, 0])
 
 
 def test_vtk_itself_reads_the_series_also_where_there_is_no_bridge(folder: Path) -> None:
@@ -65,5 +64,5 @@ def test_vtk_itself_reads_the_series_also_where_there_is_no_bridge(folder: Path)
 def test_a_dry_run_has_no_bridges(tmp_path: Path) -> None:
     run = synthetic.make(tmp_path / "case01", moist=False)
     vtk.write(run)
-    assert len(meshio.read(run / "vtk" / "particles_000000000.vtu").points) == 3
+    assert len(pyvista.read(run / "vtk" / "particles_000000000.vtu").points) == 3
     assert pyvista.read(run / "vtk" / "bridges_000000000.vtu").n_cells == 0

@@ -13,7 +13,7 @@ import pytest
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.runs.rundir import RunDir
-from pywet.screening import results
+from pywet.screening.results import Results, coarse_share, write_results
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT
 
@@ -27,7 +27,7 @@ def moist(tmp_path: Path) -> RunDir:
 
 
 def test_fraction_retained_in_all_counts_liquid_outside_the_bin(moist: RunDir) -> None:
-    table = results.fraction_retained(moist)
+    table = Results.of(moist).retained
     start = COARSE + 2 * FINE + 20e-6
     # Output 3: the coarse sphere with 7.5 + 1.5 + 0.25, and 0.75 on the wires; 0.5 on the collecting bin does not count.
     expected = [1.0, (COARSE + FINE + 15e-6) / start, (COARSE + 10.0e-6) / start]
@@ -37,14 +37,14 @@ def test_fraction_retained_in_all_counts_liquid_outside_the_bin(moist: RunDir) -
 
 
 def test_fraction_retained_per_class_counts_the_liquid_of_the_class(moist: RunDir) -> None:
-    table = results.fraction_retained(moist)
+    table = Results.of(moist).retained
     coarse = [1.0, 1.0, (COARSE + 9.25e-6) / (COARSE + 10e-6)]
     np.testing.assert_allclose(table["fraction_retained_pom_8_mm"], coarse, rtol=1e-14)
     np.testing.assert_allclose(table["fraction_retained_pom_4_mm"], [1.0, 0.5, 0.0], atol=1e-15)
 
 
 def test_liquid_of_bridges_is_booked_to_each_side_by_the_transfer_share(moist: RunDir) -> None:
-    last = results.liquid_by_holder(moist).iloc[-1] / UNIT
+    last = Results.of(moist).liquid.iloc[-1] / UNIT
     expected = {
         "coarse_material_m3": 9.25,
         "coarse_material_pom_4_mm_m3": 0.0,
@@ -62,10 +62,10 @@ def test_liquid_of_bridges_is_booked_to_each_side_by_the_transfer_share(moist: R
 
 
 def test_checks_hold_and_a_lost_sphere_is_named(moist: RunDir) -> None:
-    assert [c.ok for c in results.write(moist.path)] == [True, True, True]
+    assert [c.ok for c in write_results(moist).checks] == [True, True, True]
     trajectory = pd.read_parquet(moist.path / "trajectory.parquet")
     trajectory[~((trajectory["step"] == 200) & (trajectory["id"] == 1))].to_parquet(moist.path / "trajectory.parquet")
-    lost = {c.name: c for c in results.write(moist.path)}["no_particle_lost"]
+    lost = {c.name: c for c in write_results(RunDir(moist.path)).checks}["no_particle_lost"]
     assert (lost.ok, lost.value) == (False, 1)
     saved = json.loads((moist.path / "results" / "checks.json").read_text())
     assert saved[0]["text"] == "3 spheres in, 2 on the screen or in the bin at the end, 1 missing at most"
@@ -77,20 +77,21 @@ def test_a_sphere_that_bounces_out_of_the_bin_stays_counted_as_passed(moist: Run
     trajectory.to_parquet(moist.path / "trajectory.parquet")
     run = RunDir(moist.path)
     assert run.timeline.came_back == 1
-    assert results.fraction_retained(run)["spheres_in_bin"].tolist() == [0, 1, 2]
+    assert Results.of(run).retained["spheres_in_bin"].tolist() == [0, 1, 2]
 
 
 def test_dry_run_has_no_liquid_and_the_dry_fraction(tmp_path: Path) -> None:
     run = RunDir(synthetic.make(tmp_path / "case01", moist=False))
-    table = results.fraction_retained(run)
+    made = write_results(run)
+    table = made.retained
     np.testing.assert_allclose(table["fraction_retained"], table["fraction_retained_spheres"], rtol=1e-15)
-    assert table["fraction_retained"].iloc[-1] == pytest.approx(results.coarse_share(run.scene), rel=1e-14)
-    assert results.liquid_by_holder(run)["total_m3"].tolist() == [0.0, 0.0, 0.0]
-    assert all(c.ok for c in results.write(run.path))
+    assert table["fraction_retained"].iloc[-1] == pytest.approx(coarse_share(run.scene), rel=1e-14)
+    assert made.liquid["total_m3"].tolist() == [0.0, 0.0, 0.0]
+    assert all(c.ok for c in made.checks)
 
 
 def test_csv_says_the_same_as_parquet(moist: RunDir) -> None:
-    results.write(moist.path)
+    write_results(moist)
     for name in ("fraction_retained", "liquid_by_holder"):
         csv = pd.read_csv(moist.path / "results" / f"{name}.csv")
         pd.testing.assert_frame_equal(csv, pd.read_parquet(moist.path / "results" / f"{name}.parquet"), rtol=1e-15)
@@ -105,7 +106,7 @@ def test_film_thickness_of_thin_and_thick_films() -> None:
 
 def test_a_folder_that_is_no_run_is_refused_in_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="expected a run directory"):
-        results.write(tmp_path)
+        write_results(RunDir(tmp_path))
 
 
 @pytest.mark.parametrize("kept", [[0], [0, 100], [0, 50, 100, 200]])
@@ -115,5 +116,5 @@ def test_output_steps_must_be_the_planned_ones(moist: RunDir, kept: list[int]) -
     frames = [table[table["step"] == table["step"].unique()[0]].assign(step=step) for step in kept]
     pd.concat(frames).to_parquet(path)
     with pytest.raises(PywetError, match=rf"{len(kept)} output steps; expected the 3 planned ones, 0 to 200"):
-        results.write(moist.path)
+        write_results(RunDir(moist.path))
     assert not (moist.path / "results").exists()

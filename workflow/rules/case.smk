@@ -3,11 +3,13 @@
 
 
 rule scene:
-    input:
-        config=CONFIG_FILES,
     output:
         status=f"{ROOT}/{{case}}/status/scene.json",
     params:
+        config=str(CONFIG),
+        identity=lambda wildcards: told(
+            CONFIGURED.with_seed(CHOSEN.seed), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
+        ),
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,
@@ -30,27 +32,27 @@ rule simulate:
         "../scripts/simulate.py"
 
 
-rule replay:
-    input:
-        simulate=rules.simulate.output.status,
-    output:
-        status=f"{ROOT}/{{case}}/status/replay.json",
-    log:
-        f"{LOGS}/{{case}}/replay.log",
-    script:
-        "../scripts/replay.py"
-
-
 rule results:
     input:
         simulate=rules.simulate.output.status,
-        replay=rules.replay.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/results.json",
     log:
         f"{LOGS}/{{case}}/results.log",
     script:
         "../scripts/results.py"
+
+
+rule replay:
+    input:
+        simulate=rules.simulate.output.status,
+        results=rules.results.output.status,
+    output:
+        status=f"{ROOT}/{{case}}/status/replay.json",
+    log:
+        f"{LOGS}/{{case}}/replay.log",
+    script:
+        "../scripts/replay.py"
 
 
 rule vtk:

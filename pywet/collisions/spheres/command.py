@@ -14,7 +14,8 @@ from pywet.collisions.spheres.forms import parse
 from pywet.collisions.spheres.outcome import describe, mechanism, outcome, wet_restitution
 from pywet.collisions.spheres.problem import Problem
 from pywet.collisions.spheres.simulate import METHODS, Run, run
-from pywet.files import read_json, shown
+from pywet.errors import shown
+from pywet.files import read_json
 
 __all__ = [
     "METHODS", "Problem", "Run", "collide", "collide_file", "describe", "head_on_restitution", "mechanism", "outcome", "parse",

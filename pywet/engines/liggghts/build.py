@@ -88,14 +88,13 @@ def _compile(target: Path) -> None:
         caches.seal(target)
 
 
-def main() -> int:
-    """Build and say where; used by `make setup`."""
+def main() -> str | None:
+    """Build and say where, or return why not; used by `make setup`."""
     try:
         print(f"plugin: {plugin_path()}")
     except PywetError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+        return str(error)
+    return None
 
 
 if __name__ == "__main__":

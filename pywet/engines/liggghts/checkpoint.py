@@ -26,6 +26,8 @@ from pywet.scene import Scene
 from pywet.shipped import place
 
 FOLDER = "checkpoint"
+PARTIAL = ".partial"
+"""Ending of what may not be whole yet."""
 FINGERPRINT = "fingerprint.json"
 FINISHED = "finished.json"
 LOG = "log.liggghts"
@@ -37,7 +39,10 @@ WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in ("*.py", "laws/**/*.py", "apparatus/*.py", "runs/*.py", "engines/*.py", "engines/liggghts/*.py")
+    for pattern in (
+        "*.py",
+        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "plan", "engines", "engines/liggghts")),
+    )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
@@ -66,6 +71,11 @@ def fingerprint(run_dir: Path, scene: Scene, *parts: str) -> str:
     for part in parts:
         digest.update(b"\0" + part.encode())
     return digest.hexdigest()
+
+
+def saved(name: str, step: object, whole: bool = True) -> str:
+    """Where in the engine's folder its state (`engine`), the plugin's (`state`) or their sums lie; half-written until `whole`."""
+    return f"{FOLDER}/{name}.{step}{'' if whole else PARTIAL}"
 
 
 def start(folder: Path, mark: str) -> None:
@@ -97,8 +107,8 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
     if not belongs(folder, mark) or not (folder / FINISHED).exists():
         return None, None
     try:
-        found = read_json(folder / FINISHED, "")
-        account, sums = dict(found["account"]), {name: (int(s), int(c)) for name, (s, c) in found["logs"].items()}
+        end = read_json(folder / FINISHED, "")
+        account, sums = dict(end["account"]), {name: (int(s), int(c)) for name, (s, c) in end["logs"].items()}
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return None, f"its end ({FINISHED} is damaged)"
     broken = logs.damage(folder, sums)
@@ -115,10 +125,10 @@ def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
         return None, passed
     steps = {step for name, step, _ in _files(folder) if name in ("engine", "sums")}
     for step in sorted(steps, reverse=True):
-        found = _read(folder, step)
-        if isinstance(found, Checkpoint):
-            return found, passed
-        passed.append(f"step {step} ({found})")
+        point = _read(folder, step)
+        if isinstance(point, Checkpoint):
+            return point, passed
+        passed.append(f"step {step} ({point})")
     return None, passed
 
 
@@ -132,7 +142,7 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
         states, sums = ({n: (int(s), int(c)) for n, (s, c) in read[part].items()} for part in ("states", "logs"))
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return f"{FOLDER}/{path.name} is damaged"
-    engine, state = f"{FOLDER}/engine.{step}", f"{FOLDER}/state.{step}"
+    engine, state = saved("engine", step), saved("state", step)
     if engine not in states:
         return f"{FOLDER}/{path.name} is damaged"
     broken = logs.damage(folder, states) or logs.damage(folder, sums, appended=True)
@@ -169,7 +179,7 @@ def cut_back(folder: Path, point: Checkpoint) -> None:
     for _, step, path in _files(folder):
         if step > point.step:
             path.unlink()
-    for path in (folder / FOLDER).glob("*.partial"):
+    for path in (folder / FOLDER).glob(f"*{PARTIAL}"):
         path.unlink()
     (folder / FINISHED).unlink(missing_ok=True)
     log = folder / LOG
@@ -210,20 +220,20 @@ class Recorder:
         last = "state" if self.plugin else "engine"
         new = sorted(step for name, step in there if name == last and step > self.step)
         for step in new:
-            states = [self.folder / FOLDER / f"{name}.{step}" for name in ("engine", "state")[: 1 + self.plugin]]
+            states = [self.folder / saved(name, step) for name in ("engine", "state")[: 1 + self.plugin]]
             if not holds(states[0].read_bytes(), self.spheres):
                 for path in states:
                     path.unlink()  # cut off, as by a full disk
                 continue
             until = self._frames_before(step)
-            found = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
-            if isinstance(found, str):
+            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
+            if isinstance(grown, str):
                 if step < new[-1]:
-                    raise self._not_whole(found)
+                    raise self._not_whole(grown)
                 return  # perhaps not yet there: looked at again
             sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
-            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": found})
-            self.step, self.framed, self.logs = step, until, found
+            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": grown})
+            self.step, self.framed, self.logs = step, until, grown
             self._prune()
 
     def finish(self) -> logs.Sums:
@@ -237,9 +247,9 @@ class Recorder:
             found = f"{longer} ends in the middle of a step"
         raise self._not_whole(found)
 
-    def _not_whole(self, found: str) -> PywetError:
+    def _not_whole(self, why: str) -> PywetError:
         return PywetError(
-            f"{found}; expected the {len(self.planned)} planned output steps in "
+            f"{why}; expected the {len(self.planned)} planned output steps in "
             f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
         )
 

@@ -48,17 +48,17 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     tables.convert(folder, made / "history")
     for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
         planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")
-    return spheres, ledger_error(made)
+    return spheres, tables.ledger_error(read_table(made / "history" / "ledger.parquet"))
 
 
 def planned(steps: pd.Series, scene: Scene, what: str) -> None:
     """Raise `NotWhole` unless the steps of a table are the planned output steps."""
-    wanted, found = scene.output_steps, sorted(int(s) for s in steps.unique())
-    if found != wanted:
-        missing, more = sorted(set(wanted) - set(found)), sorted(set(found) - set(wanted))
+    wanted, there = scene.output_steps, sorted(int(s) for s in steps.unique())
+    if there != wanted:
+        missing, more = sorted(set(wanted) - set(there)), sorted(set(there) - set(wanted))
         wrong = f"lacks step {missing[0]}" if missing else f"has step {more[0]}, which is not one"
         raise NotWhole(
-            f"{what} holds {len(found)} output steps and {wrong}; expected the {len(wanted)} from 0 to {wanted[-1]}: "
+            f"{what} holds {len(there)} output steps and {wrong}; expected the {len(wanted)} from 0 to {wanted[-1]}: "
             "run the case again"
         )
 
@@ -105,14 +105,6 @@ def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
     return (
         None if logs.damage(run_dir, sums) else dict(read_json(run_dir / "engine" / "run.json", "run the case again"))
     )
-
-
-def ledger_error(run_dir: Path) -> float:
-    """Largest relative error of the liquid's ledger over all outputs of a moist run."""
-    ledger = read_table(run_dir / "history" / "ledger.parquet")
-    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
-    initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
-    return float(((held - ledger["initial"]).abs() / initial).max())
 
 
 def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jinja2
 import numpy as np
@@ -15,11 +15,12 @@ from pywet.apparatus.motion import viblin_movers
 from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
 from pywet.engines.liggghts import windows
-from pywet.engines.liggghts.checkpoint import Checkpoint
-from pywet.errors import PywetError
-from pywet.files import atomic_write, read_table, shown
+from pywet.engines.liggghts.checkpoint import Checkpoint, saved
+from pywet.errors import PywetError, shown
+from pywet.files import atomic_write, read_table
 from pywet.laws import contact, registry
-from pywet.scene import ContactPair, Scene, WallMesh
+from pywet.plan.time_steps import leapfrog_damping
+from pywet.scene import Scene, WallMesh
 from pywet.shipped import place
 
 TEMPLATES = place("liggghts_inputs")
@@ -29,17 +30,6 @@ FILM_GROWTH = 2.5
 
 FASTEST = 5.0
 """Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
-
-
-def damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
-    """Normal damping [kg/s] that gives the pair's restitution at this time step.
-
-    γ₀ = −2 ln e √(m_eff k_n)/√(π² + ln² e) (E after 4) is exact for Δt → 0. The engine takes the damping from the velocity half
-    a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
-    (e = 0.44); γ = γ₀/(1 + γ₀ Δt/(4 m_eff)) removes this in the mean over the instant of touch (left: 0.3 %).
-    """
-    exact = contact.damping(pair.restitution, m_eff, pair.normal_stiffness_N_per_m)
-    return exact / (1.0 + exact * time_step / (4.0 * m_eff))
 
 
 def sliding_drag(m_eff: float, time_step: float) -> float:
@@ -64,7 +54,7 @@ def property_matrices(scene: Scene) -> dict[str, str]:
         row = (
             pair.normal_stiffness_N_per_m,
             pair.tangential_stiffness_N_per_m,
-            damping(pair, m_eff, scene.time_step_s),
+            leapfrog_damping(pair, m_eff, scene.time_step_s),
             0.0 if scene.effects.tangential_history else sliding_drag(m_eff, scene.time_step_s),
             pair.friction,
             pair.rolling_friction_m / r_red,
@@ -116,18 +106,18 @@ def checkpoints(scene: Scene) -> list[int]:
 
 def movers(scene: Scene) -> list[dict[str, str]]:
     """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
-    found = []
+    fixes = []
     for wall in scene.walls:
         if wall.motion == "vibrates" and scene.vibration is not None:
-            found += [
+            fixes += [
                 {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
                 for k, mover in enumerate(viblin_movers(scene.vibration))
             ]
         if wall.motion == "turns" and scene.rotation is not None:
             origin, axis = (" ".join(map(repr, v)) for v in (scene.rotation.origin_m, scene.rotation.axis))
             words = f"rotate origin {origin} axis {axis} period {scene.rotation.period_s!r}"
-            found.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
-    return found
+            fixes.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
+    return fixes
 
 
 def mesh_style(scene: Scene, wall: WallMesh) -> str:
@@ -137,19 +127,28 @@ def mesh_style(scene: Scene, wall: WallMesh) -> str:
     return "mesh/surface/stress"
 
 
-def runs(scene: Scene, done: int = 0) -> list[dict[str, Any]]:
-    """What is left of the run after `done` steps in pieces, with the lines around each; checkpoints empty the engine."""
+class Run(NamedTuple):
+    """One `run` of the engine with the lines around it, and the step whose state is saved after it (None: it goes on)."""
+
+    before: list[str]
+    steps: int
+    after: list[str]
+    checkpoint: int | None
+
+    @property
+    def lines(self) -> list[str]:
+        """All lines, for the engine."""
+        return [*self.before, f"run {self.steps}", *self.after]
+
+
+def runs(scene: Scene, done: int = 0) -> list[Run]:
+    """What is left of the run after `done` steps; checkpoints empty the engine."""
     sliding = [w.name for w in scene.walls if w.motion == "slides"]
     speed = " ".join(repr(c) for c in scene.slide.velocity_m_per_s) if scene.slide else ""
     draw = [f"fix draw_{name} all move/mesh mesh {name} linear {speed}" for name in sliding]
     stop = [f"unfix draw_{name}" for name in sliding]
     return [
-        {
-            "before": draw if piece.drawn else [],
-            "steps": piece.steps,
-            "after": stop if piece.stops else [],
-            "checkpoint": piece.checkpoint,
-        }
+        Run(draw if piece.drawn else [], piece.steps, stop if piece.stops else [], piece.checkpoint)
         for piece in schedule.pieces(scene, checkpoints(scene), done)
     ]
 
@@ -254,7 +253,7 @@ def write_deck(
         "attached": attached(scene),
         "mesh_style": {w.name: mesh_style(scene, w) for w in scene.walls},
         "movers": movers(scene),
-        "runs": runs(scene, done),
+        "runs": [(run, saved("engine", run.checkpoint, whole=False)) for run in runs(scene, done)],
         "extra": extra,
         "integrate": integrate,
         "thermo": thermo or max(1, scene.steps // 200),
@@ -267,8 +266,8 @@ def write_deck(
         "at": done,
         "first_frame": done % every == 0,
     }
-    name = "engine.${at}" if attached(scene) else "engine.${at}.partial"
-    again = {"restart_file": f"checkpoint/{name}", "at": "${at}", "first_frame": False}
+    # the plugin's worker has given the file its name by then, the stock program cannot
+    again = {"restart_file": saved("engine", "${at}", whole=attached(scene)), "at": "${at}", "first_frame": False}
     for name, template, more in (
         ("setup", "setup", begin),
         ("again", "setup", again),

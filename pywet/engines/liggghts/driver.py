@@ -15,17 +15,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
-from pywet.engines.liggghts.plugin_api import transfer_tables, wall_groups
+from pywet.engines.liggghts.plugin_api import transfer_tables
 from pywet.engines.liggghts.process import LOOP_TIME, execute
 from pywet.engines.liggghts.tables import prepare_laws
 from pywet.engines.process import Usage, alone, package_version, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
-from pywet.files import read_table, write_json, write_table
+from pywet.files import read_if_there, read_table, write_json, write_table
+from pywet.notices import notice
 from pywet.plan import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
@@ -107,14 +105,14 @@ def run(
             if done:
                 _write_history_inputs(scene, run_dir)
                 collecting.tidy(run_dir / "engine")
-                print(f"{scene.name}: was simulated already; remove {run_dir / 'engine'} to do it again", flush=True)
+                notice.info(f"{scene.name}: was simulated already; remove {run_dir / 'engine'} to do it again")
                 return RunInfo(**done)
             account, damaged = checkpoint.finished(folder, mark)
             if account is None:
                 account = _simulate(task, [damaged] if damaged else [])
             else:
                 _write_history_inputs(scene, run_dir)
-                print(f"{scene.name}: the engine had come to its end; its output is collected", flush=True)
+                notice.info(f"{scene.name}: the engine had come to its end; its output is collected")
             return _collect(task, {**fixed, **account})
     except OSError as error:
         raise PywetError(
@@ -133,7 +131,7 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
     started = time.monotonic()
     with progress_bar(scene, task.progress) as report:
         try:
-            usage = task.launch(_command(task), folder, scene, report, recorder.watch)
+            usage = task.launch(_command(task, point.step if point else 0), folder, scene, report, recorder.watch)
         except PywetError:
             if point and checkpoint.unread(folder):
                 checkpoint.drop(folder, point)
@@ -166,8 +164,8 @@ def _loop_cpu(folder: Path, scene: Scene, usage: Usage) -> float | None:
     """Processor time of the steps: the worker's own account; the stock program starts within hundredths of a second."""
     if not deck.attached(scene):
         return usage.cpu_s
-    account = folder / LOOP_TIME
-    return sum(float(line.split()[0]) for line in account.read_text().splitlines()) if account.exists() else None
+    pieces = read_if_there(folder / LOOP_TIME) or []
+    return sum(piece["run_s"] + piece["checkpoint_s"] for piece in pieces) if pieces else None
 
 
 def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
@@ -184,18 +182,16 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
         checkpoint.start(ready, task.mark)
     deck.write_deck(scene, task.run_dir, ready, resume=point, **task.deck)
     _write_history_inputs(scene, task.run_dir)
-    if deck.attached(scene):
-        _write_schedule(scene, ready, point)
     why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
         ready.rename(folder)
         if passed:
-            print(f"{scene.name}: begins anew{why}", flush=True)
+            notice.warning(f"{scene.name}: begins anew{why}")
     else:
         checkpoint.cut_back(folder, point)
         if task.progress or passed:
-            print(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}{why}", flush=True)
+            notice.info(f"{scene.name}: goes on from its checkpoint at step {point.step} of {scene.steps}{why}")
     return point
 
 
@@ -223,14 +219,6 @@ def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
         return
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")
-    if scene.walls:
-        groups = wall_groups(scene)
-        parts = read_table(history / "parts.parquet")
-        parts["part_class"] = [
-            groups[(np.inf if np.isnan(w) else w, a)]
-            for w, a in zip(parts["half_width"], parts["contact_angle"], strict=True)
-        ]
-        write_table(parts, history / "parts.parquet")
     liquid = scene.liquid
     assert liquid is not None
     meta = {
@@ -249,19 +237,11 @@ def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
     write_json(history / "meta.json", meta)
 
 
-def _write_schedule(scene: Scene, folder: Path, point: checkpoint.Checkpoint | None) -> None:
-    """What the worker is told: when to write, and from where to go on."""
-    resume = None
-    if point is not None:
-        resume = {"state": str(point.state)}
-    told = {"output_steps": scene.output_steps, "windows": schedule.windows(scene), "resume": resume}
-    write_json(folder / "schedule.json", told)
-
-
-def _command(task: Task) -> list[str]:
+def _command(task: Task, done: int) -> list[str]:
     if deck.attached(task.scene):
         # -P: it works in the run directory, where nothing may be taken for a module
         program = [sys.executable, "-P", "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
+        program.append(str(done))
     else:
         program = ["stdbuf", "-oL", PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts"]  # an abort flushes nothing
     if task.ranks > 1:

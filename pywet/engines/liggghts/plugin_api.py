@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.initial import wall_groups
 from pywet.apparatus.prisms import prism_of
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.schedule import checkpoint_every, drop_every
@@ -208,15 +209,6 @@ def angle_pairs(scene: Scene) -> set[tuple[float, float]]:
     for a in scene.classes:
         pairs |= {(a.contact_angle_rad, b.contact_angle_rad) for b in scene.classes if a.radius_m <= b.radius_m}
     return pairs
-
-
-def wall_groups(scene: Scene) -> dict[tuple[float, float], int]:
-    """Distinct (half width, contact angle) of all wall parts -> number of their transfer table."""
-    groups: dict[tuple[float, float], int] = {}
-    for wall in scene.walls:
-        for width in wall.part_half_width_m:
-            groups.setdefault((math.inf if width is None else width, wall.contact_angle_rad), len(groups))
-    return groups
 
 
 def transfer_tables(scene: Scene) -> pd.DataFrame:

@@ -15,12 +15,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.engines.liggghts.checkpoint import holds
+from pywet.engines import schedule
+from pywet.engines.liggghts import deck
+from pywet.engines.liggghts.checkpoint import holds, saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
-from pywet.files import read_json, read_table
+from pywet.files import read_table, write_json
 from pywet.scene import Scene
 
 LIBRARY = "libliggghts.so.3"
@@ -34,10 +36,9 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
     return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
 
 
-def run(run_dir: Path, folder: Path) -> None:
-    """Read the scene, set the engine up, attach the plugin, run all stages."""
+def run(run_dir: Path, folder: Path, done: int = 0) -> None:
+    """Read the scene, set the engine up, attach the plugin, run what is left after the checkpoint at step `done` (0: all)."""
     scene = Scene.read(run_dir / "scene.json")
-    schedule = read_json(folder / "schedule.json")
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
@@ -51,44 +52,48 @@ def run(run_dir: Path, folder: Path) -> None:
     engine = C.c_void_p()
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
 
-    def begin(deck: str, state: Path | None) -> None:
+    def begin(script: bytes, step: int) -> None:
         """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on."""
-        library.lammps_file(engine, deck.encode())
+        library.lammps_file(engine, script)
         plugin.configure(scene, spheres, transfer, nodes)
-        plugin.set_output(schedule["output_steps"], [tuple(w) for w in schedule["windows"]])
+        plugin.set_output(scene.output_steps, schedule.windows(scene))
         plugin.attach(engine, folder)
-        if state:
-            plugin.resume(state)
+        if step:
+            plugin.resume(Path(saved("state", step)))
 
-    begin("setup.liggghts", Path(schedule["resume"]["state"]) if schedule["resume"] else None)
-    state, spent = None, ""
-    for line in Path("run.liggghts").read_text().splitlines():
-        before = time.process_time()
-        match line.split():
-            case ["include", deck]:
-                begin(deck, state)
-            case ["write_restart", path]:
-                library.lammps_command(engine, line.encode())
-                state = saved(Path(path), len(spheres))
-            case _:
-                library.lammps_command(engine, line.encode())
-        spent += f"{time.process_time() - before:.6f} {line}\n"
+    def tell(*lines: str) -> None:
+        for line in lines:
+            library.lammps_command(engine, line.encode())
+
+    begin(b"setup.liggghts", done)
+    spent = []
+    for piece in deck.runs(scene, done):
+        began = time.process_time()
+        tell(*piece.lines)
+        ran = time.process_time()
+        if piece.checkpoint:
+            tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
+            name_checkpoint(piece.checkpoint, len(spheres))
+            tell("clear", f"variable at string {piece.checkpoint}")
+            begin(b"again.liggghts", piece.checkpoint)
+        spent.append({"steps": piece.steps, "run_s": ran - began, "checkpoint_s": time.process_time() - ran})
     if plugin_rank() == 0:
-        Path(LOOP_TIME).write_text(spent)
+        write_json(Path(LOOP_TIME), spent)
     library.lammps_close(engine)
     plugin.finish()
 
 
-def saved(engine: Path, spheres: int) -> Path:
-    """Give both files of a checkpoint their names, now that both are whole; returns that of the plugin's state."""
-    state = engine.with_name(engine.name.replace("engine", "state"))
-    if plugin_rank() == 0 and not holds(engine.read_bytes(), spheres):  # the engine would read on and on
+def name_checkpoint(step: int, spheres: int) -> None:
+    """Give both files of a checkpoint their names, now that both are whole; the first rank does it."""
+    if plugin_rank() != 0:
+        return
+    engine, state = (Path(saved(name, step, whole=False)) for name in ("engine", "state"))
+    if not holds(engine.read_bytes(), spheres):  # the engine would read on and on
         raise PywetError(f"the checkpoint {engine} could not be written; is the disk full?")
-    for path in (engine, state) if plugin_rank() == 0 else ():
+    for path in (engine, state):
         with open(path, "rb") as file:
             os.fsync(file.fileno())
         path.rename(path.with_suffix(""))
-    return state.with_suffix("")
 
 
 def plugin_rank() -> int:
@@ -97,10 +102,10 @@ def plugin_rank() -> int:
 
 
 def main() -> int:
-    """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER`."""
+    """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP`; STEP of the checkpoint to go on from, or 0."""
     die_with_parent()
     try:
-        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve())
+        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), int(sys.argv[3]))
     except PywetError as error:
         print(f"ERROR: {error}", file=sys.stderr, flush=True)
         return 1

@@ -18,9 +18,9 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from pywet.engines.liggghts.deck import TEMPLATES
 from pywet.engines.stock.points import Floats, checked, expressible, gaps, run_program, smaller_radius, with_force
 from pywet.errors import PywetError
+from pywet.shipped import place
 
 LIGGGHTS_MODELS = {"washino": "washino/capillary/viscous", "easo": "easo/capillary/viscous"}
 DECK = "stock_pairs.liggghts.j2"
@@ -139,7 +139,7 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         "atoms": layout.atoms,
     }
     template = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, autoescape=False).from_string(
-        (TEMPLATES / DECK).read_text()
+        (place("liggghts_inputs") / DECK).read_text()
     )
     with tempfile.TemporaryDirectory(prefix="pywet-stock-") as name:
         folder = Path(name)
@@ -149,9 +149,9 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         (folder / "in.pairs").write_text(template.render(values))
         run_program(["liggghts", "-in", "in.pairs", "-log", "run.log", "-screen", "screen.log"], folder, "liggghts")
         lines = (folder / "forces.txt").read_text().splitlines()
-    found = np.array([line.split() for line in lines[lines.index("ITEM: ATOMS id z fz ") + 1 :]], dtype=float)
+    forces = np.array([line.split() for line in lines[lines.index("ITEM: ATOMS id z fz ") + 1 :]], dtype=float)
     last = np.cumsum(np.where(wall, 1, 2)) - 1  # the moved body of each point: it is pulled downwards
-    return np.asarray(0.0 - found[last, 2], dtype=float)
+    return np.asarray(0.0 - forces[last, 2], dtype=float)
 
 
 def _data_file(layout: Layout) -> str:
@@ -164,8 +164,8 @@ def _data_file(layout: Layout) -> str:
 def _write_walls(path: Path, x: Floats, size: float) -> None:
     """One triangle in z = 0 under each sphere, so that no sphere feels two of them."""
     lines = ["solid walls"]
-    for place in x:
-        corners = ((place - size, -size), (place + size, -size), (place, size))
+    for at in x:
+        corners = ((at - size, -size), (at + size, -size), (at, size))
         lines += [
             "facet normal 0 0 1",
             "outer loop",

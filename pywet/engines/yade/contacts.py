@@ -2,8 +2,7 @@
 
 Stiffnesses and friction are given per pair of materials. Damping is not: YADE takes 2 √(m_eff k_n) times the mean of the two
 materials' fractions β of critical damping. One β per sphere class and one for the walls are found by least squares so that
-each pair gets the damping [kg/s] that LIGGGHTS gets from `deck.damping` (both integrate by leapfrog, so the same correction
-for the size of the step holds); what is left over is checked.
+each pair gets the damping [kg/s] that LIGGGHTS gets, `leapfrog_damping`; what is left over is checked.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pywet.apparatus.surface import Floats
-from pywet.engines.liggghts.deck import damping
 from pywet.errors import PywetError
 from pywet.laws.contact import pair_mass
+from pywet.plan.time_steps import leapfrog_damping
 from pywet.scene import Scene
 
 LARGEST_MISS = 0.02
@@ -44,7 +43,7 @@ def contacts(scene: Scene) -> Contacts:
     for pair in scene.pairs:
         mass = pair_mass(scene.classes, pair)
         critical = 2.0 * np.sqrt(mass * pair.normal_stiffness_N_per_m)
-        wanted.append(damping(pair, mass, scene.time_step_s) / critical)
+        wanted.append(leapfrog_damping(pair, mass, scene.time_step_s) / critical)
     share, miss = _shares(scene, np.array(wanted))
     if miss > LARGEST_MISS or share.min() < 0:
         raise PywetError(
@@ -68,6 +67,6 @@ def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:
         matrix[row, pair.a] += 0.5
         matrix[row, pair.b] += 0.5
     scale = np.maximum(wanted, 1e-9)
-    found = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
-    share: Floats = np.where(np.abs(found) < 1e-12, 0.0, found).astype(float)
+    fitted = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
+    share: Floats = np.where(np.abs(fitted) < 1e-12, 0.0, fitted).astype(float)
     return share, float(np.max(np.abs(matrix @ share - wanted) / np.maximum(wanted, 1e-3)))

@@ -15,12 +15,12 @@ from typing import Any
 
 import pandas as pd
 
-from pywet.engines.liggghts.deck import damping
 from pywet.engines.stock.yade import YADE_LAWS
 from pywet.engines.yade.driver import build_task, check_engine, execute, finish
 from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.laws.contact import pair_mass
+from pywet.plan.time_steps import leapfrog_damping
 from pywet.scene import ContactPair, Scene
 
 
@@ -63,10 +63,10 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
         "materials": materials(scene),
     }
     wall = execute(run_dir, scene, task, progress)
-    found = read_json(run_dir / "engine.partial" / "bridges.json")
+    bridges = read_json(run_dir / "engine.partial" / "bridges.json")
     info = {"engine": "YADE", "engine_version": version, "wall_s": wall, "steps": scene.steps}
     finish(run_dir, {**info, "spheres": len(task["spheres"]), "ranks": 1, "law": liquid.law})
-    return pd.DataFrame(found, columns=["volume", "gap", "wall", "rupture"])
+    return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
 
 
 def materials(scene: Scene) -> list[dict[str, Any]]:
@@ -102,4 +102,4 @@ def _number(scene: Scene, pair: ContactPair, name: str) -> float:
         return pair.normal_stiffness_N_per_m
     if name == "ks":
         return pair.tangential_stiffness_N_per_m
-    return damping(pair, pair_mass(scene.classes, pair), scene.time_step_s)
+    return leapfrog_damping(pair, pair_mass(scene.classes, pair), scene.time_step_s)

@@ -23,8 +23,9 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.engines.liggghts.build import source_hash
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import runs, trial
+from pywet.evidence.accuracy import trial
 from pywet.evidence.accuracy.counts import Load, load_of
+from pywet.evidence.accuracy.measure import machine
 from pywet.evidence.accuracy.trial import Costs
 from pywet.files import read_model, write_json
 
@@ -90,7 +91,7 @@ def _path() -> Path:
     """Of this machine with this plugin and these laws."""
     sources = sorted(Path(laws.__file__).parent.glob("*.py"))
     program = source_hash() + "".join(path.read_text() for path in sources)
-    key = hashlib.sha256(f"{VERSION} {runs.machine()} {program}".encode()).hexdigest()[:16]
+    key = hashlib.sha256(f"{VERSION} {machine()} {program}".encode()).hexdigest()[:16]
     return caches.folder() / f"cost-{key}.json"
 
 
@@ -111,7 +112,7 @@ def of_this_machine(
         return held
     found = calibrate(config_dir, report)
     date = datetime.datetime.now(datetime.UTC).isoformat()
-    write_json(_path(), {**asdict(found), "machine": runs.machine(), "date": date})
+    write_json(_path(), {**asdict(found), "machine": machine(), "date": date})
     return found
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -152,24 +153,24 @@ def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
         ax.annotate(name, (x, at), xytext=(-6, 2), textcoords="offset points", ha="right", fontsize=8, color=colour)
 
 
-def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
+def seeds(runs: pd.DataFrame, size: str) -> Figure:
     """Fraction retained of the default with every seed, and the mean over the seeds of the coarsest and finest settings."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
         for ax, scene in zip(axes, ("moist", "dry"), strict=True):
-            runs = [r for r in kept if r["scene"] == scene and r.get("curve")]
-            own = [r for r in runs if r["knob"] == "default"]
-            for k, run in enumerate(own):
+            done = runs[(runs["scene"] == scene) & runs["curve"].notna()]
+            own = done.loc[done["knob"] == "default", "curve"]
+            for k, curve in enumerate(own):
                 label = f"default, {len(own)} seeds" if k == 0 else None
-                ax.plot(run["curve"]["time_s"], run["curve"]["retained"], color="#b9c4ce", lw=3.0, label=label)
+                ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
             for knob in ("fraction", "stiffness", "wire_sides", "capillary"):
-                levels = KNOBS[knob].levels(runs[0]["size"]) if runs else ()
-                for level, style in ((levels[0], "--"), (levels[-1], "-")) if levels else ():
-                    of = [r for r in runs if (r["knob"], r["level"]) == (knob, level)]
-                    if of:
-                        mean = np.mean([r["curve"]["retained"] for r in of], axis=0)
+                levels = KNOBS[knob].levels(size)
+                for level, style in ((levels[0], "--"), (levels[-1], "-")):
+                    curves = done.loc[(done["knob"] == knob) & (done["level"] == level), "curve"].tolist()
+                    if curves:
+                        mean = np.mean([curve["retained"] for curve in curves], axis=0)
                         text = f"{KNOBS[knob].title} {SHORT.get(str(level), level)}"
-                        ax.plot(of[0]["curve"]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
+                        ax.plot(curves[0]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
             ax.set_title(f"{scene}: the seeds beside the settings")
             ax.set_xlabel("time since the slide opened [s]")
             ax.set_xlim(left=0.0)
@@ -179,18 +180,18 @@ def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
     return figure
 
 
-def times(pairs: Sequence[tuple[str, float, float]]) -> Figure:
-    """Predicted over measured seconds of the study's runs: (scene, measured, predicted)."""
+def times(runs: pd.DataFrame) -> Figure:
+    """Predicted over measured seconds of the study's runs: scene, measured, predicted."""
     with plt.rc_context(STYLE):
         figure, ax = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
-        top = 1.6 * max(max(m, p) for _, m, p in pairs)
-        low = 0.6 * min(min(m, p) for _, m, p in pairs)
+        seconds = runs[["measured", "predicted"]].to_numpy(float)
+        top, low = 1.6 * seconds.max(), 0.6 * seconds.min()
         ax.fill_between([low, top], [low / 1.5, top / 1.5], [low * 1.5, top * 1.5], color="#e7eef5", lw=0)
         ax.plot([low, top], [low, top], color="#9fb3c8", lw=1)
         for scene in ("moist", "dry"):
-            of = [(m, p) for s, m, p in pairs if s == scene]
-            if of:
-                ax.plot(*zip(*of, strict=True), "o", ms=4.5, alpha=0.7, color=KIND_COLOUR[scene])
+            of = runs[runs["scene"] == scene]
+            if len(of):
+                ax.plot(of["measured"], of["predicted"], "o", ms=4.5, alpha=0.7, color=KIND_COLOUR[scene])
                 ax.text(
                     0.04, 0.96 - 0.06 * (scene == "dry"), scene, transform=ax.transAxes, va="top", fontweight="bold",
                     color=KIND_COLOUR[scene],

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
@@ -17,12 +15,16 @@ from pywet.errors import PywetError
 from pywet.evidence.accuracy.knobs import Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
-from pywet.screening import cases, results
+from pywet.screening import cases
+from pywet.screening.results import Results
 
 SCALE = "study"
 """Name of the scale that is made for the study."""
 CASE = {"dry": 1, "moist": 2}
 """Screening case of each scene: POM of 5, 7, 10 mm on 8 mm apertures, dry and with 5 % of water."""
+SCREENING = tuple(CASE)
+SEEDS = (10007, 10009, 10037, 10039, 10061, 10067)
+"""Seeds of the engine are primes above 10000."""
 PLACES = ("coarse_material", "fines")
 LIQUID = ("coarse_material_m3", "fines_m3", "standing_bridges_m3")
 Entry = TypeVar("Entry", bound=BaseModel)
@@ -97,15 +99,6 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     return replace(config, settings=settled, scales=config.scales.model_copy(update={"scales": made}))
 
 
-def key(config_dir: Path, size: Size) -> str:
-    """Hash over all of the configuration that screening runs of this size depend on and the study does not set itself."""
-    config = with_setting(settings.load(config_dir), Setting(), size, seed=0)
-    held = [config.resolved(number, SCALE) for number in CASE.values()]
-    for one in held:
-        del one["settings"]["ranks"], one["settings"]["both_presets"]
-    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()[:16]
-
-
 def put(entry: Entry, value: float) -> Entry:
     """An entry of the configuration with another value."""
     return entry.model_copy(update={"value": value})
@@ -135,24 +128,26 @@ def last_common(scene: Scene, opens_s: float) -> float:
     return scene.steps * scene.time_step_s - opens_s - scene.output.interval_s
 
 
-def quantities(folder: Path) -> dict[str, float]:
-    """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid)."""
+def quantities(folder: Path) -> dict[str, Any]:
+    """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid).
+
+    `curve`: fraction retained over the time since the opening, for the picture.
+    """
     run = RunDir(folder)
-    retained, liquid = results.fraction_retained(run), results.liquid_by_holder(run)
-    since = retained["time_since_opening_s"].to_numpy()
+    made = Results.of(run)
+    retained, liquid = made.retained, made.liquid
+    since, curve = (retained[name].to_numpy() for name in ("time_since_opening_s", "fraction_retained"))
     opens = -float(since[0])
     end = last_common(run.scene, opens)
-    found = of_curve(since, retained["fraction_retained"].to_numpy(), end)
+    measured: dict[str, Any] = of_curve(since, curve, end)
     if run.moist:
         late = {name: float(np.interp(end + opens, liquid["time_s"], liquid[name])) for name in LIQUID}
         total = float(liquid["initial_m3"].iloc[-1])
         for place in PLACES:
-            found[f"liquid_{place}"] = late[f"{place}_m3"] / total
-        found["liquid_walls"] = 1.0 - sum(found[f"liquid_{place}"] for place in PLACES)
-        found["liquid_bridges"] = late["standing_bridges_m3"] / total
-    for check in results.checks(run, retained, liquid):
-        found[f"check_{check.name}"] = float(check.ok)
-    return found
+            measured[f"liquid_{place}"] = late[f"{place}_m3"] / total
+        measured["liquid_walls"] = 1.0 - sum(measured[f"liquid_{place}"] for place in PLACES)
+        measured["liquid_bridges"] = late["standing_bridges_m3"] / total
+    return {**measured, "curve": {"time_s": since.round(5).tolist(), "retained": curve.round(6).tolist()}}
 
 
 def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, float]:
@@ -160,12 +155,3 @@ def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, f
     times = np.concatenate([[0.0], since[(since > 0.0) & (since < end)], [end]])
     values = np.interp(times, since, retained)
     return {"retained_mean": float(np.trapezoid(values, times) / end), "retained_end": float(values[-1])}
-
-
-def curve(folder: Path) -> dict[str, list[float]]:
-    """Fraction retained over the time since the opening, for the picture."""
-    table = results.fraction_retained(RunDir(folder))
-    return {
-        "time_s": [round(float(t), 5) for t in table["time_since_opening_s"]],
-        "retained": [round(float(y), 6) for y in table["fraction_retained"]],
-    }

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from pywet.engines.stock import liggghts_force, yade_force
+from pywet.engines.stock.liggghts import liggghts_force
+from pywet.engines.stock.yade import yade_force
 from pywet.errors import PywetError
 from pywet.evidence.agreement.columns import EASO, WASHINO, YADE
 from pywet.evidence.agreement.model import Floats

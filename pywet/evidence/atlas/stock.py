@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import pandas as pd
 
-from pywet.engines.stock import LIGGGHTS_MODELS, YADE_LAWS, liggghts_force, yade_force
+from pywet.engines.stock.liggghts import LIGGGHTS_MODELS, liggghts_force
+from pywet.engines.stock.yade import YADE_LAWS, yade_force
 from pywet.errors import PywetError
 from pywet.evidence.atlas.points import SIGMA
 

@@ -64,7 +64,6 @@ def screening(seed: int, folder: Path) -> Numbers:
     output = scene.output.model_copy(update={"checkpoints": 0, "energy": True})
     with_spheres(scene, folder, first, duration_s=SHORTEST_S, output=output)
     stages.simulate(folder, ranks=1, progress=False)
-    stages.replay(folder)
     stages.results(folder)
     return _replayed(folder)
 

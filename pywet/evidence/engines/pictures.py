@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,15 +11,13 @@ import pandas as pd
 from pywet.apparatus.surface import Floats
 from pywet.report.pictures import plt, save_png
 
-if TYPE_CHECKING:
-    from pywet.evidence.engines.screening import Verdict
-
 PLAIN: Any = {"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}
 COLOURS = {"LIGGGHTS": "#1f5fa8", "YADE": "#d9661f", "washino": "#7a5195", "easo": "#3a9e6f", "exact": "#222222"}
 
 
-def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verdict: Verdict, path: Path) -> None:
-    """Each run as a thin line, the band of one standard deviation about the mean; below, the difference of the means."""
+def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, said: str, path: Path) -> None:
+    """Each run as a thin line, the band of one standard deviation about the mean; below, the difference of the means
+    with what is `said` of it."""
     with plt.rc_context(PLAIN):
         figure, (top, low) = plt.subplots(
             2, 1, figsize=(7.5, 6.2), sharex=True, height_ratios=(3, 1.3), layout="constrained"
@@ -38,8 +36,7 @@ def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, verd
         low.plot(times, frame["difference"], color="#222222", lw=1.5, label="YADE − LIGGGHTS")
         low.set(xlabel="time since the slide opened [s]", ylabel="difference")
         low.legend(frameon=False, ncols=2, fontsize=9, loc="upper left")
-        words = "no difference beyond the seeds' spread" if verdict.agree else "a difference beyond the seeds' spread"
-        low.set_title(f"largest |t| {verdict.largest_t:.2f}, p = {verdict.p:.2f}: {words}", loc="right", fontsize=9)
+        low.set_title(said, loc="right", fontsize=9)
         save_png(figure, path)
 
 

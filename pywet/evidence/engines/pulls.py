@@ -17,7 +17,8 @@ import pandas as pd
 from pywet.apparatus.surface import Floats
 from pywet.bench import bridge_engine
 from pywet.bench.pair import Pair
-from pywet.engines.stock import liggghts_force, yade_force
+from pywet.engines.stock.liggghts import liggghts_force
+from pywet.engines.stock.yade import yade_force
 from pywet.evidence.engines.rows import row
 
 RADIUS, LARGE, VOLUME, ANGLE_DEG, TENSION = 1e-3, 3e-3, 1e-11, 20.0, 0.07275

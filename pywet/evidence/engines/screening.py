@@ -21,6 +21,7 @@ from pywet.evidence.compare import statistics
 from pywet.evidence.compare.statistics import Sample
 from pywet.evidence.engines.rows import TWO_ERRORS, row
 from pywet.files import read_table, write_json, write_table
+from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
 
 ENGINES = ("liggghts", "yade")
@@ -48,6 +49,12 @@ class Verdict:
     end_standard_error: float
     agree: bool
 
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        what = "no difference" if self.agree else "a difference"
+        return f"largest |t| {self.largest_t:.2f}, p = {self.p:.2f}: {what} beyond the seeds' spread"
+
 
 def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> Scene:
     """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
@@ -61,10 +68,10 @@ def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -
 def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:
     """Run a prepared dry scene in an engine and write its tables of results."""
     from pywet import stages
-    from pywet.screening import results
+    from pywet.screening.results import write_results
 
     stages.simulate(run_dir, 1, progress, engine)
-    results.write(run_dir)
+    write_results(RunDir(run_dir))
 
 
 def read(run_dirs: list[Path]) -> tuple[Floats, Floats]:
@@ -124,7 +131,7 @@ def compare_engines(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     write_table(frame.rename(columns=named), folder / "fraction_retained.parquet", csv=True)
     write_json(folder / "verdict.json", asdict(verdict))
     write_table(pd.DataFrame(rows(frame, verdict)), folder / "rows.parquet", csv=True)
-    pictures.screening(times, one, two, frame, verdict, folder / "engines_screening.png")
+    pictures.screening(times, one, two, frame, verdict.sentence, folder / "engines_screening.png")
     return verdict
 
 

@@ -21,14 +21,13 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.engines.process import die_with_parent
-from pywet.errors import PywetError
+from pywet.errors import PywetError, one_line
 from pywet.evidence.accuracy import choice, edit
 from pywet.evidence.accuracy.command import calibrated, habit
 from pywet.evidence.accuracy.cost import Coefficients, predict
 from pywet.evidence.accuracy.counts import Load
 from pywet.evidence.accuracy.knobs import Level
 from pywet.evidence.full_scale import kept
-from pywet.files import one_line
 
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
 SETTINGS: dict[str, dict[str, Level]] = {"": {"fraction": 0.1, "stiffness": 0.1}, "paper": {}}

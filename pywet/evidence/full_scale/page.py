@@ -9,8 +9,8 @@ import numpy as np
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.evidence.full_scale import kept
-from pywet.evidence.full_scale.judging import MISSING, Answer, Statement, judge
+from pywet.evidence.full_scale import kept, reasons
+from pywet.evidence.full_scale.judging import FAILS, MISSING, Answer, Statement, judge
 from pywet.evidence.full_scale.kept import Kept
 from pywet.evidence.full_scale.statements import STATEMENTS
 from pywet.files import atomic_write
@@ -50,7 +50,14 @@ def write(data: Path = FOLDER / "data", config: Config | None = None) -> str:
     config = config or settings.load(Path("config"))
     variants = kept.variants(data)
     runs = variants.pop("", {})
-    lines = [HEAD, "## Runs\n", *_runs(config, runs, variants), "\n## Statements\n", *_statements(runs)]
+    lines = [
+        HEAD,
+        "## Runs\n",
+        *_runs(config, runs, variants),
+        "\n## Statements\n",
+        *_statements(runs),
+        *_reasons(runs),
+    ]
     if runs:
         lines += ["\n## Figures\n", *_figures(data.parent, config, runs)]
     return "\n".join(lines).rstrip() + "\n"
@@ -98,6 +105,11 @@ def _statements(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
     counted = ", ".join(f"{verdicts.count(v)} {v}" for v in dict.fromkeys(verdicts))
     return [f"{len(answers)} statements: {counted}.\n", "| | place | statement | numbers | answer |", "|" + "---|" * 5,
             *(_answer(s, a) for s, a in answers)]  # fmt: skip
+
+
+def _reasons(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
+    failed = [s.number for s in STATEMENTS if judge(s, runs).verdict == FAILS]
+    return ["\n## Why a statement does not hold\n", *reasons.lines(failed, runs)] if failed else []
 
 
 def _answer(statement: Statement, answer: Answer) -> str:

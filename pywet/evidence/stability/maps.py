@@ -8,7 +8,6 @@ was in play. Each job is one engine run, or a few where guards take cells out.
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -259,7 +258,7 @@ MAPS: dict[str, Map] = {
 }  # fmt: skip
 
 
-def rows_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
+def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     """One job: the row of a map for the y value with that number."""
     y = float(chart.y[1][number])
     limits = [chart.limit(float(x), y) for x in chart.x[1]]
@@ -279,11 +278,3 @@ def rows_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     table.insert(1, "y", y)
     table["limit"] = limits
     return table
-
-
-def map_row(name: str, number: int, folder: Path) -> Path:
-    """One job of a map: writes FOLDER/maps/NAME-NN.csv unless it is there."""
-    run_dir = folder / "runs" / f"{name}-{number:02d}"
-    path = running.once(folder / "maps" / f"{name}-{number:02d}.csv", lambda: rows_of(MAPS[name], number, run_dir))
-    shutil.rmtree(run_dir, ignore_errors=True)
-    return path

@@ -9,23 +9,19 @@ from __future__ import annotations
 import multiprocessing as mp
 import os
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from pywet.engines.liggghts import driver, process
 from pywet.engines.process import Usage, die_with_parent
 from pywet.errors import PywetError, StoppedRun
 from pywet.evidence.stability import cells
-from pywet.files import write_csv
 from pywet.scene import Scene
 
 PRELOAD = ["pywet.evidence.stability.warm"]
 
 
-def _child(run_dir: str, folder: str) -> None:
+def _child(run_dir: str, folder: str, step: str) -> None:
     """In a forked process: what `python -m pywet.engines.liggghts.worker` does."""
     from pywet.engines.liggghts import worker
 
@@ -35,7 +31,7 @@ def _child(run_dir: str, folder: str) -> None:
     die_with_parent()
     code = 0
     try:
-        worker.run(Path(run_dir), Path(folder))
+        worker.run(Path(run_dir), Path(folder), int(step))
     except PywetError as error:
         os.write(2, f"ERROR: {error}\n".encode())
         code = 1
@@ -48,7 +44,7 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
         return process.execute(command, folder, scene, report, watch or (lambda: None))
     server = mp.get_context("forkserver")
     server.set_forkserver_preload(PRELOAD)
-    child = server.Process(target=_child, args=(command[-2], command[-1]))
+    child = server.Process(target=_child, args=tuple(command[-3:]))
     child.start()
     child.join()
     if child.exitcode != 0:
@@ -75,13 +71,6 @@ def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -
                 return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
             stopped[name] = said
             batch = batch.without({name})
-
-
-def once(path: Path, make: Callable[[], pd.DataFrame]) -> Path:
-    """The table of a job, made unless it is there, so that a study that was cut off goes on."""
-    if not path.exists():
-        write_csv(make(), path)
-    return path
 
 
 def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:

@@ -20,7 +20,9 @@ import pytest
 
 from pywet.bench import small
 from pywet.engines import schedule
-from pywet.engines.liggghts import checkpoint, collecting, deck, driver
+from pywet.engines.liggghts import checkpoint, deck, driver
+from pywet.files import read_table
+from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -170,7 +172,7 @@ def test_killed_where_the_plate_stops(tmp_path: Path) -> None:
     for name in ("whole", "killed"):
         prepare(tmp_path / name, "moist", checkpoints=4)
     pieces = deck.runs(Scene.read(tmp_path / "whole" / "scene.json"))
-    (stop,) = (piece["checkpoint"] for piece in pieces if piece["after"])
+    (stop,) = (piece.checkpoint for piece in pieces if piece.after)
     assert stop == 960
     driver.run(tmp_path / "whole", progress=False)
     killed(tmp_path / "killed", after=stop)
@@ -195,10 +197,10 @@ def test_pieces_of_a_run(tmp_path: Path) -> None:
     """Cut at checkpoints and where the slide starts and stops; while it is drawn each piece says so: the engine was emptied."""
     scene = prepare(tmp_path, "moist", checkpoints=3)
     pieces = deck.runs(scene)
-    assert [piece["steps"] for piece in pieces] == [300, 60, 240, 300, 60, 240]
-    assert [piece["checkpoint"] for piece in pieces] == [300, None, 600, 900, None, None]
-    assert [len(piece["before"]) for piece in pieces] == [0, 0, 1, 1, 1, 0]
-    assert [len(piece["after"]) for piece in pieces] == [0, 0, 0, 0, 1, 0]
+    assert [piece.steps for piece in pieces] == [300, 60, 240, 300, 60, 240]
+    assert [piece.checkpoint for piece in pieces] == [300, None, 600, 900, None, None]
+    assert [len(piece.before) for piece in pieces] == [0, 0, 1, 1, 1, 0]
+    assert [len(piece.after) for piece in pieces] == [0, 0, 0, 0, 1, 0]
     assert deck.runs(scene, 600) == pieces[3:]
 
 
@@ -231,4 +233,4 @@ def test_another_number_of_ranks(tmp_path: Path) -> None:
     events, same = (beds.table(tmp_path / name, "history/events")[beds.LOOKS] for name in ("whole", "killed"))
     pd.testing.assert_frame_equal(events, same)
     assert beds.apart(tmp_path / "whole", tmp_path / "killed").max() < 1e-9 * beds.RADIUS
-    assert 0.0 <= collecting.ledger_error(tmp_path / "killed") < 1e-12
+    assert 0.0 <= ledger_error(read_table(tmp_path / "killed" / "history" / "ledger.parquet")) < 1e-12

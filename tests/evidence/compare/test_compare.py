@@ -17,7 +17,6 @@ from pywet.errors import PywetError
 from pywet.evidence.compare import digest, references, statistics, verdict
 from pywet.evidence.compare.statistics import Sample
 from pywet.scene import Scene
-from pywet.screening import summary
 from tests.screening import synthetic
 
 TRIALS = 400
@@ -132,7 +131,7 @@ def test_what_cannot_be_compared(tmp_path: Path) -> None:
 def test_a_failed_check_is_a_difference(tmp_path: Path) -> None:
     """A ledger that does not close is reported whatever the curves say."""
     a, b = made(tmp_path / "a"), made(tmp_path / "b")
-    summary.write(b)
+    stages.results(b)
     content = json.loads((b / "summary.json").read_text())
     content["checks"][0]["ok"] = False
     (b / "summary.json").write_text(json.dumps(content))

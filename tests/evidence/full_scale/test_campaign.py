@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pywet import config as settings
+from pywet import stages
 from pywet.apparatus.motion import velocity
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.cost import Coefficients
@@ -17,7 +18,6 @@ from pywet.evidence.full_scale.kept import Kept, keep, wedged
 from pywet.files import read_json, write_json, write_table
 from pywet.runs.rundir import RunDir
 from pywet.scene import Vibration
-from pywet.screening import results, summary
 from tests.evidence.full_scale.made import make
 from tests.evidence.test_times import costs_of
 from tests.screening import synthetic
@@ -32,8 +32,7 @@ def finished(tmp_path: Path) -> Path:
     run = synthetic.make(tmp_path / "run" / "case02", moist=True)
     row = {"scale": "largest force", "count": 12, "largest": 1e-15, "median": 0.0, "tolerance": 1e-9}
     write_json(run / "replay.json", {"quantities": {"capillary": row}})
-    results.write(run)
-    summary.write(run)
+    stages.results(run)
     return run
 
 

@@ -1,0 +1,122 @@
+"""Commands on scenes of a few bodies: pulled apart, colliding, in a small bed or drum; one bridge asked."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pywet.cli import showing
+from pywet.cli.showing import err, out
+from pywet.errors import PywetError
+from pywet.options import JsonFile, Ranks, Trust, number
+from pywet.ranges import SCENE
+
+app = typer.Typer()
+collide = typer.Typer(no_args_is_help=True, help="Collisions of a few wet bodies.")
+app.add_typer(collide, name="collide")
+
+
+@app.command()
+def scene(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="pull, collision, bed or drum.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/NAME.")] = None,
+    moisture: Annotated[
+        float, number("--moisture", SCENE["moisture_percent"], "Liquid over the mass of the spheres")
+    ] = 1.0,
+    viscosity: Annotated[float, number("--viscosity", SCENE["viscosity_Pa_s"], "Viscosity of the liquid")] = 1e-3,
+    spheres: Annotated[int, number("--spheres", SCENE["spheres"], "Number of spheres of bed and drum")] = 500,
+    speed: Annotated[float | None, number("--speed", SCENE["speed_m_per_s"], "Speed of pull or collision")] = None,
+    rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Turns of the drum")] = 20.0,
+    seconds: Annotated[float | None, number("--seconds", SCENE["seconds"], "Simulated time")] = None,
+    ranks: Ranks = 1,
+    seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
+) -> None:
+    """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
+    from pywet.bench import scenes
+
+    choice = scenes.Choice(
+        spheres=spheres,
+        moisture_percent=moisture,
+        viscosity_Pa_s=viscosity,
+        speed_m_per_s=speed,
+        turns_per_minute=rpm,
+        seconds=seconds,
+        ranks=ranks,
+        seed=seed,
+    )
+    folder = out_dir or Path("results") / "scenes" / name
+    for key, value in scenes.run(name, folder, choice).items():
+        out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
+    out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
+
+
+@app.command("run-scene")
+def run_scene(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Run a scene of your own: build, simulate, replay, results, time series, picture."""
+    from pywet.own_scene import commands
+
+    description = commands.read_scene(file)
+    folder = out_dir or Path("results") / "scenes" / file.stem
+    for line in commands.plan(description).table:
+        out.print(line, soft_wrap=True, markup=False)
+    commands.run(description, folder, ranks, progress=True)
+    picture = commands.view(folder)
+    showing.show_run(folder)
+    out.print(f"tables, time series for ParaView and {picture.name} are in {folder}", soft_wrap=True, markup=False)
+
+
+@app.command()
+def bridge(
+    file: JsonFile,
+    engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
+    trust: Trust = False,
+) -> None:
+    """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
+    from pywet import machine_code
+    from pywet.bench import bridge_query
+    from pywet.laws import own
+
+    query = bridge_query.read(file)
+    own.trust(query.laws if trust else ())
+    machine_code.say_wait()
+    if engine is None:
+        answer = bridge_query.answer(query)
+    elif engine == "liggghts":
+        from pywet.bench import bridge_engine
+
+        answer = bridge_engine.measured(query)
+    else:
+        raise PywetError(f"there is no engine {engine}; expected liggghts")
+    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
+
+
+@collide.command()
+def wall(
+    file: JsonFile,
+    table: Annotated[bool, typer.Option("--table", help="A sweep as a table to read, not as JSON.")] = False,
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write a sweep as CSV as well.")] = None,
+) -> None:
+    """A wet sphere against a wall; lists in place of numbers make a sweep."""
+    from pywet.collisions.wall import command
+
+    command.wall(file, table, csv)
+
+
+@collide.command()
+def spheres(file: JsonFile) -> None:
+    """Wet spheres in a plane (Davis 2023)."""
+    from pywet import machine_code
+    from pywet.collisions.spheres import command as module
+
+    problem = module.read(file)
+    machine_code.say_wait()
+    with err.status("colliding"):
+        answer = module.describe(module.run(problem))
+    typer.echo(json.dumps(answer, indent=2, allow_nan=False))

@@ -1,0 +1,130 @@
+"""Commands on a screening case and on its run directory."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pywet.cli import showing
+from pywet.cli.showing import out
+from pywet.options import STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.ranges import LIMITS
+
+app = typer.Typer()
+CONFIG = Path("config")
+
+
+@app.command()
+def plan(
+    case: CaseNumber,
+    scale: ScaleName = None,
+    config: ConfigDir = CONFIG,
+    accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
+    of: Annotated[list[str] | None, typer.Option("--of", help="Quantity that counts; may be repeated.")] = None,
+    write: Annotated[Path | None, typer.Option("--write", metavar="DIR", help="Copy the config with them.")] = None,
+    why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
+) -> None:
+    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes."""
+    from pywet import config as settings
+    from pywet.screening import cases
+
+    loaded = settings.load(config)
+    name = loaded.settings.scale if scale is None else scale
+    made = cases.effect_plan(loaded, case, name)
+    lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
+    if accuracy is not None:
+        from pywet.evidence.accuracy import command
+
+        lines = command.plan(loaded, case, name, accuracy, of or [], write)
+    for line in lines:
+        out.print(line, soft_wrap=True, markup=False)
+
+
+@app.command()
+def run(
+    case: CaseNumber,
+    scale: ScaleName = None,
+    ranks: Ranks = 1,
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/SCALE/caseNN.")] = None,
+    engine: Annotated[str, typer.Option(help="liggghts, or yade: dry cases, no rolling resistance.")] = "liggghts",
+    config: ConfigDir = CONFIG,
+    seed: Annotated[
+        int | None, number("--seed", LIMITS["seed"], "Of the first arrangement; default: that of config.yaml")
+    ] = None,
+) -> None:
+    """Run one case: build, simulate, results, replay."""
+    from pywet import config as settings
+    from pywet import stages
+    from pywet.engines.choice import chosen
+    from pywet.screening import cases
+
+    chosen(engine, ranks)
+    loaded = settings.load(config)
+    name = loaded.settings.scale if scale is None else scale
+    loaded.scale(name)
+    suffix = "" if engine == "liggghts" else f"_{engine}"
+    folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    if stages.same_run(config, case, name, folder, engine=engine, seed=seed):
+        showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
+    else:
+        showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
+        if engine == "liggghts":
+            showing.say_time(loaded, case, name)
+            if advice := cases.shorter_step(loaded, case, name):
+                showing.err.print(advice, soft_wrap=True)
+        showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
+        showing.stage(folder, "results", lambda: stages.results(folder))
+        showing.stage(folder, "replay", lambda: stages.replay(folder))
+    showing.show_summary(folder)
+
+
+@app.command()
+def replay(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="One: a table; several: a line each.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON (of several runs a list).")] = False,
+) -> None:
+    """Recompute runs by the independent reference and show how well they agree; 0 agree, 1 beyond a limit, 2 unreadable."""
+    from pywet.plan import audit
+    from reference_impl.replay import command
+
+    status = command.run(run_dirs, as_json)
+    for folder in run_dirs:
+        audit.write(folder)
+        if not as_json and len(run_dirs) == 1:
+            showing.show_audit(folder)
+    raise typer.Exit(status)
+
+
+@app.command()
+def view(
+    run_dir: RunFolder, step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None
+) -> None:
+    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it."""
+    from pywet import stages
+    from pywet.report import render, vtk
+
+    showing.need_run(run_dir)
+    stages.vtk(run_dir)
+    for kind in vtk.KINDS:
+        out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)
+    picture = run_dir / "picture.png"
+    how = render.write(run_dir, picture, step)
+    out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
+
+
+@app.command()
+def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
+    """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
+    from pywet.laws import own
+    from pywet.plan import time_steps as advisor
+    from pywet.scene import Scene
+
+    showing.need_run(run_dir)
+    prepared = Scene.read(run_dir / "scene.json")
+    own.trust(prepared.effects.laws.values() if trust else ())
+    for line in advisor.advise(prepared).lines:
+        out.print(line, soft_wrap=True, markup=False)

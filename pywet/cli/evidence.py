@@ -1,0 +1,58 @@
+"""Commands that hold runs and laws against each other and against the best truth there is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pywet.cli.showing import err, out
+from pywet.files import make_folder
+
+app = typer.Typer()
+
+
+@app.command()
+def compare(
+    runs: Annotated[list[Path] | None, typer.Argument(metavar="RUN_A RUN_B", help="Runs, or folders of seeds.")] = None,
+    a: Annotated[list[Path] | None, typer.Option("--a", help="A run, or a folder of runs, of group A.")] = None,
+    b: Annotated[list[Path] | None, typer.Option("--b", help="The same of group B.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", metavar="OUT", help="Write the comparison.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Compare different cases as well.")] = False,
+    digest: Annotated[Path | None, typer.Option(help="Hold the runs against this stored digest.")] = None,
+) -> None:
+    """Compare two runs or two groups of seeds; exit code 0 no difference, 1 difference, 2 not comparable."""
+    from pywet.evidence.compare import command
+
+    raise typer.Exit(command.compare(runs or [], a or [], b or [], json_file, force, digest))
+
+
+@app.command()
+def digest(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Reference scenes; default all.")
+    ] = None,
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the digests.")] = Path("tests/data/digests"),
+) -> None:
+    """Run reference scenes over their seeds and store their digests; refused when a replay disagrees."""
+    from pywet.evidence.compare import command
+
+    make_folder(folder)
+    command.renew(names or [], folder)
+
+
+@app.command()
+def agreement(
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the page.")] = Path("results/agreement"),
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="SOURCE", help="Run only these sources.")] = None,
+) -> None:
+    """Make the table of agreement: every quantity by every program against the best truth, on one page."""
+    from pywet.evidence.agreement import page, sources
+
+    make_folder(folder)
+    for name in only or sources.SOURCES:
+        with err.status(f"agreement: {name}"):
+            made = sources.run(name, folder)
+        out.print(f"{name:<12}{made.failed or f'{len(made.cells)} cells, {made.wall_s:.0f} s'}", soft_wrap=True)
+    out.print(str(page.make(folder)), soft_wrap=True, markup=False)

@@ -1,0 +1,27 @@
+"""Tries a user's own law in a process of its own, started by `own.py`: a law may loop for ever or end the program."""
+
+from __future__ import annotations
+
+import resource
+import sys
+from pathlib import Path
+
+from pywet.errors import PywetError
+from pywet.files import write_json
+from pywet.laws import own, registry
+
+
+def main() -> None:
+    """`python -m pywet.laws.trial KIND NAME ANSWER LIMIT < TEXT`: the trial; writes why the law is refused, or an empty text."""
+    kind, name, answer, limit = sys.argv[1:]
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
+    refused = ""
+    try:
+        registry.checked(kind, name, own.execute(name, sys.stdin.buffer.read()))
+    except PywetError as error:
+        refused = str(error)
+    write_json(Path(answer), refused)
+
+
+if __name__ == "__main__":
+    main()

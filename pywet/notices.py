@@ -1,0 +1,33 @@
+"""What the program says of its work while it is at it: notices of the logger `pywet`, apart from what a command answers.
+
+A program that uses pywet shows or drops them as it likes; the command line shows them on standard error, the workflow's scripts
+write them into the log of their job.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+notice = logging.getLogger("pywet")
+notice.setLevel(logging.INFO)
+
+
+@contextmanager
+def shown() -> Iterator[None]:
+    """Show notices on standard error, by rich in a terminal."""
+    handler: logging.Handler = logging.StreamHandler()
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.logging import RichHandler
+
+        console = Console(stderr=True, highlight=False)
+        handler = RichHandler(console=console, show_time=False, show_level=False, show_path=False)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    notice.addHandler(handler)
+    try:
+        yield
+    finally:
+        notice.removeHandler(handler)

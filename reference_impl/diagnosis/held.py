@@ -1,0 +1,180 @@
+"""Numbers that are not what they should be: how far off, and what they look like.
+
+Shared by the sections `scene` and `results`. A finding has the fields that the diagnosis of the logs gives its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay.compare import TOLERANCE, Deviations, Quantity, number
+
+MISSING, NONE = "missing", "none"
+SHOWN = 12
+"""Findings of a quantity that are said one by one."""
+FACTORS = {
+    100.0: "per cent for a share", 1000.0: "thousandths of the unit", 1e-3: "a thousandth", 1e9: "mm3 for m3", 1e6: "cm3 for m3",
+    0.5: "half of it", 2.0: "twice", -1.0: "the sign is turned", math.pi / 180.0: "radians taken for degrees",
+    180.0 / math.pi: "degrees taken for radians",
+}  # fmt: skip
+Namer = Callable[["Held"], str]
+
+
+@dataclass(frozen=True)
+class Held:
+    """One value held against what it must be; `expected` as a tuple: one of these."""
+
+    name: str
+    given: Any
+    expected: Any
+    source: str
+    scale: float | None = None
+    """Size that a deviation is relative to; None: the expected value (1 where that is zero)."""
+    room: float = 0.0
+    """What rounding of the file explains, in the unit of the value."""
+    what: str = ""
+    """A name for how it is wrong, where that is known already."""
+
+    @property
+    def off(self) -> float:
+        """Deviation: 0 where both are the same, 1 where they are different words or switches."""
+        if isinstance(self.expected, tuple):
+            return min(Held(self.name, self.given, one, "", self.scale, self.room).off for one in self.expected)
+        if _is_number(self.given) and _is_number(self.expected):
+            size = self.scale if self.scale is not None else abs(self.expected) or 1.0
+            apart = abs(float(self.given) - float(self.expected))
+            return max(0.0, apart - self.room) / size if math.isfinite(apart) else 1e300
+        return 0.0 if type(self.given) is type(self.expected) and self.given == self.expected else 1.0
+
+    @property
+    def wrong(self) -> bool:
+        """Beyond the tolerance."""
+        return not self.off <= TOLERANCE
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool | np.bool_)
+
+
+@dataclass
+class Section:
+    """What one room found: quantities for the table, findings, sentences on what was and was not compared."""
+
+    name: str
+    quantities: list[Quantity] = field(default_factory=list)
+    findings: list[dict[str, Any]] = field(default_factory=list)
+    compared: list[str] = field(default_factory=list)
+    not_checked: list[str] = field(default_factory=list)
+
+    def add(self, quantity: str, scale: str, held: Sequence[Held], what: str, namer: Namer | None = None) -> None:
+        """One quantity over many values; those that are off become findings."""
+        off = np.array([h.off for h in held])
+        worst = held[int(np.argmax(off))] if held else None
+        shown = (
+            {}
+            if worst is None
+            else {"number": worst.name, "logged": _plain(worst.given), "reference": _plain(worst.expected)}
+        )
+        largest = float(off.max(initial=0.0))
+        self.quantities.append(
+            Quantity(quantity, scale, len(held), largest, TOLERANCE, worst=shown, deviations=Deviations(off))
+        )
+        self.compared.append(f"{len(held)} {what}")
+        wrong = [h for h in held if h.wrong]
+        for h in wrong[:SHOWN]:
+            self.findings.append(
+                finding(self.name, quantity, h, h.what or (namer or likeness(held))(h), len(wrong), len(held))
+            )
+
+    def as_dict(self) -> dict[str, Any]:
+        """For replay.json."""
+        return {
+            "checked": bool(self.quantities),
+            "ok": all(q.ok for q in self.quantities) if self.quantities else None,
+            "compared": self.compared,
+            "not_checked": self.not_checked,
+            "findings": [f["sentence"] for f in self.findings],
+        }
+
+    @property
+    def said(self) -> str:
+        """In one line: never `agrees` where nothing was compared."""
+        if not self.quantities:
+            return f"{self.name}: not checked"
+        bad = sum(not q.ok for q in self.quantities)
+        return f"{self.name}: {'DISAGREES' if bad else 'agrees'} ({'; '.join(self.compared)})"
+
+
+def finding(room: str, quantity: str, held: Held, what: str, wrong: int, count: int) -> dict[str, Any]:
+    """One wrong number in the form of the diagnosis' findings."""
+    expected = " or ".join(map(shown, held.expected)) if isinstance(held.expected, tuple) else shown(held.expected)
+    sentence = f"{room}: {held.name} is {shown(held.given)}, expected {expected} ({held.source})" + (
+        f"; {what}" if what else ""
+    )
+    return {
+        "sentence": sentence, "what": held.name, "quantities": [quantity], "fault": what or None, "number": None,
+        "given": _plain(held.given), "expected": _plain(held.expected), "where": room, "since": "", "first": {},
+        "explained": 1 if what else 0, "disagree": wrong, "records": count, "share": 1.0 if what else 0.0, "tried": 0,
+        "next_best": None,
+    }  # fmt: skip
+
+
+def likeness(held: Sequence[Held]) -> Namer:
+    """Says of a wrong value which other one it equals, or by which factor it is off."""
+
+    def name(wrong: Held) -> str:
+        if not _is_number(wrong.given) or not _is_number(wrong.expected):
+            return ""
+        stem, _, last = wrong.name.rpartition(".")
+        stem = "" if ": " in last else stem  # fields of a file itself are no family
+        family = [h for h in held if h is not wrong and _is_number(h.expected)]
+        family = [
+            h for h in family if h.name.rpartition(".")[2] == last or (stem and h.name.rpartition(".")[0] == stem)
+        ]
+        same = [h for h in family if wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)]
+        # where several have this value, the one that has this one's in turn
+        same.sort(key=lambda h: h.wrong and _is_number(h.given) and h.given == wrong.expected, reverse=True)
+        counts = isinstance(wrong.given, int) and isinstance(wrong.expected, int)
+        ratio = "" if counts or not wrong.expected else of_factor(wrong.given / wrong.expected)
+        return f"it is what {same[0].name} should be" if same else ratio
+
+    return name
+
+
+def of_factor(ratio: float) -> str:
+    """A constant factor in words; nothing where it is none that a person would make."""
+    for known, words in FACTORS.items():
+        if math.isclose(ratio, known, rel_tol=1e-9):
+            return f"it is {known:.6g} times ({words})"
+    if not 1e-9 < abs(ratio) < 1e9:
+        return ""
+    apart = ratio - 1.0
+    return (
+        f"it is {ratio:.6g} times"
+        if abs(apart) > 1e-4
+        else f"it is 1 {'+' if apart > 0 else '-'} {abs(apart):.3g} times"
+    )
+
+
+def shown(value: Any) -> str:
+    """A value as a sentence shows it."""
+    if value is None or isinstance(value, bool | np.bool_ | str):
+        return "none" if value is None else str(value).lower() if isinstance(value, bool | np.bool_) else value
+    return f"{value:.9g}" if _is_number(value) else str(value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(v) for v in value]
+    return number(value.item() if hasattr(value, "item") else value)
+
+
+def column(table: pd.DataFrame, name: str) -> Any:
+    """A column as floats; NaN where it holds no number."""
+    return pd.to_numeric(table[name], errors="coerce").to_numpy(float)

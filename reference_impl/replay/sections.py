@@ -1,0 +1,35 @@
+"""What a replay says beside the logs: the scene against its configuration, the results against the logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from reference_impl.diagnosis.held import Section
+from reference_impl.scene import check as scene
+from reference_impl.scene import configuration
+from reference_impl.tables import check as results
+
+
+def any_there(folder: Path) -> bool:
+    """Whether a run has a configuration or results that can be looked at."""
+    return (folder / configuration.FILE).exists() or results.there(folder)
+
+
+def check(folder: Path) -> list[Section]:
+    """Both sections."""
+    return [scene.check(folder), results.check(folder)]
+
+
+def add(result: dict[str, Any], sections: list[Section]) -> None:
+    """Put the sections into a result of the replay: quantities, verdict, findings, what was and was not compared."""
+    findings = [finding for section in sections for finding in section.findings]
+    for section in sections:
+        result[section.name] = section.as_dict()
+        result["quantities"] |= {q.name: q.as_dict() for q in section.quantities}
+        result["not_checked"] = [*result["not_checked"], *section.not_checked]
+    result["ok"] = result["ok"] and all(q.ok for section in sections for q in section.quantities)
+    result["notes"] = [*result["notes"], *(section.said for section in sections)]
+    if findings:
+        logs = result["diagnosis"] or {"findings": [], "follow": [], "not_explained": []}
+        result["diagnosis"] = {**logs, "findings": [*findings, *logs["findings"]]}

@@ -1,0 +1,95 @@
+"""How many spheres, how thick their film, how short the time step: computed from the configuration.
+
+Elskamp & Kruggel-Emden 2018: class masses and the volume of other materials (5.1), duration of a collision (after 5).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from reference_impl.scene.configuration import near, number, width_m
+
+NAMES = ("small", "near_mesh", "large")
+SMALLEST_GAP = 1e-3
+"""S_min over the bridge's radius."""
+
+
+@dataclass(frozen=True)
+class Class:
+    """One size class."""
+
+    name: str
+    radius: float
+    density: float
+    count: int
+    passes: bool
+
+    @property
+    def mass(self) -> float:
+        """Of one sphere [kg]."""
+        return self.density * math.pi / 6.0 * (2.0 * self.radius) ** 3
+
+
+def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
+    """The three classes: as many spheres as make up the class mass of the reference material on the sieve's area."""
+    case, data = config["case"], config["materials"]
+    feed, width = data["feed"], width_m(config)
+    round_sieve = 0.25 * math.pi if config["scale"]["shape"] == "cylinder" else 1.0
+    share = round_sieve * width**2 / (0.25 * math.pi * (1e-3 * number(feed, "sieve_diameter_mm")) ** 2)
+    wanted, found = share * 1e-3 * number(feed, "class_mass_g"), []
+    for name in NAMES:
+        diameter = float(case[f"{name}_mm"])
+        own, other = (
+            near(data["spheres"][m]["sizes"], "diameter_mm", diameter)
+            for m in (case["material"], feed["reference_material"])
+        )
+        radius, dense = 0.5e-3 * number(own, "diameter_mm"), number(own, "density_kg_per_m3")
+        of_reference = Class(name, 0.5e-3 * number(other, "diameter_mm"), number(other, "density_kg_per_m3"), 1, True)
+        count = max(1, round(wanted / of_reference.mass))
+        found.append(Class(name, radius, dense, count, diameter < float(case["aperture_mm"])))
+    return tuple(found)
+
+
+def film(of: Sequence[Class], config: Mapping[str, Any]) -> float:
+    """Thickness [m] of the same film on every sphere, which holds the case's per cent of the spheres' mass."""
+    liquid = number(config["materials"]["liquid"], "density_kg_per_m3")
+    volume = 0.01 * float(config["case"]["liquid_percent"]) * sum(c.count * c.mass for c in of) / liquid
+    # 4/3 pi sum n ((r+h)^3 - r^3) = a h + b h^2 + c h^3 by Newton's method; convex from h = 0, so from the flat film down
+    a, b, c = (k * math.pi * sum(o.count * o.radius**p for o in of) for k, p in ((4.0, 2), (4.0, 1), (4.0 / 3.0, 0)))
+    h = volume / a
+    for _ in range(60):
+        h -= (((c * h + b) * h + a) * h - volume) / ((3.0 * c * h + 2.0 * b) * h + a)
+    return h
+
+
+def film_volume(thickness: float, radius: float) -> float:
+    """Liquid of a film on a sphere [m3]."""
+    return math.pi * thickness * (4.0 * radius * (radius + thickness) + 4.0 / 3.0 * thickness**2)
+
+
+def time_step(of: Sequence[Class], pairs: Sequence[Mapping[str, Any]], fraction: float, viscosity: float) -> float:
+    """Fraction of the shortest duration of a collision, or of the viscous damping at the smallest gap, cut to three digits [s].
+
+    Of each pair the damped normal spring on m_eff and the tangential one on 2/7 of it, half a period; damping time m_eff/(6 pi
+    eta r_red^2/S_min) where a viscosity is given.
+    """
+    times = []
+    for pair in pairs:
+        a, b = of[pair["a"] - 1], of[pair["b"] - 1] if pair["b"] else None
+        if a.count == 0 or (b is not None and b.count == 0):
+            continue
+        mass = a.mass if b is None else 1.0 / (1.0 / a.mass + 1.0 / b.mass)
+        reduced = a.radius if b is None else 1.0 / (1.0 / a.radius + 1.0 / b.radius)
+        ln = math.log(pair["restitution"])
+        zeta = -ln / math.sqrt(math.pi**2 + ln**2)
+        times.append(math.pi * math.sqrt(mass / pair["normal_stiffness_N_per_m"]) / math.sqrt(1.0 - zeta**2))
+        times.append(math.pi * math.sqrt(2.0 / 7.0 * mass / pair["tangential_stiffness_N_per_m"]))
+        if viscosity > 0.0:
+            gap = SMALLEST_GAP * (reduced if b is None else 2.0 * reduced)
+            times.append(mass * gap / (6.0 * math.pi * viscosity * reduced**2))
+    step = fraction * min(times)
+    digit = 10.0 ** (math.floor(math.log10(step)) - 2)
+    return math.floor(step / digit * (1.0 + 1e-12)) * digit

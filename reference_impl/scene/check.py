@@ -1,0 +1,102 @@
+"""The section `scene` of a replay: what was simulated against the configuration that the run directory carries."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
+from reference_impl.replay import io
+from reference_impl.scene import configuration, deck, effects, numbers, start, walls
+
+NAME = "scene"
+NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
+"""Fields of a scene that no configuration sets."""
+
+
+def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
+    """Everything compared; `config` in place of the copy that the run carries. Without either nothing is said to agree."""
+    section, run = Section(NAME), Path(folder)
+    config = configuration.of_run(run) if config is None else config
+    if config is None:
+        section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
+        return section
+    scene = io.scene(run)
+    try:
+        _compare(section, run, dict(config), scene)
+    except (KeyError, TypeError, ValueError, StopIteration, IndexError, AttributeError, ZeroDivisionError) as error:
+        raise io.ReplayError(
+            f"{run}: scene.json and {configuration.FILE} cannot be laid beside each other ({error!r}); expected both as "
+            "`pywet run` writes them: build the run again"
+        ) from error
+    return section
+
+
+def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:
+    edited = config.get(configuration.EDITED, [])
+    wanted, given = numbers.scene(config, scene), numbers.flat(scene)
+    kept = {path: value for path, value in wanted.items() if not _is_edited(path, edited)}
+    held = [Held(path, given.get(path, MISSING), value, source) for path, (value, source) in kept.items()]
+    held += [Held(path, given[path], NONE, "the scene of a case") for path in given if _beyond(path, wanted, edited)]
+    section.add("scene_numbers", "itself", held, f"numbers of scene.json against {configuration.FILE}")
+    meshes = walls.read(run, scene)
+    section.add("scene_walls", "itself", walls.measured(config, scene, meshes), "lengths measured on the STL files")
+    section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
+    section.add("scene_start", "itself", start.starts(run, config, scene), "numbers of the start")
+    if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
+        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
+    if deck.there(run):
+        section.add("scene_deck", "itself", deck.read(run, scene, _resumed(run)), "numbers of the deck")
+    else:
+        section.not_checked.append("scene: the deck, of which there is none in engine/")
+    if edited:
+        section.not_checked.append(f"scene: set by hand after the configuration: {', '.join(edited)}")
+    if any(isinstance(value, tuple) for path, (value, _) in kept.items() if path.startswith("effects.")):
+        section.not_checked.append(f"scene: {effects.DECIDED}")
+    section.not_checked.append(
+        f"scene: where the seed puts the spheres, and what no configuration sets: {', '.join(NOT_HELD)}"
+    )
+
+
+def _is_edited(path: str, edited: list[str]) -> bool:
+    """Whether a field, or one within it, was set by hand; `classes.count` stands for that of every class."""
+    parts = path.split(".")
+    short = ".".join([parts[0], *parts[2:]])
+    return any(name in (path, short) or path.startswith(f"{name}.") for name in edited)
+
+
+def _beyond(path: str, wanted: Mapping[str, Any], edited: list[str]) -> bool:
+    """Whether the scene holds what the configuration does not know; of effects decided by their numbers nothing is known."""
+    known = path in wanted or path in NOT_HELD or _is_edited(path, edited)
+    return not known and not path.startswith(("effects.", "box_"))
+
+
+def _told(run: Path, scene: Mapping[str, Any]) -> list[Held]:
+    """history/meta.json, which goes to the plugin, against the scene."""
+    meta, liquid = json.loads((run / "history" / "meta.json").read_text()), scene["liquid"]
+    source = "scene.json"
+    found = [
+        Held("meta.surface_tension", meta["surface_tension"], liquid["surface_tension_N_per_m"], source),
+        Held("meta.viscosity", meta["viscosity"], liquid["viscosity_Pa_s"], source),
+        Held("meta.time_step", meta["time_step"], scene["time_step_s"], source),
+        *(
+            Held(f"meta.effects.{name}", meta["effects"].get(name), value, source)
+            for name, value in scene["effects"].items()
+        ),
+    ]
+    for told, c in zip(meta["types"], scene["classes"], strict=True):
+        for key, name in (
+            ("radius", "radius_m"),
+            ("contact_angle", "contact_angle_rad"),
+            ("density", "density_kg_per_m3"),
+        ):
+            found.append(Held(f"meta.{c['name']}.{key}", told[key], c[name], source))
+    return found
+
+
+def _resumed(run: Path) -> int:
+    """Step from which the run of this deck went on."""
+    path = run / "engine" / "run.json"
+    return int(json.loads(path.read_text()).get("resumed_at_step") or 0) if path.exists() else 0

@@ -1,0 +1,90 @@
+"""The configuration of a run as plain values: the resolved copy in its folder, or the four files of a configuration folder.
+
+Of an entry with a source (`{value: 40, source: paper, …}`) the value counts. What is left out in the files has the default that
+docs/configuration.md states; it is written here anew.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from reference_impl.replay.io import ReplayError
+
+FILE = "config.json"
+EDITED = "edited"
+"""Key of the resolved copy: fields of the scene that whoever built the run set by hand."""
+OF_TIME = {"viscous_integration": "explicit", "bridges_every": 1}
+OF_OUTPUT = {
+    "contact_windows": 2, "contact_window_steps": 20, "window_trajectories": True, "checkpoints": 20, "energy": False,
+}  # fmt: skip
+
+
+def of_run(folder: Path) -> dict[str, Any] | None:
+    """The resolved configuration that a run directory carries; None where it carries none."""
+    path = Path(folder) / FILE
+    if not path.exists():
+        return None
+    try:
+        found = json.loads(path.read_text())
+        _ = [found[name].items() for name in ("case", "scale", "apparatus", "materials", "settings")]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise ReplayError(
+            f"{path} cannot be read ({error!r}); expected the configuration of the run: build it again"
+        ) from error
+    return dict(found)
+
+
+def of_folder(folder: Path, case: int, scale: str) -> dict[str, Any]:
+    """The same from config.yaml, materials.yaml, scales.yaml and cases.csv."""
+    read = {
+        name: yaml.safe_load((Path(folder) / f"{name}.yaml").read_text()) for name in ("config", "materials", "scales")
+    }
+    with open(Path(folder) / "cases.csv", newline="") as file:
+        row = next(row for row in csv.DictReader(file) if int(row["case"]) == case)
+    words = ("material", "source")
+    return {
+        "case": {name: text if name in words else float(text) for name, text in row.items()},
+        "scale": {"name": scale, **read["scales"]["scales"][scale]},
+        "apparatus": read["scales"]["apparatus"],
+        "materials": read["materials"],
+        "settings": read["config"],
+    }
+
+
+def number(group: Mapping[str, Any], key: str) -> float:
+    """The value of an entry."""
+    entry = group[key]
+    return float(entry["value"] if isinstance(entry, Mapping) else entry)
+
+
+def near(rows: Iterable[Mapping[str, Any]], key: str, wanted: float) -> Mapping[str, Any]:
+    """The row of a list (sizes, screens, strokes) whose entry has this value."""
+    return next(row for row in rows if abs(number(row, key) - wanted) <= 1e-9 * abs(wanted))
+
+
+def contact(materials: Mapping[str, Any], sphere: str, partner: str) -> Mapping[str, Any]:
+    """Dry contact data of two materials."""
+    return next(row for row in materials["contacts"] if (row["sphere"], row["partner"]) == (sphere, partner))
+
+
+def pitch_m(config: Mapping[str, Any]) -> float:
+    """Distance of neighbouring wires [m]."""
+    chosen = screen(config)
+    return 1e-3 * (number(chosen, "aperture_mm") + number(chosen, "wire_diameter_mm"))
+
+
+def screen(config: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The case's screen."""
+    return near(config["materials"]["screens"], "aperture_mm", float(config["case"]["aperture_mm"]))
+
+
+def width_m(config: Mapping[str, Any]) -> float:
+    """Side or diameter of the sieve [m]; a square one has whole pitches."""
+    wished, pitch = 1e-3 * number(config["scale"], "width_mm"), pitch_m(config)
+    return wished if config["scale"]["shape"] == "cylinder" else max(1, round(wished / pitch)) * pitch

@@ -1,0 +1,166 @@
+"""The engine's deck read back: what LIGGGHTS was told, against scene.json.
+
+Dry contacts and walls show in Newton's law where motion is recorded; here they are read, in every run with a deck.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reference_impl.diagnosis.held import Held
+from reference_impl.motion.window import dashpot, slide_steps
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import columns
+
+SETUP, RUN, DATA = "setup.liggghts", "run.liggghts", "particles.data"
+MATRICES = ("kn", "kt", "gamman_abs", "coefficientFriction", "coefficientRollingFriction")
+
+
+def there(folder: Path) -> bool:
+    """Whether the engine's folder holds a deck."""
+    return all((folder / "engine" / name).exists() for name in (SETUP, RUN, DATA))
+
+
+def read(folder: Path, scene: Mapping[str, Any], resumed_at: int) -> list[Held]:
+    """Every number of the deck that the scene gives."""
+    setup, run = ((folder / "engine" / name).read_text() for name in (SETUP, RUN))
+    return [
+        *_of_contacts(setup, scene), *_movers(setup, scene), *_stages(run, scene, resumed_at), *_globals(setup, scene),
+        *_data(folder, scene),
+    ]  # fmt: skip
+
+
+def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
+    step = re.search(r"^timestep\s+(\S+)", setup, re.MULTILINE)
+    yield Held("deck: timestep", float(step[1]) if step else None, scene["time_step_s"], "scene.json: time_step_s")
+    fix = re.search(r"^fix\s+gravity all gravity (\S+) vector (\S+) (\S+) (\S+)", setup, re.MULTILINE)
+    words = [float(w) for w in fix.groups()] if fix else [0.0, 0.0, 0.0, 0.0]
+    for k, axis in enumerate("xyz"):
+        yield Held(
+            f"deck: gravity.{axis}", words[0] * words[k + 1], scene["gravity_m_per_s2"][k], "scene.json: gravity", 9.81
+        )
+    files = dict(re.findall(r"^fix\s+(\S+) all mesh/surface\S* file (\S+)", setup, re.MULTILINE))
+    for wall in scene["walls"]:
+        want = (f"../{wall['stl']}", f"{wall['name']}.moves.stl") if wall.get("prisms") else f"../{wall['stl']}"
+        yield Held(f"deck: file of the mesh {wall['name']}", files.get(wall["name"]), want, "scene.json: walls stl")
+
+
+def _of_contacts(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
+    """Matrices over pairs of types, the walls last."""
+    n = len(scene["classes"]) + 1
+    mass = {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
+    radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
+    read = {name: _matrix(setup, name, n) for name in MATRICES}
+    for pair in scene["pairs"]:
+        a, b = pair["a"], pair["b"]
+        m, r = (v[a] * v[b] / (v[a] + v[b]) if b else v[a] for v in (mass, radius))
+        k = pair["normal_stiffness_N_per_m"]
+        rolling = pair["rolling_friction_m"] / r if scene["effects"].get("rolling", True) else None
+        want = (
+            k,
+            pair["tangential_stiffness_N_per_m"],
+            dashpot(k, pair["restitution"], m, scene["time_step_s"]),
+            pair["friction"],
+            rolling,
+        )
+        for name, value in zip(MATRICES, want, strict=True):
+            for i, j in {(a, b), (b, a)}:
+                at = read[name]
+                given = None if at is None else float(at[(i or n) - 1, (j or n) - 1])
+                yield Held(f"deck: {name} of {i}-{j}", given, value, f"scene.json: pairs {a}-{b}")
+
+
+def _matrix(setup: str, name: str, n: int) -> Floats | None:
+    words = re.search(rf"^fix\s+\S+ all property/global {name} peratomtypepair {n} (.*)$", setup, re.MULTILINE)
+    return np.array(words[1].split(), float).reshape(n, n) if words else None
+
+
+def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
+    """One sine an axis: the engine's phase is that of a cosine's start, a quarter period earlier."""
+    told = {
+        (mesh, axis.index("1") // 2): (float(a), float(p), float(t))
+        for mesh, axis, a, p, t in re.findall(
+            r"^fix\s+\S+ all move/mesh mesh (\S+) viblin axis ([01] [01] [01]) order 1 amplitude (\S+) phase (\S+) period (\S+)",
+            setup, re.MULTILINE,
+        )
+    }  # fmt: skip
+    motion: Any = scene.get("vibration")
+    for wall in scene["walls"]:
+        for k, axis in enumerate("xyz"):
+            size = motion["amplitude_m"][k] if motion and wall["motion"] == "vibrates" else 0.0
+            given = told.get((wall["name"], k), (0.0, None, None))
+            yield Held(f"deck: {wall['name']}.amplitude.{axis}", given[0], size, "scene.json: vibration", size or 1e-3)
+            if size:
+                yield Held(
+                    f"deck: {wall['name']}.phase.{axis}",
+                    given[1],
+                    motion["phase_rad"][k] - 0.5 * np.pi,
+                    "scene.json: vibration",
+                    1.0,
+                )
+                yield Held(
+                    f"deck: {wall['name']}.period.{axis}",
+                    given[2],
+                    1.0 / motion["frequency_Hz"],
+                    "scene.json: vibration",
+                )
+
+
+def _stages(run: str, scene: Mapping[str, Any], resumed_at: int) -> Iterator[Held]:
+    """Steps in all, and from where to where the slide is drawn how fast."""
+    total, at, drawn, speeds = round(scene["duration_s"] / scene["time_step_s"]), resumed_at, [], set()
+    for line in run.splitlines():
+        word = line.split()
+        if word[:1] == ["run"]:
+            at += int(word[1])
+        elif word[:1] in (["fix"], ["unfix"]) and word[1].startswith("draw_"):
+            drawn.append(at)
+            speeds |= {tuple(map(float, word[-3:]))} if word[0] == "fix" else set()
+    yield Held("deck: steps of the run", at, total, "scene.json: duration_s / time_step_s")
+    for speed in speeds:
+        for k, axis in enumerate("xyz"):
+            yield Held(
+                f"deck: slide's speed.{axis}", speed[k], scene["slide"]["velocity_m_per_s"][k], "scene.json: slide", 1.0
+            )
+    planned = slide_steps(dict(scene), scene["time_step_s"], total)
+    if planned and resumed_at == 0 and planned[0] < total:
+        yield Held(
+            "deck: step at which the slide opens",
+            drawn[0] if drawn else None,
+            planned[0],
+            "scene.json: slide opens_at_s",
+        )
+        if planned[1] < total:
+            yield Held("deck: step at which the slide stops", drawn[-1], planned[1], "scene.json: slide travel_s")
+
+
+def _data(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
+    """Box, and diameter, density and place of every sphere."""
+    head, _, rest = (folder / "engine" / DATA).read_text().partition("Atoms\n")
+    rows = rest.partition("Velocities")[0].split()
+    table = np.array(rows, float).reshape(-1, 7)
+    ends = {
+        axis: (float(low), float(high)) for low, high, axis in re.findall(r"^(\S+) (\S+) ([xyz])lo", head, re.MULTILINE)
+    }
+    for k, axis in enumerate("xyz"):
+        for name, n in (("box_low_m", 0), ("box_high_m", 1)):
+            yield Held(f"deck: {name}.{axis}", ends[axis][n], scene[name][k], f"scene.json: {name}")
+    for c in scene["classes"]:
+        own = table[table[:, 1] == c["type"]]
+        yield Held(f"deck: number of {c['name']}", len(own), c["count"], "scene.json: classes count")
+        for column, name, want in ((2, "diameter", 2.0 * c["radius_m"]), (3, "density", c["density_kg_per_m3"])):
+            if len(own):
+                worst = own[np.argmax(np.abs(own[:, column] - want)), column]
+                yield Held(f"deck: {name} of {c['name']}", float(worst), want, f"scene.json: classes {name}")
+    start = columns(folder / scene["spheres_file"], ["id", "x", "y", "z"]).sort_values("id").to_numpy(float)
+    mine = table[np.argsort(table[:, 0])][:, [0, 4, 5, 6]]
+    same = mine.shape == start.shape
+    off = np.abs(mine - start).max(axis=1) if same else np.ones(1)
+    yield Held(
+        "deck: spheres at other places than at the start", int((off > 1e-12).sum()), 0, str(scene["spheres_file"])
+    )

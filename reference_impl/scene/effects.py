@@ -1,0 +1,61 @@
+"""Which effects and laws a configuration asks for: presets, laws named besides, switches.
+
+Where effects are decided by their numbers (`decide: tolerance`), only what is switched by hand or impossible is expected here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+PAPER = {
+    "capillary": "rabinovich", "viscous_normal": "pitois", "viscous_tangential": "goldman", "rupture": "willett_unequal",
+    "dynamic_rupture": "pitois", "formation": "shi_mccarthy", "transfer": "parabola",
+}  # fmt: skip
+PRESETS = {
+    "paper": PAPER,
+    "exact": {**PAPER, "capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"},
+}
+"""docs/laws.md: the laws of each preset."""
+SWITCHED = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")
+NEEDED = ("rupture", "formation", "transfer")
+DRIPPING = "tate"
+DECIDED = "effects.* that were decided by their numbers (effects.decide: tolerance)"
+
+
+def expected(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Field of the scene's effects -> what it must be; fields that the plan's numbers decide are left out."""
+    asked, chosen = config["settings"]["effects"], config["settings"].get("laws") or {}
+    preset = PRESETS[chosen.get("preset", "paper")]
+    laws = {**preset, **{kind: law for kind, law in chosen.items() if kind != "preset" and law is not None}}
+    by_number = asked.get("decide", "preset") == "tolerance"
+    moist = float(config["case"]["liquid_percent"]) > 0.0
+    bridges = moist if asked.get("bridges", "auto") == "auto" else bool(asked["bridges"])
+
+    def on(effect: str, possible: bool = True) -> bool | None:
+        switch = asked.get(effect, "auto")
+        if switch != "auto":
+            return bool(switch)
+        return None if possible and by_number else possible
+
+    found: dict[str, Any] = {"bridges": bridges}
+    for effect in SWITCHED:
+        state = on(effect, bridges)
+        # of an effect whose number decided, the law at least is known where it is on
+        found[effect] = None if state is False else laws[effect] if state else (None, laws[effect])
+    shared = on("sharing_by_size", bridges)
+    for kind in NEEDED:
+        found[kind] = laws[kind] if bridges else None
+    if bridges and shared is not True:
+        found["transfer"] = "half" if shared is False else ("half", laws["transfer"])
+    for effect in ("rolling", "tangential_history", "gravity"):
+        found[effect] = on(effect)
+    walls = on("wall_films", bridges)
+    found["wall_films"] = walls if bridges else True
+    found["liquid_weight"] = asked.get("liquid_weight", "auto") is True
+    found["shedding"] = laws.get("shedding", DRIPPING) if asked.get("shedding", "auto") is True else None
+    return {name: value for name, value in found.items() if value is not None or name not in _TRUTHS}
+
+
+_TRUTHS = ("bridges", "rolling", "tangential_history", "gravity", "wall_films", "liquid_weight")
+"""Fields that are on or off: None stands for not known."""

@@ -1,0 +1,98 @@
+"""The screening tower's dimensions by the configuration: plan and heights, as docs/geometry.md draws them [m]."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from reference_impl.replay.compare import Floats
+from reference_impl.scene.configuration import number, pitch_m, screen, width_m
+
+MOTION = {
+    "wires": "vibrates", "side_wall": "vibrates", "feed_bin": "fixed", "slide": "slides", "outlet": "vibrates",
+    "impact_plate": "vibrates", "collecting_bin": "fixed",
+}  # fmt: skip
+"""Parts of the tower in the scene's order, and how they move."""
+RIM_ABOVE_END = 0.006
+"""The collecting bin's rim stands this much above the outlet's lower end."""
+CYLINDER_SIDES = 24
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Seen from above: a regular polygon of `sides`, `apothem` from the axis to the inner face."""
+
+    sides: int
+    apothem: float
+    thickness: float
+    pitch: float
+    aperture: float
+    wire: float
+    wire_sides: int
+    clearance: float
+    width: float
+
+    @classmethod
+    def of(cls, config: Mapping[str, Any]) -> Plan:
+        """A round sieve is a polygon of the circle's area."""
+        scale, tower, width, sides = config["scale"], config["apparatus"], width_m(config), 4
+        apothem = 0.5 * width
+        if scale["shape"] == "cylinder":
+            sides = int(number(scale, "cylinder_sides")) if scale.get("cylinder_sides") else CYLINDER_SIDES
+            apothem *= math.sqrt(math.pi / (sides * math.tan(math.pi / sides)))
+        thickness, clearance = (1e-3 * number(tower, f"{name}_mm") for name in ("wall_thickness", "clearance"))
+        aperture, wire = (1e-3 * number(screen(config), f"{name}_mm") for name in ("aperture", "wire_diameter"))
+        wire_sides = int(number(scale, "wire_sides"))
+        return cls(sides, apothem, thickness, pitch_m(config), aperture, wire, wire_sides, clearance, width)
+
+    @property
+    def half_slide(self) -> float:
+        """The slide reaches as far as the middle of the wall does along x or y."""
+        angle = 2.0 * math.pi * (np.arange(self.sides) + 0.5) / self.sides
+        around = max(np.abs(np.cos(angle)).max(), np.abs(np.sin(angle)).max()) / math.cos(math.pi / self.sides)
+        return float((self.apothem + 0.5 * self.thickness) * around)
+
+    @property
+    def wires(self) -> Floats:
+        """Places of parallel wires: one pitch apart, about the axis or between two, all that reach into the tower."""
+        first = 0.5 * self.pitch if round(2.0 * self.apothem / self.pitch) % 2 else 0.0
+        reach = self.apothem + 0.5 * self.wire * (1.0 - 1e-6)
+        right = first + self.pitch * np.arange(math.ceil(reach / self.pitch) + 2)
+        right = right[right < reach]
+        return np.unique(np.concatenate([-right, right]))
+
+
+@dataclass(frozen=True)
+class Heights:
+    """From below: the height above the screen's plane."""
+
+    bin_rim: float
+    outlet_end: float
+    outlet_top: float
+    plate_top: float
+    side_wall_top: float
+    feed_bin_low: float
+    feed_bin_top: float
+    slide_top: float
+    bin_floor: float
+    bin: float
+    """Below it a sphere has passed."""
+
+    @classmethod
+    def of(cls, config: Mapping[str, Any]) -> Heights:
+        """The outlet begins under the wires, the plate two apertures below, the feed bin a clearance above the side wall."""
+        plan, tower = Plan.of(config), config["apparatus"]
+        side, feed, slide, outlet, vessel = (
+            1e-3 * number(tower, f"{name}_height_mm")
+            for name in ("side_wall", "feed_bin", "slide", "outlet", "collecting_bin")
+        )
+        end = -plan.wire - outlet
+        rim, low = end + RIM_ABOVE_END, side + plan.clearance
+        return cls(
+            bin_rim=rim, outlet_end=end, outlet_top=-plan.wire, plate_top=-plan.wire - 2.0 * plan.aperture, side_wall_top=side,
+            feed_bin_low=low, feed_bin_top=low + feed, slide_top=slide, bin_floor=rim - vessel, bin=end - plan.clearance,
+        )  # fmt: skip

@@ -1,0 +1,247 @@
+"""The walls of a run measured on their STL files, held against the configuration; and the tables that repeat them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reference_impl.diagnosis.held import Held
+from reference_impl.replay import io
+from reference_impl.replay.compare import Floats
+from reference_impl.scene import stl
+from reference_impl.scene.numbers import MARGIN
+from reference_impl.scene.stl import ROOM
+from reference_impl.scene.tower import Heights, Plan
+
+OPENING = (0.4, 3.0)
+"""Free width beside the impact plate: this share of the sieve's width, or so many apertures."""
+
+
+def measured(config: Mapping[str, Any], scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:
+    """Lengths of all walls, the box around them, and the half widths that the scene gives their parts."""
+    plan, heights = Plan.of(config), Heights.of(config)
+    found = [*_wires(plan, meshes["wires"])] if "wires" in meshes else []
+    found += [*_tubes(plan, heights, meshes), *_plates(config, plan, heights, meshes)]
+    if meshes:
+        found += _box(plan, scene, meshes)
+    for wall in scene["walls"]:
+        if wall["name"] in meshes:
+            found += _parts(wall, meshes[wall["name"]], plan)
+    return found
+
+
+def read(folder: Path, scene: Mapping[str, Any]) -> dict[str, Floats]:
+    """Triangles of every wall by its name."""
+    return {wall["name"]: stl.read(folder / wall["stl"]) for wall in scene["walls"]}
+
+
+def _length(name: str, given: float, expected: float, source: str) -> Held:
+    return Held(f"{name} (measured on the STL)", given, expected, source, room=ROOM)
+
+
+def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
+    wires, of_aperture, of_wire = (
+        stl.wires(corners),
+        "materials.yaml: screens aperture_mm",
+        "materials.yaml: screens wire_diameter_mm",
+    )
+    k = np.arange(plan.wire_sides)
+    section = float(np.ptp(np.sin(2.0 * np.pi * k / plan.wire_sides))) * 0.5 * plan.wire
+    across = np.ptp(np.cos(2.0 * np.pi * k / plan.wire_sides)) * 0.5 * plan.wire
+    facing = 2.0 * np.pi * np.arange(plan.sides) / plan.sides
+    outward = np.column_stack([np.cos(facing), np.sin(facing)])
+    for along, name in enumerate("xy"):
+        row = sorted((w for w in wires if w.along == along), key=lambda w: w.at)
+        places = np.array([w.at for w in row])
+        yield Held(f"wires along {name}, their number", len(row), len(plan.wires), of_aperture)
+        if len(row) == len(plan.wires):
+            yield _worst(
+                f"place of a wire along {name}", places, plan.wires, "a pitch apart, about the axis", plan.pitch
+            )
+        widths = np.array([w.width for w in row])
+        yield _worst(f"wires along {name}.diameter_m", widths, np.full(len(row), across), of_wire)
+        free = np.diff(places) - 0.5 * (widths[1:] + widths[:-1])
+        yield _worst(f"wires along {name}.aperture_m", free, np.full(len(free), plan.aperture), of_aperture)
+        heights = np.array([w.height for w in row])
+        yield _worst(f"wires along {name}.height_m", heights, np.full(len(row), section), of_wire)
+        middles = np.array([w.middle for w in row])
+        yield _worst(
+            f"wires along {name}, height of their axes", middles, np.zeros(len(row)), "the screen's plane", plan.wire
+        )
+        yield _worst(
+            f"wires along {name}.sides",
+            np.array([float(w.sides) for w in row]),
+            np.full(len(row), float(plan.wire_sides)),
+            "scales.yaml: wire_sides",
+        )
+        ends = np.array([[(e, w.at) if along == 0 else (w.at, e) for e in w.ends] for w in row]).reshape(-1, 2)
+        reach = (ends @ outward.T).max(axis=1)
+        middle = plan.apothem + 0.5 * plan.thickness
+        yield _worst(
+            f"ends of the wires along {name}, from the axis",
+            reach,
+            np.full(len(reach), middle),
+            "the middle of the wall's thickness",
+        )
+
+
+def _worst(name: str, given: Floats, expected: Floats, source: str, scale: float | None = None) -> Held:
+    """The value that is farthest off."""
+    if len(given) == 0:
+        return Held(f"{name} (measured on the STL)", None, float(expected[0]) if len(expected) else 0.0, source)
+    at = int(np.argmax(np.abs(given - expected)))
+    return Held(f"{name} (measured on the STL)", float(given[at]), float(expected[at]), source, scale, ROOM)
+
+
+def _tubes(plan: Plan, z: Heights, meshes: Mapping[str, Floats]) -> Iterator[Held]:
+    a, t = plan.apothem, plan.thickness
+    outer = a + t + plan.clearance
+    for name, inner, low, high, of_low, of_high in (
+        (
+            "side_wall",
+            a,
+            z.outlet_top,
+            z.side_wall_top,
+            "the wire diameter below the plane",
+            "scales.yaml: side_wall_height_mm",
+        ),
+        ("feed_bin", a, z.feed_bin_low, z.feed_bin_top, "scales.yaml: clearance_mm", "scales.yaml: feed_bin_height_mm"),
+        ("outlet", a, z.outlet_end, z.outlet_top, "scales.yaml: outlet_height_mm", "the wire diameter below the plane"),
+        (
+            "collecting_bin",
+            outer,
+            z.bin_floor - t,
+            z.bin_rim,
+            "scales.yaml: collecting_bin_height_mm",
+            "6 mm above the outlet's end",
+        ),
+    ):
+        if name not in meshes:
+            continue
+        tube = stl.tube(meshes[name])
+        yield _length(f"{name}, axis to inner face", tube.inner, inner, "scales.yaml: width_mm in whole pitches")
+        yield _length(f"{name}.thickness_m", tube.outer - tube.inner, t, "scales.yaml: wall_thickness_mm")
+        yield Held(f"{name}.sides (measured on the STL)", tube.sides, plan.sides, "scales.yaml: shape, cylinder_sides")
+        yield _length(f"{name}, lower end", tube.low, low, of_low)
+        yield _length(f"{name}, upper end", tube.high, high, of_high)
+        if name == "collecting_bin":
+            yield _length(f"{name}, floor", tube.floor, z.bin_floor, of_low)
+
+
+def _plates(config: Mapping[str, Any], plan: Plan, z: Heights, meshes: Mapping[str, Floats]) -> Iterator[Held]:
+    t = plan.thickness
+    if "slide" in meshes:
+        slide = stl.plate(meshes["slide"])
+        for axis, low, high in zip("xy", slide.low, slide.high, strict=False):
+            yield _length(
+                f"slide, length along {axis}",
+                float(high - low),
+                2.0 * plan.half_slide,
+                "the middle of the wall's thickness",
+            )
+        yield _length("slide, upper face", float(slide.high[2]), z.slide_top, "scales.yaml: slide_height_mm")
+        yield _length("slide.thickness_m", slide.thickness, t, "scales.yaml: wall_thickness_mm")
+    if "impact_plate" in meshes:
+        plate = stl.plate(meshes["impact_plate"])
+        angle = np.radians(config["apparatus"]["impact_plate_angle_deg"]["value"])
+        edge = plan.apothem - max(OPENING[0] * plan.width, OPENING[1] * plan.aperture)
+        yield Held(
+            "impact_plate, angle [rad] (measured on the STL)",
+            plate.angle,
+            float(angle),
+            "scales.yaml: impact_plate_angle_deg",
+            room=2e-6,
+        )
+        yield _length("impact_plate, high end", float(plate.high[2]), z.plate_top, "two apertures below the wires")
+        yield _length("impact_plate, low edge", float(plate.high[0]), edge, "opening of 0.4 widths or 3 apertures")
+        yield _length("impact_plate.thickness_m", plate.thickness, t, "scales.yaml: wall_thickness_mm")
+
+
+def _box(plan: Plan, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:
+    """The box stands 10 mm beyond the outermost wall, the slide where it is drawn to."""
+    drawn = np.array([2.0 * plan.half_slide, 0.0, 0.0])
+    low = np.min([c.reshape(-1, 3).min(axis=0) for c in meshes.values()], axis=0) - MARGIN
+    high = np.max([c.reshape(-1, 3).max(axis=0) + drawn * (n == "slide") for n, c in meshes.items()], axis=0) + MARGIN
+    return [
+        Held(f"{end}.{axis}", given, float(want), "10 mm beyond the walls", room=ROOM)
+        for end, wanted in (("box_low_m", low), ("box_high_m", high))
+        for axis, given, want in zip("xyz", scene[end], wanted, strict=True)
+    ]
+
+
+def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
+    """The parts that the scene groups the triangles into, and their half widths."""
+    name, part, given = wall["name"], np.asarray(wall["triangle_part"]), wall["part_half_width_m"]
+    found = [Held(f"walls.{name}.triangle_part, its number", len(part), len(corners), "triangles of the STL")]
+    if found[0].wrong or len(part) == 0 or int(part.max()) + 1 != len(given):
+        return [
+            *found,
+            Held(f"walls.{name}.part_half_width_m, its number", len(given), int(part.max(initial=-1)) + 1, "its parts"),
+        ]
+    if name == "wires":
+        pairs = np.unique(np.column_stack([part, stl.bodies(corners)]), axis=0)
+        found.append(Held("wires, parts that are one bar", len(pairs), len(given), "each wire is one part"))
+    for k, width in enumerate(given):
+        own = corners[part == k]
+        want = 0.5 * plan.wire if name == "wires" else stl.half_width(own, upright=name in ("slide", "impact_plate"))
+        found.append(
+            Held(f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", room=ROOM)
+        )
+    return found
+
+
+def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats]) -> list[Held]:
+    """history/triangles and history/parts against the STL files and the scene."""
+    history = folder / "history"
+    corners, areas = np.concatenate(list(meshes.values())), np.concatenate([stl.area(c) for c in meshes.values()])
+    offset = np.cumsum([0, *(len(w["part_half_width_m"]) for w in scene["walls"])])
+    part = np.concatenate([np.asarray(w["triangle_part"]) + o for w, o in zip(scene["walls"], offset, strict=False)])
+    names = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
+    t = io.columns(history / "triangles.parquet", ["triangle", "part", "mesh", "holder", "area", *names]).sort_values(
+        "triangle"
+    )
+    p = io.columns(history / "parts.parquet", ["part", "half_width", "contact_angle", "area"]).sort_values("part")
+    if len(t) != len(corners) or len(p) != offset[-1]:
+        return [
+            Held("history/triangles, rows", len(t), len(corners), "stl/"),
+            Held("history/parts, rows", len(p), int(offset[-1]), "scene.json"),
+        ]
+    wall_of = np.repeat(np.arange(len(meshes)), [len(c) for c in meshes.values()])
+    of_part = [(w, width) for w in scene["walls"] for width in w["part_half_width_m"]]
+    wide = np.array([np.nan if width is None else width for _, width in of_part])
+    size = np.bincount(part, weights=areas, minlength=len(p))
+    angle, own = np.array([w["contact_angle_rad"] for w, _ in of_part]), p["half_width"].to_numpy(float)
+    found = [
+        _row("history/triangles.part", t["part"].to_numpy(float), part.astype(float), 1.0),
+        _row("history/triangles.area", t["area"].to_numpy(float), areas, areas, 1e-6),
+        *(
+            _row(f"history/triangles.{n}", t[n].to_numpy(float), corners.reshape(-1, 9)[:, k], 1e-3)
+            for k, n in enumerate(names)
+        ),
+        _row("history/parts.contact_angle", p["contact_angle"].to_numpy(float), angle, 1.0),
+        _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
+        _row(
+            "history/parts.half_width",
+            np.where(np.isfinite(own), own, 0.0),
+            np.where(np.isfinite(wide), wide, 0.0),
+            1e-3,
+        ),
+    ]
+    for column in ("mesh", "holder"):
+        want = [scene["walls"][k]["name" if column == "mesh" else "holder"] for k in wall_of]
+        bad = next((k for k, (a, b) in enumerate(zip(t[column], want, strict=True)) if a != b), 0)
+        found.append(
+            Held(f"history/triangles.{column} (triangle {bad})", t[column].iloc[bad], want[bad], "scene.json: walls")
+        )
+    return found
+
+
+def _row(name: str, given: Floats, expected: Floats, size: Floats | float, room: float = 0.0) -> Held:
+    """The row of a column that is farthest off."""
+    off = np.abs(given - expected) / size
+    at = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
+    scale = float(np.broadcast_to(size, off.shape)[at])
+    return Held(f"{name} (row {at})", float(given[at]), float(expected[at]), "stl/ and scene.json", scale, room * scale)

@@ -1,0 +1,56 @@
+"""What goes wrong between a log and what is shown of it: axes exchanged, signs turned, units, another time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import permutations, product
+
+import numpy as np
+
+from reference_impl.diagnosis.diagnosis import Suspect
+from reference_impl.replay.compare import Floats
+
+UNITS = {1e3: "mm for m", 1e-3: "m for mm", 1e6: "µm for m", 1e9: "mm³ for m³"}
+
+
+def suspects(shown: Floats, own: Floats, broken: Floats) -> Iterator[Suspect]:
+    """Values as they would be shown with one fault, given what is shown, what should be, and which rows disagree."""
+    yield Suspect("it is not in the file", np.where(np.isnan(shown), shown, np.inf), general=True)
+    if own.ndim == 2:
+        yield from _axes(own)
+    for factor, name in (
+        (2.0, "twice the value (a diameter for a radius)"),
+        (0.5, "half the value"),
+        (-1.0, "the sign is turned"),
+    ):
+        yield Suspect(name, factor * own)
+    yield Suspect("it is zero", 0.0 * own)
+    yield Suspect("yes and no are exchanged", 1.0 - own, general=True)
+    yield from _moved(shown, own, broken)
+
+
+def _axes(own: Floats) -> Iterator[Suspect]:
+    """Components exchanged, or one of them turned or lost."""
+    for order in permutations(range(3)):
+        if order != (0, 1, 2):
+            moved = [k for k in range(3) if order[k] != k]
+            names = " and ".join("xyz"[k] for k in moved)
+            yield Suspect(f"components {names} are exchanged", own[:, order])
+    for k, (factor, name) in product(range(3), ((-1.0, "has the other sign"), (0.0, "is lost"))):
+        sign = np.ones(3)
+        sign[k] = factor
+        yield Suspect(f"component {'xyz'[k]} {name}", own * sign)
+
+
+def _moved(shown: Floats, own: Floats, broken: Floats) -> Iterator[Suspect]:
+    """By one factor or one shift everywhere, or each in another row."""
+    with np.errstate(all="ignore"):
+        ratio = np.median((shown[broken] / own[broken])[np.abs(own[broken]) > 0])
+        unit = next((f" ({name})" for value, name in UNITS.items() if abs(ratio / value - 1.0) < 1e-9), "")
+        yield Suspect(f"it is {ratio:.9g} times what it should be{unit}", ratio * own, float(ratio))
+    by = np.median(shown[broken] - own[broken], axis=0)
+    words = ", ".join(f"{v:.6g}" for v in np.atleast_1d(by))
+    yield Suspect(f"it is moved by {words}", own + by)
+    for rows, name in ((1, "the row before"), (-1, "the row after")):
+        yield Suspect(f"it is that of {name}", np.roll(own, rows, axis=0))
+    yield Suspect("the order of rows is turned", own[::-1])

@@ -1,0 +1,110 @@
+"""What the logs of a run say, one output step at a time, for what shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import io, whole
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.stream import Rows
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What the logs say should be shown at one output step: spheres in the order of their numbers, bridges, film of triangles."""
+
+    ids: Floats
+    place: Floats
+    speed: Floats
+    radius: Floats
+    kind: Floats
+    film: Floats
+    liquid: Floats
+    in_bin: Floats
+    bridges: pd.DataFrame
+    on_walls: Floats
+
+
+class Logs:
+    """The logs of a run, one output step at a time; quick from step to later step."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.scene, self.plan = folder, io.scene(folder), whole.plan(folder)
+        history = folder / "history"
+        start = io.columns(history / "spheres.parquet", ["id", "type", "radius", "film"]).sort_values("id")
+        self.ids, self.kind, self.radius, self.film = (start[n].to_numpy() for n in ("id", "type", "radius", "film"))
+        self.first_below = np.full(len(self.ids), np.inf)
+        self.triangles, self.rest = pd.DataFrame({"triangle": []}), np.zeros((0, 3, 3))
+        if self.plan.walls:
+            corners = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
+            names = ["triangle", "part", "mesh", "holder", *corners]
+            self.triangles = io.columns(history / "triangles.parquet", names).sort_values("triangle")
+            self.rest = self.triangles[corners].to_numpy(float).reshape(-1, 3, 3)
+            motion = io.columns(folder / "mesh_motion.parquet", ["step", "mesh", "dx", "dy", "dz"])
+            self.motion = {(row.step, row.mesh): [row.dx, row.dy, row.dz] for row in motion.itertuples()}
+        self._streams: dict[str, tuple[Rows, int]] = {}
+        self.at = lru_cache(maxsize=4)(self._at)
+
+    def _rows(self, name: str, columns: list[str], step: int) -> pd.DataFrame:
+        """Rows of a log at one step: the next of its stream, or looked for."""
+        path = io.where(self.folder, name)
+        stream, taken = self._streams.get(name) or (Rows(path, name, columns), -1)
+        if step > taken:
+            rows = stream.until(step)
+            self._streams[name] = stream, step
+            return rows[rows["step"] == step]
+        return io.table(path, name, [("step", "==", step)])
+
+    def _at(self, step: int) -> Moment:
+        rows = self._rows("trajectory", ["step", "id", "type", *"xyz", "vx", "vy", "vz"], step).sort_values("id")
+        here = np.searchsorted(self.ids, rows["id"].to_numpy())
+        place, low = rows[[*"xyz"]].to_numpy(), self.scene.get("bin_z_m")
+        if low is not None:
+            below = here[place[:, 2] < low]
+            self.first_below[below] = np.minimum(self.first_below[below], step)
+        film, shares = self.film.copy(), np.zeros(len(self.ids))
+        bridges, on_walls = pd.DataFrame(), np.zeros(len(self.triangles))
+        if self.plan.moist:
+            films = self._rows("films", ["step", "id", "film"], step)
+            film[np.searchsorted(self.ids, films["id"].to_numpy())] = films["film"]
+            ends = [f"{end}_{axis}" for end in ("xi", "xj") for axis in "xyz"]
+            names = ["step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", *ends]
+            bridges = self._rows("bridges", names, step)
+            shares = self._shares(bridges)
+            if self.plan.walls:
+                wet = self._rows("wall_films", ["step", "triangle", "film"], step)
+                on_walls[wet["triangle"].to_numpy()] = wet["film"]
+        passed = (self.first_below <= step).astype(int)
+        return Moment(self.ids[here], place, rows[["vx", "vy", "vz"]].to_numpy(), self.radius[here], self.kind[here], film[here],
+                      (film + shares)[here], passed[here], bridges, on_walls)  # fmt: skip
+
+    def _shares(self, bridges: pd.DataFrame) -> Floats:
+        """Liquid of standing bridges that counts to each sphere [m3]."""
+        pair, share = bridges["partner_kind"].to_numpy() == 0, bridges["share_i"].to_numpy()
+        i, j = (np.searchsorted(self.ids, bridges[end].to_numpy()) for end in "ij")
+        rest = (bridges["volume"].to_numpy() - share)[pair]
+        return np.bincount(i, share, len(self.ids)) + np.bincount(j[pair], rest, len(self.ids))
+
+    def corners(self, step: int) -> Floats:
+        """Corners (n, 3, 3) of all triangles."""
+        at, none = self.rest.copy(), [0.0, 0.0, 0.0]
+        shift = np.array([self.motion.get((step, mesh), none) for mesh in self.triangles["mesh"]]).reshape(-1, 3)
+        turns = {w["name"] for w in self.scene["walls"] if w["motion"] == "turns"}
+        rows = self.triangles["mesh"].isin(turns).to_numpy()
+        if rows.any():
+            how = self.scene["rotation"]
+            angle = 2.0 * np.pi * step * self.scene["time_step_s"] / how["period_s"]
+            at[rows] = _about(np.asarray(how["axis"], float), angle, at[rows] - how["origin_m"]) + how["origin_m"]
+        return np.asarray(at + shift[:, None, :])
+
+
+def _about(axis: Floats, angle: float, points: Floats) -> Floats:
+    """Points turned about an axis through the origin, by the matrix of the rotation."""
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(points @ (np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross).T)

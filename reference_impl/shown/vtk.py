@@ -1,0 +1,270 @@
+"""The VTK series of a run, read back and held against its raw logs: what somebody sees in ParaView is what the engine wrote.
+
+Everything is taken from the logs anew: film thickness from the films, liquid from films and standing bridges, places of walls
+from the triangles at rest and their motion, film on walls over an own area. Where something is off, `diagnosis` names how.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis import diagnosis
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.replay.compare import Floats, Quantity, compare, merged
+from reference_impl.replay.snapshots import thickness
+from reference_impl.shown import vtu
+from reference_impl.shown.exchanged import suspects
+from reference_impl.shown.logs import Logs
+
+LOOKED = 3
+"""Output steps that disagree, of which the fault is looked for."""
+NOT_THERE = "VTK: there are no files yet; pywet view writes and checks them"
+
+
+@dataclass(frozen=True)
+class Field:
+    """One array of one file: what it is, rows that name it, as shown, as it should be, and its size."""
+
+    name: str
+    what: str
+    rows: pd.DataFrame
+    shown: Floats
+    own: Floats
+    size: Floats
+
+
+def there(folder: Path) -> bool:
+    """Whether the run has VTK files."""
+    return (Path(folder) / "vtk").is_dir()
+
+
+def check(folder: Path) -> tuple[list[Quantity], list[dict[str, Any]]]:
+    """Quantities of all files, and findings on those that are off; nothing of a run without VTK files."""
+    if not there(folder):
+        return [], []
+    logs, parts, wrong = Logs(Path(folder)), dict[str, list[Quantity]](), dict[str, list[Field]]()
+    for field in _fields(logs):
+        quantity = _compared(field)
+        parts.setdefault(field.name, []).append(quantity)
+        if not quantity.ok and len(wrong.setdefault(field.name, [])) < LOOKED:
+            wrong[field.name].append(field)
+    links = (_link(logs, fields) for fields in wrong.values())
+    failed = list(wrong)
+    found = diagnosis.diagnose(iter(links), failed)["findings"] if failed else []
+    return [merged(several) for several in parts.values()], found
+
+
+def not_checked(folder: Path) -> list[str]:
+    """A sentence where there is nothing to read back."""
+    return [] if there(folder) else [NOT_THERE]
+
+
+def disagreement(folder: Path) -> str | None:
+    """What is shown wrong, in one sentence; None where all files agree with the logs."""
+    quantities, findings = check(folder)
+    wrong = ", ".join(q.name for q in quantities if not q.ok)
+    said = "; ".join(f["sentence"] for f in findings)
+    return f"{folder / 'vtk'} disagrees with the logs on {wrong}: {said}" if wrong else None
+
+
+def with_findings(
+    findings: list[dict[str, Any]], failed: list[str], others: Callable[[list[str]], dict[str, Any] | None]
+) -> dict[str, Any] | None:
+    """The diagnosis of a run: what is shown wrong, and what `others` say of the other quantities that fail."""
+    rest = [name for name in failed if not name.startswith("vtk_")]
+    found = others(rest) if rest else None
+    if not findings or not failed:
+        return found
+    found = found or {"findings": [], "follow": [], "not_explained": []}
+    return {**found, "findings": [*found["findings"], *findings]}
+
+
+def _compared(field: Field) -> Quantity:
+    limit = 0.0 if field.shown.dtype.kind in "iu" else 1e-12
+    return compare(field.name, "itself, or the largest of the run", field.shown.astype(float), field.own.astype(float),
+                   field.size, field.rows, limit)  # fmt: skip
+
+
+def _fields(logs: Logs) -> Iterator[Field]:
+    steps = logs.plan.outputs.tolist()
+    entries = {kind: vtu.series(logs.folder / "vtk" / f"{kind}.pvd") for kind in MAKERS}
+    for kind, listed in entries.items():
+        table = pd.DataFrame({"step": steps, "i": range(len(steps))})
+        times = np.array([time for time, _ in listed])
+        if len(times) != len(steps):
+            count = pd.DataFrame({"step": [steps[-1]]})
+            yield Field(f"vtk_{kind}_outputs", f"number of files of {kind}", count, np.array([len(times)]),
+                        np.array([len(steps)]), np.ones(1))  # fmt: skip
+            continue
+        own = np.array(steps) * logs.scene["time_step_s"]
+        yield Field(
+            f"vtk_{kind}_time", f"time stamps of {kind}", table, times, own, np.full(len(own), max(own[-1], 1e-30))
+        )
+    for k, step in enumerate(steps):
+        for kind, shown_of in MAKERS.items():
+            if len(entries[kind]) == len(steps):
+                yield from shown_of(logs, step, vtu.read(entries[kind][k][1]))
+
+
+def own_values(logs: Logs, step: int, kind: str) -> dict[str, Floats]:
+    """What should be shown at an output step, by field: for what shows another time, or another field."""
+    nothing = vtu.Shown(np.zeros((0, 3)), np.zeros((0, 0), int), {}, {}, {})
+    makers = {"sphere": _particles, "bridge": _bridges, "wall": _walls}
+    return {f.name: f.own for f in makers[kind](logs, step, nothing, blind=True)} if kind in makers else {}
+
+
+def _particles(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
+    here = logs.at(step)
+    rows = pd.DataFrame({"step": step, "i": here.ids})
+    order = _order(shown.of_points.get("id"), here.ids)
+    if not blind:
+        yield _whole("vtk_spheres", "spheres that are shown", step, order, shown.of_points.get("id"))
+    if order is None and not blind:
+        return
+    fields: list[tuple[str, str, Floats]] = [
+        ("position", "place of a sphere", here.place), ("velocity", "velocity of a sphere", here.speed),
+        ("radius", "radius of a sphere", here.radius), ("class", "class of a sphere", here.kind),
+        ("film_thickness", "film thickness of a sphere", thickness(here.film, here.radius)),
+        ("liquid", "liquid of a sphere", here.liquid), ("in_bin", "spheres in the bin", here.in_bin),
+    ]  # fmt: skip
+    every = {"position": shown.points, **shown.of_points}
+    yield from _each("sphere", fields, every, order, rows)
+
+
+def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
+    here = logs.at(step).bridges
+    if not len(here):
+        if len(shown.cells):
+            yield _whole("vtk_bridges", "bridges that are shown", step, None, shown.cells[:, 0])
+        return
+    here = here.sort_values(["partner_kind", "i", "j"])
+    key = _key(*(here[name].to_numpy() for name in ("partner_kind", "i", "j")))
+    theirs = [shown.of_cells.get(name) for name in ("partner_kind", "i", "j")]
+    seen = _key(*theirs) if all(a is not None for a in theirs) else None
+    order = _order(seen, key)
+    if not blind:
+        yield _whole("vtk_bridges", "bridges that are shown", step, order, seen)
+    if order is None and not blind:
+        return
+    rows = pd.DataFrame({"step": step, "i": here["i"].to_numpy(), "j": here["j"].to_numpy()})
+    ends = [here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy() for end in ("xi", "xj")]
+    every = dict(shown.of_cells)
+    if len(shown.cells):
+        every |= {"first_end": shown.points[shown.cells[:, 0]], "second_end": shown.points[shown.cells[:, -1]]}
+    fields = [("first_end", "end of a bridge at i", ends[0]), ("second_end", "end of a bridge at j", ends[1]),
+              ("volume", "volume of a bridge", here["volume"].to_numpy()),
+              ("separation", "gap of a bridge", here["separation"].to_numpy())]  # fmt: skip
+    yield from _each("bridge", fields, every, order, rows)
+
+
+def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iterator[Field]:
+    if not logs.plan.walls:
+        return
+    here, corners = logs.triangles, logs.corners(step)
+    count = len(here)
+    if not blind:
+        yield _whole("vtk_triangles", "triangles that are shown", step, np.arange(count) if len(shown.cells) == count else None,
+                     shown.cells)  # fmt: skip
+        if len(shown.cells) != count:
+            return
+        names, codes = shown.words.get("holder_from_0", []), shown.of_cells["holder"].astype(int)
+        known = dict(enumerate(names))
+        same = np.array([known.get(c) == own for c, own in zip(codes, here["holder"], strict=True)])
+        rows = pd.DataFrame({"step": step, "holder": here["triangle"].to_numpy()})
+        yield Field(
+            "vtk_wall_holder",
+            "name of a triangle's holder",
+            rows,
+            same.astype(int),
+            np.ones(count, int),
+            np.ones(count),
+        )
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    fields = [(f"corner_{k}", f"corner {k + 1} of a wall's triangle", corners[:, k]) for k in range(3)]
+    fields += [("film_thickness", "film thickness on a wall", logs.at(step).on_walls / area),
+               ("part", "part of a wall", here["part"].to_numpy())]  # fmt: skip
+    every = dict(shown.of_cells)
+    if len(shown.cells):
+        every |= {f"corner_{k}": shown.points[shown.cells[:, k]] for k in range(3)}
+    yield from _each("wall", fields, every, np.arange(count), pd.DataFrame({"step": step, "holder": here["triangle"]}))
+
+
+def _each(
+    kind: str, fields: list[Any], shown: dict[str, Floats], order: Floats | None, rows: pd.DataFrame
+) -> Iterator[Field]:
+    """Every field in the order of the logs; one that the file lacks is shown as nothing."""
+    for name, what, own in fields:
+        as_shown = shown[name][order] if name in shown and order is not None else np.full(own.shape, np.nan)
+        if own.dtype.kind in "iu" and np.isfinite(as_shown).all():
+            as_shown = np.rint(as_shown).astype(int)
+        length = diagnosis.length(own.astype(float))
+        size = np.maximum(length, length.max(initial=0.0) * 1e-3) + 1e-300
+        yield Field(
+            f"vtk_{kind}_{name}", what, rows, as_shown, own, np.ones(len(own)) if own.dtype.kind in "iu" else size
+        )
+
+
+MAKERS = {"particles": _particles, "bridges": _bridges, "walls": _walls}
+
+
+def _key(kind: Any, i: Any, j: Any) -> Floats:
+    return np.asarray((np.asarray(kind, np.int64) << 60) | (np.asarray(i, np.int64) << 30) | np.asarray(j, np.int64))
+
+
+def _order(shown: Floats | None, own: Floats) -> Floats | None:
+    """Places among those shown, in the order of the logs; None where they are not the same."""
+    if shown is None or len(shown) != len(own):
+        return None
+    order = np.argsort(shown, kind="stable")
+    return order if np.array_equal(shown[order], np.sort(own)) else None
+
+
+def _whole(name: str, what: str, step: int, order: Floats | None, shown: Floats | None) -> Field:
+    """Whether exactly those of the logs are shown."""
+    rows = pd.DataFrame({"step": [step], "i": [0 if shown is None else len(shown)]})
+    return Field(name, what, rows, np.array([int(order is not None)]), np.ones(1, int), np.ones(1))
+
+
+def _link(logs: Logs, fields: list[Field]) -> Link:
+    """The first output steps that disagree, as the diagnosis takes them."""
+    rows = pd.concat([f.rows for f in fields], ignore_index=True)
+    shown, own, size = (np.concatenate([getattr(f, n) for f in fields]).astype(float) for n in ("shown", "own", "size"))
+    name, steps = fields[0].name, logs.plan.outputs.tolist()
+    kind = name.split("_")[1] if not name.endswith("_time") else ""
+
+    def elsewhere(field: str, output: Callable[[int], int]) -> Floats:
+        """The values of a field at other outputs; NaN where there is none."""
+        places = [output(steps.index(int(f.rows["step"].iloc[0]))) for f in fields]
+        values = [own_values(logs, steps[k], kind).get(field) if 0 <= k < len(steps) else None for k in places]
+        same = [
+            v if v is not None and v.shape == f.own.shape else f.own * np.nan
+            for v, f in zip(values, fields, strict=True)
+        ]
+        return np.concatenate(same).astype(float)
+
+    def others() -> Iterator[Suspect]:
+        for text, output in (
+            ("the output before", lambda k: k - 1), ("the output after", lambda k: k + 1), ("the start", lambda k: 0)
+        ):  # fmt: skip
+            yield Suspect(f"it is that of {text}", elsewhere(name, output))
+        for field in own_values(logs, steps[-1], kind):
+            if field != name:
+                yield Suspect(f"it is the {field.split('_', 2)[2].replace('_', ' ')}", elsewhere(field, lambda k: k))
+
+    return Link(
+        name,
+        fields[0].what,
+        rows,
+        shown,
+        own,
+        size,
+        lambda broken: chain(others(), suspects(shown, own, broken)),
+        1e-12,
+    )

@@ -1,0 +1,69 @@
+"""The section `results` of a replay: every table and summary that a person reads, against the reference's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reference_impl.diagnosis.held import MISSING, Held, Section
+from reference_impl.replay import io
+from reference_impl.tables import any_scene, columns, screening, summary
+from reference_impl.tables.own import Own
+
+NAME = "results"
+KINDS = ("parquet", "csv")
+
+
+def there(folder: Path) -> bool:
+    """Whether the run has tables of results, or a summary of them."""
+    return (folder / "results").is_dir() or (folder / "summary.json").exists()
+
+
+def check(folder: Path) -> Section:
+    """Everything compared; nothing where there are no results yet."""
+    section, run = Section(NAME), Path(folder)
+    if not there(run):
+        section.not_checked.append("results: there are none yet in the run directory")
+        return section
+    scene = io.scene(run)
+    try:
+        mine = (any_scene if any_scene.written(run) else screening).tables(run, scene)
+        if (run / "results").is_dir():
+            _tables(section, run, mine)
+        if (run / "summary.json").exists():
+            given = summary.load(run / "summary.json")
+            section.add(
+                "results_summary",
+                "itself, or the liquid put in",
+                [*summary.held(given, mine, scene, run)],
+                "numbers of summary.json",
+            )
+            section.not_checked.append(f"results: of summary.json {', '.join(summary.NOT_COMPARED)}")
+        else:
+            section.not_checked.append("results: summary.json, which is not there")
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, ZeroDivisionError) as error:
+        raise io.ReplayError(
+            f"{run}: its results and scene.json cannot be laid beside each other ({error!r}); expected both as `pywet run` "
+            "writes them: make the results again"
+        ) from error
+    return section
+
+
+def _tables(section: Section, run: Path, mine: Own) -> None:
+    liquid = mine.initial or 1.0
+    scales = {"step": 1.0, "time": max(abs(mine.liquid["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
+    for name, table in mine.tables.items():
+        held, rows = [], 0
+        for kind in KINDS:
+            path = run / "results" / f"{name}.{kind}"
+            if not path.exists():
+                held.append(Held(f"results/{path.name}", MISSING, "there", "docs/results.md"))
+                continue
+            given = columns.read(path)
+            rows += given.size
+            held += columns.held(f"results/{path.name}", given, table, scales)
+        section.add(f"results_{name}", "1, or the liquid put in", held, f"columns of {name} ({rows} values)")
+    path = run / "results" / "checks.json"
+    if mine.ends is not None:
+        return  # a scene of one's own has its checks in the summary alone
+    listed = summary.load(path) if path.exists() else None
+    section.add("results_checks", "1", [*summary.checks("results/checks.json", listed, mine)], "numbers of checks.json")

@@ -1,0 +1,118 @@
+"""A table of a run against the reference's own: columns, rows, values; and what a wrong column looks like."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis.held import MISSING, NONE, Held, column, of_factor
+from reference_impl.replay.compare import TOLERANCE, Floats
+from reference_impl.replay.io import ReplayError
+
+SHIFTS = (1, -1, 2, -2, 3, -3)
+TIMES = ("time_s", "time_since_opening_s")
+
+
+def read(path: Path) -> pd.DataFrame:
+    """A table of the results, Parquet or CSV."""
+    try:
+        return pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
+    except Exception as error:  # damage has many names
+        raise ReplayError(
+            f"{path} is not a readable table; expected what `pywet run` writes: make the results again"
+        ) from error
+
+
+def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
+    """Every value of a table, column by column; `scales`: size of a column's values by the first word of its name that fits."""
+    found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in own if c not in given]
+    found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in own]
+    if "step" not in given:
+        return found
+    steps, want = column(given, "step"), own["step"].to_numpy()
+    found += [
+        Held(f"{name}: row of step {s:g}", MISSING, "there", "output steps of scene.json")
+        for s in want[~np.isin(want, steps)]
+    ]
+    found += [
+        Held(f"{name}: row of step {s:g}", "there", NONE, "output steps of scene.json")
+        for s in steps[~np.isin(steps, want)]
+    ]
+    once, count = np.unique(steps, return_counts=True)
+    found += [
+        Held(f"{name}: row of step {s:g}", "there twice", "there once", "output steps of scene.json")
+        for s in once[count > 1]
+    ]
+    if not found and not np.array_equal(steps, want):
+        found.append(Held(f"{name}: rows", "in another order", "in the order of their steps", "docs/results.md"))
+    table = own.set_index("step").reindex(steps)
+    both = np.isin(steps, want) & ~pd.Series(steps).duplicated().to_numpy()
+    wrong: dict[str, Floats] = {}
+    for c in map(str, own):
+        if c in given and c != "step":
+            expected, values = table[c].to_numpy()[both], column(given, c)[both]
+            found.append(_worst(name, c, values, expected, steps[both], scale_of(c, scales)))
+            if found[-1].wrong:
+                wrong[c] = values
+    return [_named(name, h, wrong, own.loc[np.isin(want, steps[both])], scales) for h in found]
+
+
+def scale_of(name: str, scales: dict[str, float]) -> float:
+    """Of the values of a column."""
+    return next((size for start, size in scales.items() if name.startswith(start) or name.endswith(start)), 1.0)
+
+
+def _worst(name: str, c: str, values: Floats, expected: Floats, steps: Floats, scale: float) -> Held:
+    off = np.where(np.isfinite(values), np.abs(values - expected), np.inf)
+    at = int(np.argmax(off)) if len(off) else 0
+    if not len(off):
+        return Held(f"{name}: {c}", None, None, "the raw logs")
+    return Held(f"{name}: {c} at step {steps[at]:g}", float(values[at]), float(expected[at]), "the raw logs", scale)
+
+
+def _named(name: str, h: Held, wrong: dict[str, Floats], own: pd.DataFrame, scales: dict[str, float]) -> Held:
+    c = h.name.removeprefix(f"{name}: ").partition(" at step ")[0]
+    if not h.wrong or c not in wrong:
+        return h
+    words = next(_likenesses(c, wrong, own, scale_of(c, scales)), "")
+    return Held(h.name, h.given, h.expected, h.source, h.scale, h.room, words)
+
+
+def _likenesses(c: str, wrong: dict[str, Floats], own: pd.DataFrame, scale: float) -> Iterator[str]:
+    """What the values of a column could be instead, the surest first."""
+    values, expected = wrong[c], own[c].to_numpy()
+
+    def same(a: Floats, b: Floats) -> bool:
+        with np.errstate(all="ignore"):
+            return len(a) > 0 and bool((np.abs(a - b) <= TOLERANCE * scale).all())
+
+    others = {n: own[n].to_numpy() for n in map(str, own) if n not in (c, "step")}
+    for n, v in others.items():
+        # a value that never changes may be equal by chance: then both must have changed places
+        if same(values, v) and (np.ptp(values) > 0.0 or (n in wrong and same(wrong[n], expected))):
+            yield f"it holds what {n} should hold"
+    lasting = np.abs(expected) > 1e-6 * scale
+    factor = float(np.median(values[lasting] / expected[lasting])) if lasting.any() else math.nan
+    if same(values / max(abs(factor), 1.0), expected * factor / max(abs(factor), 1.0)):
+        yield of_factor(factor) or "it is left out"
+    for k in SHIFTS:
+        if len(values) > abs(k) + 1 and same(values[k:], expected[:-k]) if k > 0 else same(values[:k], expected[-k:]):
+            yield f"it is {abs(k)} output{'s' * (abs(k) > 1)} {'late' if k > 0 else 'early'}"
+    shift = values - expected
+    if len(shift) > 1 and same(shift, np.full(len(shift), shift[0])):
+        yield f"it is shifted by {shift[0]:.6g}" + (" s" if c in TIMES else "")
+    off = np.abs(shift) > TOLERANCE * scale
+    if off.sum() == 1:
+        yield "in this row alone"
+    for n, v in others.items():
+        if np.ptp(v) > 0.0 and same(shift, v):
+            yield f"{n} is in it besides"
+        if np.ptp(v) > 0.0 and same(-shift, v):
+            yield f"{n} is taken off it"
+    first = own["step"].to_numpy()[off]
+    if len(first):
+        yield f"in {int(off.sum())} of {len(off)} rows, the first at step {first[0]:g}"

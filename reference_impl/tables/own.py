@@ -1,0 +1,164 @@
+"""A run at its outputs by the reference's own reading of the logs: spheres, and the liquid that belongs to each holder.
+
+A sphere holds its film and its side of every standing bridge (Elskamp & Kruggel-Emden 2018, sections 4, 5.3). The logs are read
+in parts: of a long run one output is in memory at a time.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import io, whole
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import ReplayError, where
+from reference_impl.replay.stream import Rows
+
+PAIR = 0
+"""Kind of partner: another sphere."""
+LOGS = {
+    "films": ["step", "id", "film"],
+    "bridges": ["step", "partner_kind", "i", "j", "triangle", "volume", "share_i"],
+    "wall_films": ["step", "triangle", "film"],
+}  # fmt: skip
+
+
+@dataclass
+class Bodies:
+    """Spheres in the order of their ids, classes, and the holder of every triangle."""
+
+    ids: Floats
+    kind: Floats
+    mass: Floats
+    film: Floats
+    names: dict[int, str]
+    density: float
+    holder: Floats
+    """Number of the row of `walls` for each triangle."""
+    walls: list[str]
+
+    @classmethod
+    def of(cls, folder: Path, scene: Mapping[str, Any], row_of: Callable[[Mapping[str, Any]], str]) -> Bodies:
+        """From scene.json and the start; `row_of`: under which name a wall's liquid is booked."""
+        spheres = io.columns(folder / "history" / "spheres.parquet", ["id", "type", "film"]).sort_values("id")
+        kind = spheres["type"].to_numpy(int)
+        mass = {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
+        if not set(kind) <= set(mass):
+            raise ReplayError(f"{folder}: history/spheres.parquet has types that scene.json does not have; expected both of one "
+                              "run: run the case again")  # fmt: skip
+        rows = list(dict.fromkeys(row_of(w) for w in scene["walls"]))
+        counts = [len(w["triangle_part"]) for w in scene["walls"]]
+        holder = np.repeat([rows.index(row_of(w)) for w in scene["walls"]], counts).astype(int)
+        liquid = scene["liquid"]
+        return cls(
+            spheres["id"].to_numpy(int), kind, np.array([mass[k] for k in kind]), spheres["film"].to_numpy(float),
+            {c["type"]: c["name"] for c in scene["classes"]}, liquid["density_kg_per_m3"] if liquid else 0.0, holder, rows,
+        )  # fmt: skip
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Spheres of each class."""
+        return {name: int((self.kind == kind).sum()) for kind, name in self.names.items()}
+
+    def at(self, ids: pd.Series, path: Path) -> Floats:
+        """Place of each id; an id that the start does not have is refused."""
+        found = np.minimum(np.searchsorted(self.ids, ids), len(self.ids) - 1)
+        if not np.array_equal(self.ids[found], ids):
+            raise ReplayError(f"{path} names spheres that history/spheres.parquet does not have; expected those of the start: "
+                              "run the case again")  # fmt: skip
+        return found
+
+
+@dataclass
+class Output:
+    """One output: rows of the trajectory and their places in the start, who is in the box, and the liquid [m3]."""
+
+    step: int
+    places: pd.DataFrame
+    at: Floats
+    here: Floats
+    on: Floats
+    """Belonging to every sphere."""
+    walls: Floats
+    """On every row of walls."""
+    standing: float
+    """In standing bridges, of which there are `bridges`."""
+    bridges: int
+    left: float
+
+
+@dataclass
+class Own:
+    """What the logs give."""
+
+    tables: dict[str, pd.DataFrame]
+    """Name in results/ -> table."""
+    liquid: pd.DataFrame
+    """That of them which says where the liquid is."""
+    checks: dict[str, float]
+    """Name of a check -> its value."""
+    limits: dict[str, float]
+    said: list[int]
+    """Numbers in the sentence on lost spheres."""
+    more: dict[str, tuple[Any, str]]
+    """Further entries of the summary, and what gives them."""
+    ends: dict[str, float] | None
+    """Contacts at the end, where the summary has them."""
+    mass: float
+    initial: float
+    counts: dict[str, int]
+
+
+def slug(name: str) -> str:
+    """A class' name as a part of a column's."""
+    return re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")
+
+
+def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequence[str]) -> Iterator[Output]:
+    """Every output of a run once; `columns` of the trajectory besides its step and id."""
+    moist, path = bool(scene["effects"]["bridges"]), where(folder, "trajectory")
+    logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in (LOGS if moist else ())}
+    trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), whole.plan(folder).outputs
+    left = np.zeros(len(steps))
+    if moist:
+        ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last").set_index("step")
+        left = ledger["left"].reindex(steps).fillna(0.0).to_numpy()
+    for step, gone in zip(steps.tolist(), left.tolist(), strict=True):
+        places = trajectory.until(step)
+        at, here = of.at(places["id"], path), np.zeros(len(of.ids), bool)
+        here[at] = True
+        dry = (of.film, np.zeros(len(of.walls)), 0.0, 0)
+        on, walls, standing, bridges = _liquid(folder, of, logs, step) if moist else dry
+        yield Output(step, places, at, here, on, walls, standing, bridges, gone)
+
+
+def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tuple[Floats, Floats, float, int]:
+    """At one output: liquid [m3] of every sphere, of every row of walls, in standing bridges, and how many of these there are."""
+    films, b, wet = (logs[name].until(step) for name in ("films", "bridges", "wall_films"))
+    n, pair = len(of.ids), b["partner_kind"].to_numpy() == PAIR
+    volume, share = b["volume"].to_numpy(float), b["share_i"].to_numpy(float)
+    path = where(folder, "bridges")
+    on = np.bincount(of.at(films["id"], where(folder, "films")), films["film"], n)
+    on += np.bincount(of.at(b["i"], path), share, n)
+    on += np.bincount(of.at(b["j"][pair], path), (volume - share)[pair], n)
+    triangle = np.concatenate([wet["triangle"].to_numpy(int), b["triangle"].to_numpy(int)[~pair]])
+    if len(triangle) and not 0 <= triangle.min() <= triangle.max() < len(of.holder):
+        raise ReplayError(f"{folder}: liquid is on triangles that scene.json does not have; expected those of its walls: "
+                          "run the case again")  # fmt: skip
+    amount = np.concatenate([wet["film"].to_numpy(float), (volume - share)[~pair]])
+    return on, np.bincount(of.holder[triangle], amount, len(of.walls)), float(volume.sum()), len(b)
+
+
+def accounted(liquid: pd.DataFrame, initial: float) -> float:
+    """By how much all holders together differ from the liquid put in, over it."""
+    return float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0.0 else 0.0
+
+
+ALL_THERE = 1e-12
+"""Limit of that."""

@@ -1,0 +1,55 @@
+"""The imports of pywet run one way, and docs/ARCHITECTURE.md draws them as they are."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.import_graph import ROOT, circle, direct, mermaid, modules, rooms
+
+PAGE = (ROOT / "docs" / "ARCHITECTURE.md").read_text()
+GRAPH = modules()
+HOMES = re.findall(r"^\| [^|`]+ \| `([^`:]+\.\w+)(?::(\w+))?`", PAGE, re.MULTILINE)
+"""The rows of "Where does it live": file, and the name in it."""
+
+
+def test_no_module_imports_itself_by_a_detour() -> None:
+    assert circle(GRAPH) == []
+    assert circle(rooms(GRAPH)) == []
+
+
+def test_a_circle_would_be_noticed(tmp_path: Path) -> None:
+    texts = {
+        "__init__": "",
+        "a": "def f():\n    from pywet.b import c\n",
+        "b": "import pywet.a\n",
+        "d": "import pywet.a\n",
+    }
+    (tmp_path / "pywet").mkdir()
+    for name, text in texts.items():
+        (tmp_path / "pywet" / f"{name}.py").write_text(text)
+    graph = modules(tmp_path)
+    assert graph == {"pywet": set(), "pywet.a": {"pywet.b"}, "pywet.b": {"pywet.a"}, "pywet.d": {"pywet.a"}}
+    assert sorted(set(circle(graph))) == ["pywet.a", "pywet.b"]
+
+
+def test_the_drawing_leaves_out_what_a_longer_way_says() -> None:
+    assert direct({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == {"a": {"b"}, "b": {"c"}, "c": set()}
+
+
+def test_the_drawing_is_that_of_the_code() -> None:
+    wanted = mermaid(rooms(GRAPH))
+    assert f"```mermaid\n{wanted}\n```" in PAGE, f"put this into docs/ARCHITECTURE.md:\n{wanted}"
+    assert f"{len(rooms(GRAPH))} rooms, no circle" in PAGE
+
+
+@pytest.mark.parametrize(("file", "name"), HOMES)
+def test_what_is_looked_for_is_where_the_page_says(file: str, name: str) -> None:
+    text = (ROOT / file).read_text()
+    assert not name or re.search(rf"^\s*(?:def|class) {name}\b|^{name}\b.* =|^@\w+\(\"{name}\"", text, re.MULTILINE)
+
+
+def test_ten_things_are_looked_for() -> None:
+    assert len(HOMES) == 10
