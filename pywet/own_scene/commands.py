@@ -35,8 +35,8 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
     where = Path(folder)
     building.write(scene, where)
     stages.simulate(where, ranks, progress)
-    stages.replay(where)
     results.write(where)
+    stages.replay(where)
     objections = verdict.objections(where)
     if objections:
         raise PywetError("; ".join(objections))

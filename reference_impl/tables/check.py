@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
-from reference_impl.tables import columns, own, summary
+from reference_impl.tables import columns, own, summary, walls
 
 NAME = "results"
 TABLES = ("fraction_retained", "liquid_by_holder")
 KINDS = ("parquet", "csv")
+OWN = "description.json"
+"""What a scene of a user's own is described by."""
 
 
 def there(folder: Path) -> bool:
@@ -25,6 +28,9 @@ def check(folder: Path) -> Section:
         section.not_checked.append("results: there are none yet in the run directory")
         return section
     scene = io.scene(run)
+    if (run / OWN).exists():
+        _own_scene(section, run, scene)
+        return section
     try:
         mine = own.go_through(run, scene)
         if (run / "results").is_dir():
@@ -46,6 +52,25 @@ def check(folder: Path) -> Section:
             "writes them: make the results again"
         ) from error
     return section
+
+
+def _own_scene(section: Section, run: Path, scene: dict[str, Any]) -> None:
+    """Of a scene of a user's own, where its liquid is."""
+    section.not_checked.append("results: of a scene of one's own, contact_statistics and summary.json")
+    path = run / "results" / "liquid_by_wall.parquet"
+    if not scene["effects"]["bridges"] or not path.exists():
+        return
+    own_table = walls.liquid_by_wall(run, scene)
+    scales = {
+        "step": 1.0,
+        "time": max(own_table["time_s"].iloc[-1], 1e-300),
+        "_m3": own_table["initial_m3"].iloc[0] or 1.0,
+    }
+    given = columns.read(path)
+    rows = columns.held(f"results/{path.name}", given, own_table, scales)
+    section.add(
+        "results_liquid_by_wall", "1, or the liquid put in", rows, f"columns of {path.stem} ({given.size} values)"
+    )
 
 
 def _tables(section: Section, run: Path, mine: own.Own) -> None:
