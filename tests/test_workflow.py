@@ -127,7 +127,7 @@ def test_a_failed_replay_is_tried_again(folder: Path) -> None:
     """Results, pictures and report of the last call are there and newer; the stage that lost its status runs again."""
     root = folder / "results" / "smoke"
     made = [root / "case01" / "status" / f"{stage}.json" for stage in stages.NEEDS]
-    for k, path in enumerate([*made, root / "picture.png", root / "report.html"]):
+    for k, path in enumerate([*made, root / "picture_cases1.png", root / "report_cases1.html"]):
         path.parent.mkdir(parents=True, exist_ok=True)
         ok = path.stem != "replay"
         status = stages.Status(path.stem, ok, 1.0, None if ok else "replay", None if ok else "no table")
@@ -169,7 +169,7 @@ def test_failed_cases_stop_nothing_are_reported_and_tried_again(folder: Path) ->
     assert done.returncode != 0
     assert "case01: stage scene failed: feed bin:" in done.stderr
     assert "case02: stage scene failed: feed bin:" in done.stderr
-    report = (folder / "results" / "smoke" / "report.html").read_text()
+    report = (folder / "results" / "smoke" / "report_cases1-2.html").read_text()
     assert "0 of 2" in report
     assert "stage scene failed: feed bin:" in report
     again = _snakemake(folder, "-n", "--config", "cases=[1,2]")

@@ -95,10 +95,10 @@ def show_audit(run_dir: Path) -> None:
     """What each effect contributed against the effect plan, where the run has both."""
     from pywet.plan import audit
 
-    found = audit.read(run_dir)
-    if found:
+    rows = audit.read(run_dir)
+    if rows:
         out.print("effects, plan against replay:")
-        for line in audit.lines(found):
+        for line in audit.lines(rows):
             out.print(line, soft_wrap=True, highlight=False)
 
 

@@ -222,6 +222,7 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))
     write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    (run_dir / "config.json").unlink(missing_ok=True)  # a screening case's, had one been built here before
     return scene
 
 

@@ -76,8 +76,8 @@ class _Log:
     def take(self, last: int) -> np.ndarray:
         """What is ready up to a step."""
         end = int(np.searchsorted(self.ready["step"], last, "right"))
-        found, self.ready = self.ready[:end], self.ready[end:]
-        return found
+        taken, self.ready = self.ready[:end], self.ready[end:]
+        return taken
 
 
 def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarray]:
@@ -90,10 +90,10 @@ def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarra
         for log in logs:
             log.fill(block)
         last = min((int(log.ready["step"][-1]) - 1 for log in logs if not log.ended), default=np.iinfo(np.int64).max)
-        found = np.concatenate([log.take(last) for log in logs])
-        if len(found) or (all(log.ended for log in logs) and not given):
+        records = np.concatenate([log.take(last) for log in logs])
+        if len(records) or (all(log.ended for log in logs) and not given):
             given = True
-            yield found
+            yield records
         elif all(log.ended for log in logs):
             return
         else:

@@ -129,7 +129,7 @@ def _springs(
             before[at] = _beside(setup, log, plane, step[at] - 1, t.a[at], t.b[at])[0]
     elif not setup.moist and fresh.any():
         trial = dry.contacts(setup, window, t, before, given)
-        off = dry.size(trial.spring - now) > 1e-6 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
+        off = dry.size(trial.spring - now) > 1e-9 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
         left = fresh & there & off
         counts["springs_left_over"] = counts.get("springs_left_over", 0) + int(left.sum())
         given = given | left

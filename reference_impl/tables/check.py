@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
-from reference_impl.tables import columns, own, summary, walls
+from reference_impl.tables import any_scene, columns, screening, summary
+from reference_impl.tables.own import Own
 
 NAME = "results"
-TABLES = ("fraction_retained", "liquid_by_holder")
 KINDS = ("parquet", "csv")
-OWN = "description.json"
-"""What a scene of a user's own is described by."""
 
 
 def there(folder: Path) -> bool:
@@ -28,11 +25,8 @@ def check(folder: Path) -> Section:
         section.not_checked.append("results: there are none yet in the run directory")
         return section
     scene = io.scene(run)
-    if (run / OWN).exists():
-        _own_scene(section, run, scene)
-        return section
     try:
-        mine = own.go_through(run, scene)
+        mine = (any_scene if any_scene.written(run) else screening).tables(run, scene)
         if (run / "results").is_dir():
             _tables(section, run, mine)
         if (run / "summary.json").exists():
@@ -54,29 +48,10 @@ def check(folder: Path) -> Section:
     return section
 
 
-def _own_scene(section: Section, run: Path, scene: dict[str, Any]) -> None:
-    """Of a scene of a user's own, where its liquid is."""
-    section.not_checked.append("results: of a scene of one's own, contact_statistics and summary.json")
-    path = run / "results" / "liquid_by_wall.parquet"
-    if not scene["effects"]["bridges"] or not path.exists():
-        return
-    own_table = walls.liquid_by_wall(run, scene)
-    scales = {
-        "step": 1.0,
-        "time": max(own_table["time_s"].iloc[-1], 1e-300),
-        "_m3": own_table["initial_m3"].iloc[0] or 1.0,
-    }
-    given = columns.read(path)
-    rows = columns.held(f"results/{path.name}", given, own_table, scales)
-    section.add(
-        "results_liquid_by_wall", "1, or the liquid put in", rows, f"columns of {path.stem} ({given.size} values)"
-    )
-
-
-def _tables(section: Section, run: Path, mine: own.Own) -> None:
+def _tables(section: Section, run: Path, mine: Own) -> None:
     liquid = mine.initial or 1.0
-    scales = {"step": 1.0, "time": max(abs(mine.retained["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
-    for name, table in zip(TABLES, (mine.retained, mine.liquid), strict=True):
+    scales = {"step": 1.0, "time": max(abs(mine.liquid["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
+    for name, table in mine.tables.items():
         held, rows = [], 0
         for kind in KINDS:
             path = run / "results" / f"{name}.{kind}"
@@ -88,5 +63,7 @@ def _tables(section: Section, run: Path, mine: own.Own) -> None:
             held += columns.held(f"results/{path.name}", given, table, scales)
         section.add(f"results_{name}", "1, or the liquid put in", held, f"columns of {name} ({rows} values)")
     path = run / "results" / "checks.json"
+    if mine.ends is not None:
+        return  # a scene of one's own has its checks in the summary alone
     listed = summary.load(path) if path.exists() else None
     section.add("results_checks", "1", [*summary.checks("results/checks.json", listed, mine)], "numbers of checks.json")

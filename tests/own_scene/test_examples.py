@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import pywet
+from reference_impl.tables import check as results
 from tests.own_scene.conftest import example
+from tests.reference_impl.planted_files import OWN
 
 pytestmark = pytest.mark.engine
 
@@ -39,6 +42,16 @@ def test_drum_lifts_its_bed(tmp_path: Path) -> None:
     assert run.replay["ok"]
     assert run.events.attrs["units"]["volume"] == "m3" and run.trajectory.attrs["units"]["vx"] == "m/s"
     assert run.contact_statistics["bridges_per_sphere"].iloc[-1] > 1.0
+    assert run.replay["results"]["ok"] and run.replay["scene"]["ok"] is None  # it has no configuration
+    for name, fault in OWN.items():
+        copy = Path(shutil.copytree(tmp_path, tmp_path.parent / name.replace(" ", "_")))
+        fault.change(copy)
+        found = results.check(copy)
+        assert [q.name for q in found.quantities if not q.ok] == [fault.quantity], name
+        assert [f for f in found.findings if fault.words in f["sentence"]], (
+            name,
+            [f["sentence"] for f in found.findings],
+        )
 
 
 def test_migration_wets_the_dry_layer_and_nothing_is_lost(tmp_path: Path) -> None:

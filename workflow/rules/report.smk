@@ -10,11 +10,11 @@ rule picture:
     input:
         cases=STATUS,
     output:
-        picture=f"{ROOT}/picture.png",
+        picture=report(f"{ROOT}/picture{PART}.png", category="screening"),
     params:
         cases=CASES,
     log:
-        f"{LOGS}/picture.log",
+        f"{LOGS}/picture{PART}.log",
     script:
         "../scripts/picture.py"
 
@@ -24,15 +24,16 @@ rule report:
         cases=STATUS,
         picture=rules.picture.output.picture,
         template=str(place("workflow") / "report" / "report.html.j2"),
-        config=CONFIG_FILES,
     output:
-        report=f"{ROOT}/report.html",
+        report=report(f"{ROOT}/report{PART}.html", category="screening"),
     params:
+        config=str(CONFIG),
+        content=content(CONFIGURED),
         cases=list(CASES.values()),
         twins=TWINS,
         scale=SCALE,
     log:
-        f"{LOGS}/report.log",
+        f"{LOGS}/report{PART}.log",
     script:
         "../scripts/report.py"
 
@@ -42,11 +43,11 @@ rule verdict:
         cases=STATUS,
         report=rules.report.output.report,
     output:
-        verdict=f"{ROOT}/verdict.txt",
+        verdict=f"{ROOT}/verdict{PART}.txt",
     params:
         cases=list(CASES),
         twins=list(TWINS),
     log:
-        f"{LOGS}/verdict.log",
+        f"{LOGS}/verdict{PART}.log",
     script:
         "../scripts/verdict.py"

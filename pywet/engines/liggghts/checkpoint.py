@@ -39,7 +39,10 @@ WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in ("*.py", "laws/**/*.py", "apparatus/*.py", "runs/*.py", "engines/*.py", "engines/liggghts/*.py")
+    for pattern in (
+        "*.py",
+        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "plan", "engines", "engines/liggghts")),
+    )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
@@ -104,8 +107,8 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
     if not belongs(folder, mark) or not (folder / FINISHED).exists():
         return None, None
     try:
-        found = read_json(folder / FINISHED, "")
-        account, sums = dict(found["account"]), {name: (int(s), int(c)) for name, (s, c) in found["logs"].items()}
+        end = read_json(folder / FINISHED, "")
+        account, sums = dict(end["account"]), {name: (int(s), int(c)) for name, (s, c) in end["logs"].items()}
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return None, f"its end ({FINISHED} is damaged)"
     broken = logs.damage(folder, sums)
@@ -122,10 +125,10 @@ def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
         return None, passed
     steps = {step for name, step, _ in _files(folder) if name in ("engine", "sums")}
     for step in sorted(steps, reverse=True):
-        found = _read(folder, step)
-        if isinstance(found, Checkpoint):
-            return found, passed
-        passed.append(f"step {step} ({found})")
+        point = _read(folder, step)
+        if isinstance(point, Checkpoint):
+            return point, passed
+        passed.append(f"step {step} ({point})")
     return None, passed
 
 
@@ -223,14 +226,14 @@ class Recorder:
                     path.unlink()  # cut off, as by a full disk
                 continue
             until = self._frames_before(step)
-            found = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
-            if isinstance(found, str):
+            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
+            if isinstance(grown, str):
                 if step < new[-1]:
-                    raise self._not_whole(found)
+                    raise self._not_whole(grown)
                 return  # perhaps not yet there: looked at again
             sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
-            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": found})
-            self.step, self.framed, self.logs = step, until, found
+            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": grown})
+            self.step, self.framed, self.logs = step, until, grown
             self._prune()
 
     def finish(self) -> logs.Sums:
@@ -244,9 +247,9 @@ class Recorder:
             found = f"{longer} ends in the middle of a step"
         raise self._not_whole(found)
 
-    def _not_whole(self, found: str) -> PywetError:
+    def _not_whole(self, why: str) -> PywetError:
         return PywetError(
-            f"{found}; expected the {len(self.planned)} planned output steps in "
+            f"{why}; expected the {len(self.planned)} planned output steps in "
             f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
         )
 

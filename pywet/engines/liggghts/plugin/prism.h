@@ -74,26 +74,4 @@ class Prism {
   std::vector<Side> sides_;
 };
 
-// Parallel wires of a mesh in order of their place on the axis that tells them apart.
-struct Weave {
-  int mesh, axis;
-  bool second;                          // whether that is `up` or `across`
-  double widest;                        // radius of the largest circle about a section
-  std::vector<double> place;
-  std::vector<int> wires;               // indices of prisms, by place
-};
-
-// The tangential spring of a sphere on a wire; handed on when the candidates are found anew, and by checkpoints.
-struct WireSpring {
-  int32_t id, wire;
-  double spring[3];
-  bool operator<(const WireSpring &other) const { return id != other.id ? id < other.id : wire < other.wire; }
-};
-
-// A sphere that may touch a wire before the candidates are found anew; `a`: its local index.
-struct WireCandidate {
-  int a, id, wire;
-  double spring[3];
-};
-
 }  // namespace pywet

@@ -1,13 +1,11 @@
-// Dry contacts with wires that are prisms: the engine's own law at the closest point, one spring for each sphere and wire.
-#include "prisms.h"
+#include "wires.h"
 
-#include "bridges.h"
+#include <algorithm>
 
 namespace pywet {
 
-// Groups parallel wires of a mesh, in order across.
-void Bridges::arrange_wires() {
-  shift_then_.resize(walls.meshes.size());
+void Wires::arrange() {
+  shift_then_.resize(world_.walls.meshes.size());
   for (size_t w = 0; w < prisms.size(); w++) {
     const Prism &p = prisms[w];
     Weave *found = nullptr;
@@ -36,72 +34,77 @@ void Bridges::arrange_wires() {
 }
 
 // A sphere moves less than one skin between two looks at the same neighbour list, a mesh half of one before the next look.
-bool Bridges::wires_moved() const {
+bool Wires::moved() const {
   for (const Weave &weave : weaves_)
-    if (norm(walls.meshes[weave.mesh].shift - shift_then_[weave.mesh]) > 0.5 * skin()) return true;
+    if (norm(world_.walls.meshes[weave.mesh].shift - shift_then_[weave.mesh]) > 0.5 * world_.engine.skin()) return true;
   return false;
 }
 
-void Bridges::find_wire_candidates() {
-  const std::vector<WireSpring> known = wire_springs();
-  saved_springs_.clear();
-  wire_candidates_.clear();
-  for (const Weave &weave : weaves_) shift_then_[weave.mesh] = walls.meshes[weave.mesh].shift;
-  for (int a = 0; a < at_.nlocal; a++) {
-    const int id = at_.tag[a];
-    const double reach = radius(id) + 1.5 * skin();
+void Wires::find() {
+  const View &at = world_.engine.at;
+  const std::vector<Mesh> &meshes = world_.walls.meshes;
+  const std::vector<WireSpring> known = springs();
+  saved_.clear();
+  candidates_.clear();
+  for (const Weave &weave : weaves_) shift_then_[weave.mesh] = meshes[weave.mesh].shift;
+  for (int a = 0; a < at.nlocal; a++) {
+    const int id = at.tag[a];
+    const double reach = world_.spheres.radius(id) + 1.5 * world_.engine.skin();
     for (const Weave &weave : weaves_) {
       double y[3];
-      store(walls.meshes[weave.mesh].to_rest(Vec(at_.x[a])), y);
+      store(meshes[weave.mesh].to_rest(Vec(at.x[a])), y);
       const double place = y[(weave.axis + 1 + weave.second) % 3], far = reach + weave.widest;
       const auto begin = weave.place.begin();
       for (size_t k = std::lower_bound(begin, weave.place.end(), place - far) - begin;
            k < weave.place.size() && weave.place[k] < place + far; k++) {
         if (!prisms[weave.wires[k]].near(y, reach)) continue;
-        WireCandidate c{a, id, weave.wires[k], {0, 0, 0}};
+        Candidate c{a, id, weave.wires[k], {0, 0, 0}};
         const WireSpring wanted{id, c.wire, {}};
         const auto spring = std::lower_bound(known.begin(), known.end(), wanted);
         if (spring != known.end() && !(wanted < *spring)) std::copy(spring->spring, spring->spring + 3, c.spring);
-        wire_candidates_.push_back(c);
+        candidates_.push_back(c);
       }
     }
   }
 }
 
-// All springs that are not zero, of all ranks, sorted; just after a resumption those of the checkpoint.
-std::vector<WireSpring> Bridges::wire_springs() const {
-  std::vector<WireSpring> all = saved_springs_, mine;
-  for (const WireCandidate &c : wire_candidates_)
+std::vector<WireSpring> Wires::springs() const {
+  std::vector<WireSpring> all = saved_, mine;
+  for (const Candidate &c : candidates_)
     if (c.spring[0] != 0 || c.spring[1] != 0 || c.spring[2] != 0)
       mine.push_back(WireSpring{c.id, c.wire, {c.spring[0], c.spring[1], c.spring[2]}});
-  if (ranks_ > 1) mine = gathered(mine);
+  if (!world_.ranks.alone()) mine = world_.ranks.gathered(mine);
   all.insert(all.end(), mine.begin(), mine.end());
   std::sort(all.begin(), all.end());
   return all;
 }
 
-// After the engine's own contacts, before the bridges. A sphere that no longer touches loses its spring.
-void Bridges::touch_wires(bool fresh, bool log) {
+// A sphere that no longer touches loses its spring.
+void Wires::touch(bool fresh) {
   if (prisms.empty()) return;
-  if (fresh || wires_moved()) find_wire_candidates();
-  for (WireCandidate &c : wire_candidates_) {
+  if (fresh || moved()) find();
+  const View &at = world_.engine.at;
+  const bool log = world_.clock.logs_contacts();
+  for (Candidate &c : candidates_) {
     const Prism &wire = prisms[c.wire];
-    const Mesh &mesh = walls.meshes[wire.mesh];
-    const double r = radius(c.id);
+    const Mesh &mesh = world_.walls.meshes[wire.mesh];
+    const double r = world_.spheres.radius(c.id);
     double y[3], q[3];
-    store(mesh.to_rest(Vec(at_.x[c.a])), y);
+    store(mesh.to_rest(Vec(at.x[c.a])), y);
     bool touches = wire.near(y, r);
     if (touches && !wire.closest(y, q))
       throw std::runtime_error("the centre of sphere " + std::to_string(c.id) + " is inside a wire of mesh " + mesh.name +
-                               " at step " + std::to_string(now_) + "; likely too large a time step or too soft a contact");
+                               " at step " + std::to_string(world_.clock.now) + "; likely too large a time step or too soft a contact");
     if (touches) {
-      const Vec point = mesh.to_world(Vec(q)), d = Vec(at_.x[c.a]) - point, velocity = mesh.velocity_at(point);
+      const Vec point = mesh.to_world(Vec(q)), d = Vec(at.x[c.a]) - point, velocity = mesh.velocity_at(point);
       const double distance = norm(d);
       touches = distance <= r;
-      if (touches) energy_.wall_power[CONTACT] += dot(press(c.a, r, d, distance, velocity, c.spring), velocity);
+      if (touches)
+        energy_.wall_power[CONTACT] += dot(world_.engine.press(c.a, r, d, distance, velocity, c.spring), velocity);
     }
     if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;
-    else if (log) wire_log_.write(WireContact{now_, wire.wall, wire.triangle, c.id, 0, {c.spring[0], c.spring[1], c.spring[2]}});
+    else if (log)
+      logs_.write(WireContact{world_.clock.now, wire.wall, wire.triangle, c.id, 0, {c.spring[0], c.spring[1], c.spring[2]}});
   }
 }
 
