@@ -29,6 +29,17 @@ def atlas(folder: Path, stock: bool) -> Path:
         )
 
 
+def movie(run_dir: Path) -> list[Path]:
+    """The movie of a run with a progress bar."""
+    from rich.progress import Progress
+
+    from pywet.report import movie as drawing
+
+    with Progress(console=err, transient=True) as bar:
+        task = bar.add_task("movie", total=1.0)
+        return drawing.write(run_dir, progress=lambda share: bar.update(task, completed=share))
+
+
 def say_time(config: Any, case: int, scale: str) -> None:
     """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
     from pywet.evidence.accuracy import command
