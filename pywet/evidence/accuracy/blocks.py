@@ -25,14 +25,14 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 def all_standings(table: dict[str, Any]) -> list[front.Standing]:
     """Where the defaults stand, for every knob, kind of case and group that was measured."""
-    found = [
+    standings = [
         front.standing(table, knob, kind, group, scenes)
         for kind, scenes in figures.SCENES.items()
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
     ]
-    return [s for s in found if s is not None]
+    return [s for s in standings if s is not None]
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -108,19 +108,19 @@ def _objection(standing: front.Standing) -> str:
 
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
-    found = []
+    sentences = []
     for kind, scenes in figures.SCENES.items():
         for knob in KNOBS:
             for group in GROUPS:
                 text = front.bargain(table, knob, kind, group, scenes)
                 if text:
-                    found.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
-    if any(text.startswith("Capillary law") for text in found):
-        found.append(
+                    sentences.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
+    if any(text.startswith("Capillary law") for text in sentences):
+        sentences.append(
             "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "
             "`preset: exact` under `laws:` in config.yaml."
         )
-    return found
+    return sentences
 
 
 def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
@@ -164,8 +164,8 @@ def _name(table: dict[str, Any]) -> str:
 
 
 def _stands(table: dict[str, Any]) -> str:
-    found = all_standings(table)
-    return standing_table(table, found, [s for s in found if s.verdict == "beaten"])
+    standings = all_standings(table)
+    return standing_table(table, standings, [s for s in standings if s.verdict == "beaten"])
 
 
 def _at_scale(row: dict[str, Any] | None, default: bool, groups: tuple[str, ...]) -> list[Cell]:

@@ -104,17 +104,17 @@ def pair(s: Setting, how: str) -> tuple[Sphere, ...]:
 
 def chain(s: Setting) -> tuple[Sphere, ...]:
     """Three to six spheres in a row, thrown about."""
-    found: list[Sphere] = []
+    bodies: list[Sphere] = []
     x = 0.0
     for _ in range(int(s.random.integers(3, 7))):
         kind = int(s.random.integers(1, len(s.radii) + 1))
         film, r = s.film(kind), s.radii[kind - 1]
-        if found:
-            last = found[-1]
+        if bodies:
+            last = bodies[-1]
             reach = s.thickness(kind, film) + s.thickness(last.kind, last.film or 0.0)
             x += s.radii[last.kind - 1] + r + s.gap(reach)
-        found.append(ball(kind, (x, 0.0, 0.0), 0.5 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film))
-    return tuple(found)
+        bodies.append(ball(kind, (x, 0.0, 0.0), 0.5 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film))
+    return tuple(bodies)
 
 
 def star(s: Setting) -> tuple[Sphere, ...]:
@@ -122,12 +122,12 @@ def star(s: Setting) -> tuple[Sphere, ...]:
     big, kind = len(s.radii), int(s.random.integers(1, len(s.radii) + 1))
     film, r = s.film(big), s.radii[big - 1] + s.radii[kind - 1]
     v = s.fast()
-    found = [ball(big, (0.0, 0.0, 0.0), film=film)]
+    bodies = [ball(big, (0.0, 0.0, 0.0), film=film)]
     for axis in range(3):
         for sign in (-1.0, 1.0):
             n = sign * np.eye(3)[axis]
-            found.append(ball(kind, r * n, v * n, film=s.film(kind) if axis else 0.0))
-    return tuple(found)
+            bodies.append(ball(kind, r * n, v * n, film=s.film(kind) if axis else 0.0))
+    return tuple(bodies)
 
 
 def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
