@@ -19,6 +19,7 @@ from typing import Any
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import knobs
 from pywet.evidence.accuracy.errors import GROUPS, WET_SCENES
+from pywet.evidence.accuracy.knobs import CONFIGURABLE
 from pywet.files import read_json
 
 STORED = Path(__file__).with_name("table.json")
@@ -26,8 +27,6 @@ WANTED = ("fraction retained", "liquid shares", "force", "restitution")
 """Groups that count unless others are named."""
 NEAREST = ("reduced", "smoke")
 """Whose table is taken for a scale without one."""
-CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
-"""Knobs that a choice turns; contact log and ranks change nothing but the price, and are the user's."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pywet.bench import small
 from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
 from pywet.bench.small import Sphere
 from pywet.evidence.stability import cells
-from pywet.evidence.stability.cells import Batch, Cell, Part, ball
+from pywet.evidence.stability.cells import FCC, Batch, Cell, Part, ball
 from pywet.evidence.stability.maps import DRAWN
 from pywet.laws.contact import film_thickness
 from pywet.scene import Effects, Liquid, SphereClass
@@ -133,11 +133,7 @@ def star(s: Setting) -> tuple[Sphere, ...]:
 def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
     """Equal spheres that touch exactly: a tetrahedron, or thirteen of a face-centred cubic packing."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
-    points = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
-    if how == "dense":
-        points = [(0, 0, 0)]
-        for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            points += [(a, b, 0), (a, 0, b), (0, a, b)]
+    points = ((0, 0, 0), *FCC) if how == "dense" else ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
     side = s.radii[kind - 1] * (math.sqrt(2.0) if how == "dense" else 1.0 / math.sqrt(2.0))
     film = s.film(kind)
     return tuple(
