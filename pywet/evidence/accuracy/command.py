@@ -46,7 +46,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     table, turned = choice.for_scale(scale)
     moist = config.case(case).liquid_percent > 0
     chosen = choice.choose(table, share, moist, groups, turned)
-    changed = edit.settings_of(chosen.levels, turned)
+    changed = {knob: level for knob, level in chosen.levels.items() if knob in turned}
     machine, known = calibrated(config.folder), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -31,11 +31,6 @@ def law_names(level: str) -> dict[str, str | None]:
     exact = level == "exact"
     own = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
     return {**own, "rupture": None, "transfer": None}
-
-
-def settings_of(levels: Levels, turned: Sequence[str]) -> dict[str, Level]:
-    """The levels that are written: those of the knobs that may be turned."""
-    return {knob: level for knob, level in levels.items() if knob in turned}
 
 
 def shown(knob: str, level: Level) -> str:

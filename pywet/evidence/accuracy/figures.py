@@ -51,11 +51,7 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a knob for a moist and for a dry case, where they differ at all."""
     by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
-    return {kind: levels for kind, levels in by_kind.items() if _tells(levels)}
-
-
-def _tells(levels: list[dict[str, Any]]) -> bool:
-    return any(p["value"] > 0.0 for p in levels)
+    return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 
 def _draw_levels(ax: Axes, levels: list[dict[str, Any]], base: Any, kind: str) -> None:

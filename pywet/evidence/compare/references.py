@@ -74,7 +74,7 @@ def wall(seed: int, folder: Path) -> Numbers:
     from pywet.collisions.wall.curves import problem
 
     outcome = module.collide(problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=1.0, angle_deg=30.0))
-    return _flat(outcome)
+    return {k: (float(v), max(abs(float(v)), 1e-300), "") for k, v in outcome.items() if isinstance(v, int | float)}
 
 
 def spheres(seed: int, folder: Path) -> Numbers:
@@ -90,10 +90,6 @@ def spheres(seed: int, folder: Path) -> Numbers:
     for name in ("end", "viscous", "impact"):
         numbers[f"energy {name}"] = (float(getattr(made.energy, name)), float(made.energy.start), "")
     return numbers
-
-
-def _flat(outcome: dict[str, object]) -> Numbers:
-    return {k: (float(v), max(abs(float(v)), 1e-300), "") for k, v in outcome.items() if isinstance(v, int | float)}
 
 
 SCENES: dict[str, Reference] = {
