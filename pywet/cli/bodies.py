@@ -64,7 +64,7 @@ def run_scene(
 
     description = commands.read_scene(file)
     folder = out_dir or Path("results") / "scenes" / file.stem
-    for line in commands.plan(description).lines:
+    for line in commands.plan(description).table:
         out.print(line, soft_wrap=True, markup=False)
     commands.run(description, folder, ranks, progress=True)
     picture = commands.view(folder)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import re
 import shutil
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 
@@ -139,12 +140,15 @@ def _disk() -> Check:
     return Check("free disk", f"{free:.1f} GB", None, f"{FREE_GB:g} GB", free >= FREE_GB, "free some space")
 
 
-def main() -> int:
+def main(as_json: bool = False) -> int:
     """Print the checks; 0 when nothing that is needed is missing or of another version."""
     from rich.console import Console
     from rich.table import Table
 
     made = checks()
+    if as_json:
+        print(json.dumps([asdict(c) for c in made], indent=1))
+        return 0 if all(c.ok for c in made) else 1
     table = Table("", "what", "version", "needed", "found", box=None, header_style="bold")
     for c in made:
         state = "ok" if c.ok else "WRONG" if c.found else "MISSING"

@@ -109,7 +109,7 @@ def load(config_dir: Path) -> Config:
     folder = Path(config_dir)
     config = Config(
         folder=folder,
-        settings=_with_own_laws(_read_model(folder / settings.FILE, Settings)),
+        settings=_with_own_laws(_read_model(folder / settings.FILE, Settings), folder),
         materials=_read_model(folder / materials.FILE, Materials),
         scales=_read_model(folder / scales.FILE, Scales),
         cases=_read_cases(folder / cases_module.FILE),
@@ -211,11 +211,17 @@ def _read_cases(path: Path) -> dict[int, Case]:
     return found
 
 
-def _with_own_laws(read: Settings) -> Settings:
+def _with_own_laws(read: Settings, folder: Path) -> Settings:
     """The same with whole paths for the laws in files of the user's own, which may run from now on."""
-    named = {kind: own.placed(law) for kind, law in read.laws.model_dump(exclude={"preset"}, exclude_none=True).items()}
+    return read.model_copy(update={"laws": placed_laws(read.laws, folder)})
+
+
+def placed_laws(laws: LawSettings, folder: Path) -> LawSettings:
+    """The same laws with whole paths for files of the user's own, looked for in `folder`; they may run from now on."""
+    given = laws.model_dump(exclude={"preset"}, exclude_none=True)
+    named = {kind: own.placed(law, folder) for kind, law in given.items()}
     own.trust(named.values())
-    return read.model_copy(update={"laws": read.laws.model_copy(update=named)})
+    return laws.model_copy(update=named)
 
 
 def _check_choice(config: Config) -> None:

@@ -27,6 +27,8 @@ MEASURES = {
     "shedding": ("liquid_share", "liquid that let go as drops, over all"),
 }
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
+WITHOUT_MEASURE = "formation"
+"""An effect that cannot be left out of a bridge's life: no share of it is measured."""
 IMPULSE = "share of impulse"
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
@@ -88,6 +90,8 @@ def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]
 def _judge(
     row: dict[str, Any], value: float | None, predicted: float | None, within: float | None, tolerance: float
 ) -> tuple[Verdict, str]:
+    if row["effect"] == WITHOUT_MEASURE:
+        return OK, "part of every bridge's life" if row["on"] else "no bridges"
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
