@@ -57,21 +57,20 @@ def run(
     ] = None,
 ) -> None:
     """Run one case: build, simulate, results, replay."""
-    from pywet import config as settings
     from pywet import stages
     from pywet.engines.choice import chosen
     from pywet.screening import cases
 
     chosen(engine, ranks)
-    loaded = settings.load(config)
+    loaded = stages.resolved(config, engine=engine, seed=seed)
     name = loaded.settings.scale if scale is None else scale
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
-    if stages.same_run(config, case, name, folder, engine=engine, seed=seed):
+    if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
     else:
-        showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
+        showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
         if engine == "liggghts":
             showing.say_time(loaded, case, name)
             if advice := cases.shorter_step(loaded, case, name):

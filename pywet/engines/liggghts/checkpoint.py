@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from pywet.engines.liggghts import logs
+from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
@@ -149,12 +150,12 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
     return broken or Checkpoint(step, folder / engine, folder / state if state in states else None, sums)
 
 
-def _files(folder: Path) -> list[tuple[str, int, Path]]:
-    """What there is of checkpoints: name, step, path; half-written ones and strangers are not named."""
+def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
+    """What there is of checkpoints: name, step, path; those that may be half-written by their `ending`, strangers never."""
     names = [
         (m, path)
         for path in (folder / FOLDER).glob("*")
-        if (m := re.fullmatch(r"(engine|state|sums)\.(\d+)(\.json)?", path.name)) and path.is_file()
+        if (m := re.fullmatch(rf"(engine|state|sums)\.(\d+)(\.json)?{re.escape(ending)}", path.name)) and path.is_file()
     ]
     return [(m[1], int(m[2]), path) for m, path in names]
 
@@ -256,10 +257,8 @@ class Recorder:
     def _name_stock(self) -> None:
         """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
         reached = last_step(self.folder)
-        for path in (self.folder / FOLDER).glob("engine.*.partial"):
-            if not path.name.split(".")[1].isdigit():
-                continue
-            if int(path.name.split(".")[1]) < reached:
+        for _, step, path in _files(self.folder, PARTIAL):
+            if step < reached:
                 path.rename(path.with_suffix(""))
             elif time.time() - path.stat().st_mtime > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
                 raise self._not_whole(f"{path} was cut off")
@@ -270,34 +269,3 @@ class Recorder:
         for _, step, path in files:
             if step < oldest:
                 path.unlink()
-
-
-def holds(data: bytes, spheres: int) -> bool:
-    """Whether a restart file ends with whole records of this many spheres: the engine does not notice that one was cut off.
-
-    It ends with a block for each rank: the number of doubles (int32), then one record for each sphere, its
-    length first. The blocks are found from the end of the file.
-    """
-    end = len(data)
-    while spheres > 0:
-        for at in _block_starts(data, end):
-            numbers = np.frombuffer(data, "<f8", count=(end - at - 4) // 8, offset=at + 4)
-            place = count = 0
-            while place < len(numbers) and 1.0 <= numbers[place] <= len(numbers):
-                place, count = place + int(numbers[place]), count + 1
-            if place == len(numbers):
-                break
-        else:
-            return False
-        end, spheres = at, spheres - count
-    return spheres == 0
-
-
-def _block_starts(data: bytes, end: int) -> list[int]:
-    """Where an int32 says that just as many doubles follow up to `end`; blocks of no sphere last."""
-    starts = []
-    for shift in range(min(4, end - 3)):
-        sizes = np.frombuffer(data, "<i4", count=(end - shift) // 4, offset=shift).astype(np.int64)
-        at = shift + 4 * np.arange(len(sizes))
-        starts += at[(sizes >= 0) & (8 * sizes == end - 4 - at)].tolist()
-    return sorted(starts)

@@ -45,7 +45,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
     row, found, own, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):
         case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=speed)
-        found.append(engine.run(case, folder / f"buck_{k}").e_n)
+        found.append(engine.throw(case, folder / f"buck_{k}").e_n)
         own.append(normal_coefficient(case))
         model.append(float(wall.collide(case)["e_n"]))
     names = [f"{speed:g} m/s" for speed in SPEEDS]
