@@ -24,7 +24,7 @@ def atlas(folder: Path, stock: bool) -> Path:
 
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("atlas", total=1.0)
-        return page.write(
+        return page.write_page(
             folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
         )
 
