@@ -11,12 +11,14 @@
 # `snakemake --lint` asks for a conda environment or a container for each rule: there is one environment for all of them, the
 # virtual one that `make setup` builds from pinned versions beside Debian's engine, and snakemake itself runs in it.
 
+import os
+
 from snakemake.utils import min_version
 
 min_version("9.0")
 
 
-configfile: "config/config.yaml"
+configfile: f"{config.get('config_dir', 'config')}/config.yaml"
 
 
 include: "workflow/rules/common.smk"
@@ -27,15 +29,20 @@ include: "workflow/rules/atlas.smk"
 include: "workflow/rules/spheres.smk"
 include: "workflow/rules/agreement.smk"
 include: "workflow/rules/engines.smk"
-include: "workflow/rules/study_effects.smk"
-include: "workflow/rules/study_accuracy.smk"
-include: "workflow/rules/study_stability.smk"
 include: "workflow/rules/studies.smk"
 
 
 rule all:
     default_target: True
     input:
-        report=f"{ROOT}/report.html",
-        verdict=f"{ROOT}/verdict.txt",
+        report=rules.report.output.report,
+        verdict=rules.verdict.output.verdict,
     localrule: True
+
+
+onsuccess:
+    print(SAID if os.path.exists(rules.report.output.report) else "")
+
+
+onerror:
+    print(SAID if os.path.exists(rules.report.output.report) else "")

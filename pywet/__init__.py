@@ -1,10 +1,64 @@
-"""Screening of moist particles in LIGGGHTS, with force laws in Python and an independent reference that checks them."""
+"""Moist particles in LIGGGHTS, with force laws in Python and an independent reference that checks every run.
+
+A scene is described, run and read back::
+
+    import pywet
+
+    scene = pywet.Scene(
+        name="two layers",
+        duration_s=0.2,
+        materials={"glass": pywet.Material(density_kg_per_m3=2500)},
+        liquid=pywet.Liquid(percent=2),
+        spheres=[pywet.Spheres(name="glass", material="glass", diameter_mm=3, count=200,
+                               box=pywet.Box(low_mm=(-10, -10, 1), high_mm=(10, 10, 80)))],
+        walls=[pywet.Wall(name="vessel", vessel=pywet.Vessel(inner_width_mm=22, height_mm=90))],
+    )
+    for line in pywet.plan(scene).lines:   # which effects it calls for, and why
+        print(line)
+    run = pywet.run(scene, "results/two_layers")   # build, simulate, replay, evaluate
+    run.ledger, run.events, run.liquid     # DataFrames; their units are in attrs["units"]
+    pywet.view("results/two_layers")       # time series for ParaView and a picture
+
+Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, `Wall` (an STL file, or a `Block`,
+`Tube`, `Disc`, `Vessel`, `Bars`) that `Vibrates`, `Turns`, `Moves` or is `Removed`, `TimeStep`, `Results`; `read_scene` reads one
+from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws of one's own: `force_law`. Mistakes: `PywetError`.
+
+All else belongs to the program and may change; docs/own-scene.md shows how scenes are made.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+_OF = {
+    "errors": "PywetError",
+    "laws.force_law": "force_law",
+    "own_scene.commands": "load read_scene replay run view",
+    "own_scene.description": "Box Contact Cylinder Liquid Material Results Scene Spheres TimeStep",
+    "own_scene.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
+}
+_PLACES = {name: module for module, names in _OF.items() for name in names.split()}
+__all__ = sorted([*_PLACES, "plan"])
 
 
-def __getattr__(name: str) -> str:
-    """`__version__`, that of the installed package; asked for late, so that importing costs nothing."""
-    if name != "__version__":
+def __getattr__(name: str) -> Any:
+    """The public names, and `__version__`; brought when they are asked for, so that importing costs nothing."""
+    if name == "__version__":
+        return _version()
+    if name == "plan":  # a room of that name, which can be called
+        return importlib.import_module("pywet.plan")
+    if name not in _PLACES:
         raise AttributeError(f"module {__name__} has no attribute {name}")
+    return getattr(importlib.import_module(f"pywet.{_PLACES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]
+
+
+def _version() -> str:
+    """That of the installed package."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -14,180 +14,166 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 FORMATION, RUPTURE = 0, 1
 SPHERE, LARGE_WALL, SMALL_WALL = 0, 1, 2
 NOTHING = 3
-"""Partner of a drop that met nothing below: its liquid has left."""
+CODES: dict[str, dict[int, str]] = {
+    "kind": {FORMATION: "a bridge forms", RUPTURE: "a bridge breaks"},
+    "partner_kind": {
+        SPHERE: "j is a sphere",
+        LARGE_WALL: "j is a part of a wall, flat or wide against spheres",
+        SMALL_WALL: "j is a part of a wall thinner than the sphere, such as a wire",
+        NOTHING: "of a drop that met nothing below: its liquid has left",
+    },
+}
+"""Column -> what its numbers stand for."""
+_STEP = "step i8 - number of the time step"
+_TIME = f"""{_STEP}
+time f8 s from the start of the run"""
+_PARTNERS = """partner_kind i4 - see the codes of partner_kind
+i i4 - sphere
+j i4 - sphere or part of a wall, numbered through all walls"""
+_TRIANGLE = "triangle i4 - closest triangle, numbered through all walls; -1 between spheres"
+_PAD = "pad i4 - nothing"
+_TEXT = {
+    "events": f"""{_TIME}
+kind i4 - see the codes of kind
+{_PARTNERS}
+{_TRIANGLE}
+{_PAD}
+volume f8 m3 of the bridge, after formation or before rupture
+share_i f8 m3 drawn from i at formation, given to i at rupture
+share_j f8 m3 the same of j
+film_i_before f8 m3 liquid held as film on i at the start of the step
+film_i_after f8 m3 the same after all formations and ruptures of this step
+film_j_before f8 m3 on j; of a wall, on the triangle
+film_j_after f8 m3 the same after all formations and ruptures of this step
+separation f8 m S at the event
+rupture_distance f8 m static S_rup(V)
+speed f8 m/s relative velocity of the centres, or of sphere and wall""",
+    "contacts": f"""{_TIME}
+{_PARTNERS}
+{_TRIANGLE}
+xi f8x3 m centre of i
+vi f8x3 m/s velocity of i
+wi f8x3 1/s spin of i
+xj f8x3 m centre of j; of a wall, the closest point
+vj f8x3 m/s velocity of j, or of the wall there
+wj f8x3 1/s spin of j; of a wall, zero
+volume f8 m3 of the bridge
+separation f8 m S, negative in overlap
+rupture_distance f8 m with the dynamic factor when that effect is on
+capillary f8 N magnitude, attraction positive
+viscous_normal f8 N component along n on i, as it acts
+viscous_tangential f8x3 N on i, as it acts
+force_i f8x3 N sum of the above on i
+torque_i f8x3 N.m on i
+torque_j f8x3 N.m on j
+viscous_law f8 N what the law of the normal viscous force gives at the velocities above
+factor_normal f8 - 1/(1 + c dt/m), 1 with explicit integration
+factor_tangential f8 - the same of the tangential force
+sharing_i i4 - semi-implicit: bridges that share the mass of i; 0 for a driven sphere, and explicit
+sharing_j i4 - the same of j
+push f8x3 m/s semi-implicit: change of v_i - v_j in the step by all other forces
+spin_push f8x3 m/s the same of r_i w_i + r_j w_j
+weight f8 - steps for which these forces act, at once: 1, with bridges_every k at formation (k - 1)/2, then k""",
+    "ledger": f"""{_TIME}
+films f8 m3 on all spheres
+bridges f8 m3 in all bridges
+walls f8 m3 on all walls
+left f8 m3 of drops that met nothing below them
+initial f8 m3 what was put in
+spheres i8 - spheres in the box
+bridge_count i8 - standing bridges
+formations i8 - since the start
+ruptures i8 - since the start""",
+    "bridges": f"""{_STEP}
+{_PARTNERS}
+{_TRIANGLE}
+volume f8 m3 of the bridge
+share_i f8 m3 what i would get if it ruptured now
+separation f8 m S, negative in overlap
+xi f8x3 m centre of i
+xj f8x3 m centre of j; of a wall, the closest point""",
+    "films": f"""{_STEP}
+id i4 - sphere
+{_PAD}
+film f8 m3 liquid held as film""",
+    "wall_films": f"""{_STEP}
+triangle i4 - wet triangle, numbered through all walls
+{_PAD}
+film f8 m3 liquid held as film""",
+    "energy": f"""{_TIME}
+kinetic f8 J of the spheres that are not driven
+spin f8 J the same of their spin
+capillary_stored f8 J -integral of the force from S to the static rupture distance, standing bridges
+formed f8 J the same at formation, summed over all formations
+ruptured f8 J the same at rupture, summed over all ruptures
+gravity f8 J work on the spheres since the start
+contact f8 J work of dry contacts, relative motion
+capillary f8 J work of the capillary forces
+viscous_normal f8 J work of the normal viscous forces
+viscous_tangential f8 J work of the tangential viscous forces
+wall_motion f8 J given by moving walls, through contacts and bridges
+drive f8 J given by driven spheres, and kinetic energy that liquid brings or takes (liquid_weight)
+half_kick f8 J kinetic + spin - (the same at the start) - sum of the works, in exact arithmetic""",
+    "wire_springs": f"""{_STEP}
+mesh i4 - number in the scene
+triangle i4 - the wire's first one, numbered within the mesh: it stands for the whole wire
+i i4 - sphere
+{_PAD}
+spring f8x3 m tangential spring, which the engine does not hold""",
+    "drops": f"""{_TIME}
+partner_kind i4 - of what it lands on, see the codes of partner_kind
+i i4 - the sphere it leaves
+j i4 - sphere or triangle it lands on, -1: none
+{_PAD}
+volume f8 m3 of the drop
+film_i_before f8 m3 on i before this drop is booked
+film_j_before f8 m3 on j; where it met nothing, what had left before
+fallen f8 m from the centre of i to where it lands
+felt f8x3 m/s2 specific force that the film felt: 9.81 upwards at rest
+x f8x3 m centre of i""",
+}
+"""Raw table -> a line for each column: name, number of bytes and how many, unit, meaning. All else is made from it."""
 
-EVENT = np.dtype(
-    [
-        ("step", "<i8"),
-        ("time", "<f8"),
-        ("kind", "<i4"),  # FORMATION or RUPTURE
-        ("partner_kind", "<i4"),
-        ("i", "<i4"),
-        ("j", "<i4"),
-        ("triangle", "<i4"),
-        ("pad", "<i4"),
-        ("volume", "<f8"),  # of the bridge, after formation / before rupture [m3]
-        ("share_i", "<f8"),  # drawn from i at formation / given to i at rupture [m3]
-        ("share_j", "<f8"),
-        ("film_i_before", "<f8"),  # liquid held as film on i at the start of the step [m3]
-        ("film_i_after", "<f8"),  # the same after all formations and ruptures of this step [m3]
-        ("film_j_before", "<f8"),  # for a wall: on the triangle
-        ("film_j_after", "<f8"),
-        ("separation", "<f8"),  # S at the event [m]
-        ("rupture_distance", "<f8"),  # static S_rup(V) [m]
-        ("speed", "<f8"),  # |relative velocity of the centres| (sphere against wall velocity) [m/s]
-    ]
-)
 
-CONTACT = np.dtype(
-    [
-        ("step", "<i8"),
-        ("time", "<f8"),
-        ("partner_kind", "<i4"),
-        ("i", "<i4"),
-        ("j", "<i4"),
-        ("triangle", "<i4"),
-        ("xi", "<f8", 3),
-        ("vi", "<f8", 3),
-        ("wi", "<f8", 3),
-        ("xj", "<f8", 3),  # wall: the closest point
-        ("vj", "<f8", 3),  # wall: velocity of the wall
-        ("wj", "<f8", 3),  # wall: zero
-        ("volume", "<f8"),
-        ("separation", "<f8"),
-        ("rupture_distance", "<f8"),  # with the dynamic factor when that effect is on
-        ("capillary", "<f8"),  # magnitude, attraction positive [N]
-        ("viscous_normal", "<f8"),  # component along n on i, as it acts [N]
-        ("viscous_tangential", "<f8", 3),  # on i, as it acts [N]
-        ("force_i", "<f8", 3),  # sum of the above on i [N]
-        ("torque_i", "<f8", 3),
-        ("torque_j", "<f8", 3),
-        ("viscous_law", "<f8"),  # what the law of the normal viscous force gives at the velocities above [N]
-        ("factor_normal", "<f8"),  # 1/(1 + c dt/m), 1 with explicit integration
-        ("factor_tangential", "<f8"),
-        ("sharing_i", "<i4"),  # semi-implicit: bridges that share the mass of i; 0 for a driven sphere, and explicit
-        ("sharing_j", "<i4"),
-        ("push", "<f8", 3),  # semi-implicit: change of v_i - v_j in the step by all other forces [m/s]
-        ("spin_push", "<f8", 3),  # the same of r_i w_i + r_j w_j
-        (
-            "weight",
-            "<f8",
-        ),  # steps for which these forces act, at once: 1, with bridges_every k at formation (k - 1)/2, then k
-    ]
-)
+def _record(text: str) -> np.dtype:
+    """The packed record of a raw table."""
+    fields: list[Any] = []
+    for line in text.splitlines():
+        name, kind, _ = line.split(maxsplit=2)
+        one, _, many = kind.partition("x")
+        fields.append((name, f"<{one}", int(many)) if many else (name, f"<{one}"))
+    return np.dtype(fields)
 
-LEDGER = np.dtype(
-    [
-        ("step", "<i8"),
-        ("time", "<f8"),
-        ("films", "<f8"),  # sum over spheres [m3]
-        ("bridges", "<f8"),
-        ("walls", "<f8"),
-        ("left", "<f8"),  # liquid of drops that met nothing below them
-        ("initial", "<f8"),
-        ("spheres", "<i8"),  # number of spheres in the box
-        ("bridge_count", "<i8"),
-        ("formations", "<i8"),  # since the start
-        ("ruptures", "<i8"),
-    ]
-)
 
-BRIDGE = np.dtype(  # snapshot of standing bridges
-    [
-        ("step", "<i8"),
-        ("partner_kind", "<i4"),
-        ("i", "<i4"),
-        ("j", "<i4"),
-        ("triangle", "<i4"),
-        ("volume", "<f8"),
-        ("share_i", "<f8"),  # what i would get if it ruptured now [m3]
-        ("separation", "<f8"),
-        ("xi", "<f8", 3),
-        ("xj", "<f8", 3),
-    ]
-)
-ENERGY = np.dtype(  # at output steps, in joules; works are those on the spheres since the start
-    [
-        ("step", "<i8"),
-        ("time", "<f8"),
-        ("kinetic", "<f8"),  # of the spheres that are not driven
-        ("spin", "<f8"),
-        ("capillary_stored", "<f8"),  # -integral of the force from S to the static rupture distance, standing bridges
-        ("formed", "<f8"),  # the same at formation, summed over all formations
-        ("ruptured", "<f8"),  # the same at rupture, summed over all ruptures
-        ("gravity", "<f8"),
-        ("contact", "<f8"),  # dry contacts, relative motion
-        ("capillary", "<f8"),
-        ("viscous_normal", "<f8"),
-        ("viscous_tangential", "<f8"),
-        ("wall_motion", "<f8"),  # given by moving walls, through contacts and bridges
-        ("drive", "<f8"),  # given by driven spheres, and kinetic energy that liquid brings or takes (liquid_weight)
-        ("half_kick", "<f8"),  # kinetic + spin - (the same at the start) - sum of the works, in exact arithmetic
-    ]
+RAW = {name: _record(text) for name, text in _TEXT.items()}
+"""Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""
+EVENT, CONTACT, LEDGER, BRIDGE, FILM, WALL_FILM, ENERGY, WIRE_SPRING, DROP = (
+    RAW[name]
+    for name in ("events", "contacts", "ledger", "bridges", "films", "wall_films", "energy", "wire_springs", "drops")
 )
 _OF_ENERGY = list(ENERGY.fields or ())
 WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
 """The works among them."""
-FILM = np.dtype([("step", "<i8"), ("id", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot; id: sphere id
-WALL_FILM = np.dtype([("step", "<i8"), ("triangle", "<i4"), ("pad", "<i4"), ("film", "<f8")])  # snapshot, wet triangles
-WIRE_SPRING = np.dtype(  # in windows: dry contacts with wires that are prisms, whose springs the engine does not hold
-    [
-        ("step", "<i8"),
-        ("mesh", "<i4"),  # number in the scene
-        ("triangle", "<i4"),  # the wire's first one, numbered within the mesh: it stands for the whole wire
-        ("i", "<i4"),
-        ("pad", "<i4"),
-        ("spring", "<f8", 3),
-    ]
-)
-DROP = np.dtype(  # booked after the formations and ruptures of its step
-    [
-        ("step", "<i8"),
-        ("time", "<f8"),
-        ("partner_kind", "<i4"),  # of what it lands on: SPHERE, LARGE_WALL, SMALL_WALL or NOTHING
-        ("i", "<i4"),  # the sphere it leaves
-        ("j", "<i4"),  # sphere or triangle it lands on, -1: none
-        ("pad", "<i4"),
-        ("volume", "<f8"),  # [m3]
-        ("film_i_before", "<f8"),  # on i before this drop is booked [m3]
-        ("film_j_before", "<f8"),  # on j; nothing: what had left before
-        ("fallen", "<f8"),  # from the centre of i to where it lands [m]
-        ("felt", "<f8", 3),  # specific force that the film felt: 9.81 upwards at rest [m/s2]
-        ("x", "<f8", 3),  # centre of i [m]
-    ]
-)
-
-RAW = {
-    "events": EVENT,
-    "contacts": CONTACT,
-    "ledger": LEDGER,
-    "bridges": BRIDGE,
-    "films": FILM,
-    "wall_films": WALL_FILM,
-    "energy": ENERGY,
-    "wire_springs": WIRE_SPRING,
-    "drops": DROP,
-}
-"""Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""
 
 INTEGER, NUMBER, ANY = "integer", "number", "anything"
 
 
 def _columns(record: np.dtype) -> dict[str, str]:
     """Columns of the table of a record type."""
-    found = {}
+    kinds = {}
     for name in record.names or ():
         field = record[name]
         kind = INTEGER if field.base.kind == "i" else NUMBER
-        found.update({f"{name}_{axis}": kind for axis in "xyz"} if field.shape else {name: kind})
-    found.pop("pad", None)
-    return found
+        kinds.update({f"{name}_{axis}": kind for axis in "xyz"} if field.shape else {name: kind})
+    kinds.pop("pad", None)
+    return kinds
 
 
 def _all(kind: str, *names: str) -> dict[str, str]:
@@ -216,6 +202,30 @@ TABLES: dict[str, dict[str, str]] = {
     "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
 }
 """Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
+
+_TRAJECTORY = """id i8 - sphere
+type i8 - class of spheres, numbered from 1
+x f8 m centre
+y f8 m centre
+z f8 m centre
+vx f8 m/s velocity
+vy f8 m/s velocity
+vz f8 m/s velocity
+wx f8 1/s spin
+wy f8 1/s spin
+wz f8 1/s spin"""
+
+
+def meanings(table: str) -> dict[str, tuple[str, str]]:
+    """Column of a table, `history/events` or `trajectory` -> its unit (- where it has none) and what it is."""
+    text = f"{_TIME}\n{_TRAJECTORY}" if table == "trajectory" else _TEXT.get(table.removeprefix("history/"), "")
+    found = {}
+    for line in text.splitlines():
+        name, kind, unit, meaning = line.split(maxsplit=3)
+        if name != "pad":
+            found.update({f"{name}_{axis}" if "x" in kind else name: (unit, meaning) for axis in "xyz"})
+    return found
+
 
 MAY_BE_EMPTY = {
     "history/drops",

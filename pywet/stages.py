@@ -12,13 +12,16 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pywet.engines.choice import chosen
 from pywet.errors import PywetError, refused
 from pywet.files import write_json
 from pywet.notices import notice, shown
 from pywet.screening.status import NEEDS, Status, problems, results_made, status_path
+
+if TYPE_CHECKING:
+    from pywet.config import Config
 
 
 @contextmanager
@@ -63,22 +66,36 @@ def _run(work: Callable[[], Any]) -> str | None:
     return None
 
 
-def build(
-    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, engine: str = "liggghts",
-    seed: int | None = None,
-) -> None:  # fmt: skip
-    """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed.
+def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
+    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed.
 
     Rolling resistance is off for an engine that does not have it as the scene means it.
     """
     from pywet import config
-    from pywet.screening import cases
 
     loaded = config.load(config_dir)
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if not chosen(engine).rolling:
         loaded = loaded.without_rolling()
-    cases.build(loaded.with_preset(preset) if preset else loaded, case, scale, run_dir)
+    return loaded.with_preset(preset) if preset else loaded
+
+
+def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
+    """Stage scene: configuration -> run directory."""
+    from pywet.screening import cases, identity
+
+    cases.build(config, case, scale, run_dir)
+    identity.leave(run_dir, f"{engine} {identity.identity(config, case, scale)}")
+
+
+def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
+    """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
+    from pywet.screening import identity
+
+    left = [status_path(run_dir, stage) for stage in ("simulate", "replay", "results")]
+    if not all(path.exists() and Status.read(path).ok for path in left):
+        return False
+    return identity.left(run_dir) == f"{engine} {identity.identity(config, case, scale)}"
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
@@ -102,11 +119,11 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         if command.nothing_to_replay(folder):
             whole.check(folder)
             return None
-        found: dict[str, Any] = recompute(folder)
+        replayed: dict[str, Any] = recompute(folder)
     except ReplayError as error:
         raise PywetError(str(error)) from error
     audit.write(folder)
-    return found
+    return replayed
 
 
 def results(run_dir: Path) -> None:

@@ -127,7 +127,7 @@ def test_a_failed_replay_is_tried_again(folder: Path) -> None:
     """Results, pictures and report of the last call are there and newer; the stage that lost its status runs again."""
     root = folder / "results" / "smoke"
     made = [root / "case01" / "status" / f"{stage}.json" for stage in stages.NEEDS]
-    for k, path in enumerate([*made, root / "picture.png", root / "report.html"]):
+    for k, path in enumerate([*made, root / "picture_cases1.png", root / "report_cases1.html"]):
         path.parent.mkdir(parents=True, exist_ok=True)
         ok = path.stem != "replay"
         status = stages.Status(path.stem, ok, 1.0, None if ok else "replay", None if ok else "no table")
@@ -149,7 +149,7 @@ def test_nothing_runs_beside_what_is_timed(folder: Path, cores: int) -> None:
     assert done.returncode == 0, done.stderr
     jobs = re.findall(r"^rule (\w+):\n(.*?)\n\[", done.stdout + done.stderr, flags=re.DOTALL | re.MULTILINE)
     threads = {(name, "accuracy.csv" in text): f"threads: {cores}\n" in text for name, text in jobs}
-    assert threads["atlas", False] and threads["study_accuracy_round", False] and threads["wall_collision_item", True]
+    assert threads["atlas", False] and threads["study_job", False] and threads["wall_collision_item", True]
     assert not threads["wall_collision_item", False]
 
 
@@ -169,7 +169,7 @@ def test_failed_cases_stop_nothing_are_reported_and_tried_again(folder: Path) ->
     assert done.returncode != 0
     assert "case01: stage scene failed: feed bin:" in done.stderr
     assert "case02: stage scene failed: feed bin:" in done.stderr
-    report = (folder / "results" / "smoke" / "report.html").read_text()
+    report = (folder / "results" / "smoke" / "report_cases1-2.html").read_text()
     assert "0 of 2" in report
     assert "stage scene failed: feed bin:" in report
     again = _snakemake(folder, "-n", "--config", "cases=[1,2]")

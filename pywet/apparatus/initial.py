@@ -16,11 +16,13 @@ from pywet.scene import Scene
 
 
 def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:
-    """id, type, radius [m], film [m3]; the same film thickness on every sphere."""
+    """id, type, radius [m], film [m3]: that of the column `film` where it has a number, else the scene's thickness."""
     thickness = scene.liquid.initial_film_thickness_m if scene.liquid else 0.0
     table = spheres[["id", "type"]].copy()
     table["radius"] = table["type"].map({c.type: c.radius_m for c in scene.classes})
     table["film"] = table["type"].map({c.type: film_volume(thickness, c.radius_m) for c in scene.classes})
+    if "film" in spheres:
+        table["film"] = spheres["film"].fillna(table["film"])
     return table
 
 

@@ -29,17 +29,28 @@ SPACING = 1.0 + 1e-6
 
 @dataclass(frozen=True)
 class FeedRegion:
-    """Where spheres may be: a square of side `width_m`, or a cylinder of that diameter, around the z axis."""
+    """Where spheres may be: a square of side `width_m`, or a cylinder of that diameter, around a line along z."""
 
     shape: Literal["square", "cylinder"]
     width_m: float
     z_low_m: float
     z_high_m: float
+    depth_m: float | None = None
+    """Side along y where it is not that along x."""
+    centre_m: tuple[float, float] = (0.0, 0.0)
+    name: str = "feed bin"
+    cure: str = "make feed_bin_height_mm larger or take fewer spheres"
+
+    @property
+    def sides_m(self) -> tuple[float, float]:
+        """Extent along x and y [m]."""
+        return self.width_m, self.width_m if self.depth_m is None else self.depth_m
 
     @property
     def cross_section(self) -> float:
         """Area [m2]."""
-        return self.width_m**2 * (1.0 if self.shape == "square" else 0.25 * math.pi)
+        x, y = self.sides_m
+        return x * y * (1.0 if self.shape == "square" else 0.25 * math.pi)
 
 
 def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.DataFrame:
@@ -53,15 +64,14 @@ def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.Da
     height = max(solid / (SOLID_FRACTION * region.cross_section), 2.1 * largest)
     generator = np.random.default_rng(seed)
     placed = None
-    while placed is None and height <= available and 2.0 * largest < region.width_m:
+    while placed is None and height <= available and 2.0 * largest < min(region.sides_m):
         placed = _place_all(classes, region, height, generator)
         height *= GROWTH
     if placed is None:
         count = sum(c.count for c in classes)
         raise PywetError(
-            f"feed bin: {count} spheres ({solid * 1e6:.1f} cm3) do not fit loosely into {available * 1e3:.0f} mm of a "
-            f"{region.shape} {region.width_m * 1e3:.0f} mm wide, expected at least about {height * 1e3:.0f} mm; make "
-            "feed_bin_height_mm larger or take fewer spheres"
+            f"{region.name}: {count} spheres ({solid * 1e6:.1f} cm3) do not fit loosely into {available * 1e3:.0f} mm of a "
+            f"{region.shape} {region.width_m * 1e3:.0f} mm wide, expected at least about {height * 1e3:.0f} mm; {region.cure}"
         )
     return placed
 
@@ -111,12 +121,12 @@ def _place_class(
 
 def _draw(count: int, radius: float, region: FeedRegion, height: float, generator: np.random.Generator) -> Floats:
     """Uniform centres of spheres that lie wholly inside the region's lowest `height`."""
-    half = 0.5 * region.width_m - SPACING * radius
+    half = 0.5 * np.array(region.sides_m) - SPACING * radius
     xyz = generator.uniform(-1.0, 1.0, size=(count, 3))
     xyz[:, 2] = region.z_low_m + SPACING * radius + 0.5 * (xyz[:, 2] + 1.0) * (height - 2.0 * SPACING * radius)
     if region.shape == "cylinder":
         xyz = xyz[np.hypot(xyz[:, 0], xyz[:, 1]) <= 1.0]
-    xyz[:, :2] *= half
+    xyz[:, :2] = xyz[:, :2] * half + region.centre_m
     return xyz
 
 

@@ -34,15 +34,19 @@ def read_stl(
     name: str | None = None,
     motion: Motion = "fixed",
     half_width: float | None = None,
+    unit_m: float = 1.0,
 ) -> Surface:
-    """Read an STL file (text or binary) as a checked surface of one part; open or damaged files raise `PywetError`."""
+    """Read an STL file (text or binary) as a checked surface of one part; open or damaged files raise `PywetError`.
+
+    `unit_m`: the unit of the file's coordinates [m].
+    """
     path = Path(path)
     if not path.is_file():
         raise PywetError(f"no STL file at {path}; give the path of a surface mesh")
     try:
         mesh = meshio.read(path, file_format="stl")
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
-        corners = np.asarray(mesh.points, dtype=np.float64)[triangles]
+        corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
     except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:
         raise PywetError(f"{path} is not a readable STL file with triangles ({error}); export it again") from error
     return make_surface(name or path.stem, holder, [(corners, half_width)], motion)

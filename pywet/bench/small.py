@@ -18,7 +18,7 @@ from pywet.apparatus.solids import plate
 from pywet.apparatus.stl import write_stl
 from pywet.apparatus.surface import Floats, Surface, make_surface
 from pywet.engines.liggghts import driver
-from pywet.files import atomic_write, read_table, write_table
+from pywet.files import atomic_write, write_table
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
@@ -132,14 +132,10 @@ def _write(scene: Scene, spheres: Sequence[Sphere], walls: Sequence[Surface], ru
         for k, axis in enumerate("xyz"):
             table[f"{letter}{axis}"] = [getattr(s, field)[k] for s in spheres]
     write_table(table, run_dir / "spheres.parquet")
-    own = [s.film for s in spheres]
+    table["film"] = np.array([s.film for s in spheres], dtype=float)
     for surface in walls:
         write_stl(surface, run_dir / "stl" / f"{surface.name}.stl")
     write_initial(scene, walls, table, run_dir)
-    if any(film is not None for film in own):
-        started = read_table(run_dir / "history" / "spheres.parquet")
-        started["film"] = [was if film is None else film for film, was in zip(own, started["film"], strict=True)]
-        write_table(started, run_dir / "history" / "spheres.parquet")
     with atomic_write(run_dir / "scene.json") as temporary:
         temporary.write_text(scene.model_dump_json(indent=1))
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from pywet.cli import showing
 from pywet.cli.showing import err, out
 from pywet.errors import PywetError
 from pywet.options import JsonFile, Ranks, Trust, number
@@ -52,6 +53,25 @@ def scene(
     out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
 
 
+@app.command("run-scene")
+def run_scene(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Run a scene of your own: build, simulate, replay, results, time series, picture."""
+    from pywet.own_scene import commands
+
+    description = commands.read_scene(file)
+    folder = out_dir or Path("results") / "scenes" / file.stem
+    for line in commands.plan(description).table:
+        out.print(line, soft_wrap=True, markup=False)
+    commands.run(description, folder, ranks, progress=True)
+    picture = commands.view(folder)
+    showing.show_run(folder)
+    out.print(f"tables, time series for ParaView and {picture.name} are in {folder}", soft_wrap=True, markup=False)
+
+
 @app.command()
 def bridge(
     file: JsonFile,
@@ -67,14 +87,14 @@ def bridge(
     own.trust(query.laws if trust else ())
     machine_code.say_wait()
     if engine is None:
-        found = bridge_query.answer(query)
+        answer = bridge_query.answer(query)
     elif engine == "liggghts":
         from pywet.bench import bridge_engine
 
-        found = bridge_engine.measured(query)
+        answer = bridge_engine.measured(query)
     else:
         raise PywetError(f"there is no engine {engine}; expected liggghts")
-    typer.echo(json.dumps(found, indent=2, allow_nan=False))
+    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
 @collide.command()

@@ -24,9 +24,20 @@ def atlas(folder: Path, stock: bool) -> Path:
 
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("atlas", total=1.0)
-        return page.write(
+        return page.write_page(
             folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
         )
+
+
+def movie(run_dir: Path) -> list[Path]:
+    """The movie of a run with a progress bar."""
+    from rich.progress import Progress
+
+    from pywet.report import movie as drawing
+
+    with Progress(console=err, transient=True) as bar:
+        task = bar.add_task("movie", total=1.0)
+        return drawing.write(run_dir, progress=lambda share: bar.update(task, completed=share))
 
 
 def say_time(config: Any, case: int, scale: str) -> None:
@@ -78,14 +89,27 @@ def show_summary(folder: Path) -> None:
         raise PywetError("; ".join(objections))
 
 
+def show_run(folder: Path) -> None:
+    """The same of a scene of one's own, which has been judged already."""
+    from pywet.runs.shapes import Replay, RunSummary
+
+    summary = read_json(folder / "summary.json", shape=RunSummary)
+    out.print(f"{sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s")
+    for name, volume in summary["liquid_end_m3"].items():
+        out.print(f"liquid at the end, {name:<24}{1e9 * volume:10.4g} mm3", markup=False)
+    show_audit(folder)
+    if (folder / "replay.json").exists():
+        show_agreement(read_json(folder / "replay.json", shape=Replay))
+
+
 def show_audit(run_dir: Path) -> None:
     """What each effect contributed against the effect plan, where the run has both."""
     from pywet.plan import audit
 
-    found = audit.read(run_dir)
-    if found:
+    rows = audit.read(run_dir)
+    if rows:
         out.print("effects, plan against replay:")
-        for line in audit.lines(found):
+        for line in audit.lines(rows):
             out.print(line, soft_wrap=True, highlight=False)
 
 

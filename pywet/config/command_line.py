@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from pywet.config.messages import mistake
-from pywet.config.settings import Settings
+from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError
 
 REPLACED = ("scale", "cases", "ranks", "both_presets", "seed")
@@ -26,10 +26,18 @@ def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
         found = Settings.model_validate({**given, "cases": numbers})
     except ValidationError as error:
         raise mistake(error, Settings, "--config") from error
-    other = [name for name in Settings.model_fields if getattr(found, name) != getattr(configured, name)]
+    other = [name for name in Settings.model_fields if _said(found, name) != _said(configured, name)]
     for name in other:
         if name not in REPLACED:
             raise ConfigError(
                 f"--config {name} was given, expected one of {', '.join(REPLACED)}: write {name} into config/config.yaml"
             )
-    return found
+    return configured.model_copy(update={name: getattr(found, name) for name in REPLACED})
+
+
+def _said(settings: Settings, name: str) -> object:
+    """A setting as it is compared: without the folders of laws in own files, which are whole in `configured` only."""
+    value = getattr(settings, name)
+    if not isinstance(value, LawSettings):
+        return value
+    return {kind: str(law).rpartition("/")[2] for kind, law in value.model_dump().items()}

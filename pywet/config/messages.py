@@ -1,4 +1,4 @@
-"""Turns a pydantic validation error into one sentence: file, key, what was given, what was expected."""
+"""Turns a pydantic validation error into sentences, one for each mistake: file, key, what was given, what was expected."""
 
 from __future__ import annotations
 
@@ -16,15 +16,20 @@ from pywet.ranges import comma
 Loc = tuple[int | str, ...]
 
 
+MOST = 20
+"""Mistakes that are listed; a file of another kind has hundreds."""
+
+
 def mistake(error: ValidationError, model: type[BaseModel], where: str) -> ConfigError:
-    """The first error (a misspelt key or wrong unit first) in one sentence, and how many more there are."""
-    problems: list[Any] = list(error.errors())
-    unknown = [p for p in problems if p["type"] == "extra_forbidden"]
-    first = unknown[0] if unknown else problems[0]
-    sentence = f"{where}: {_sentence(first, problems, model)}"
-    others = len(problems) - 1 - _explained_too(first, problems)
-    text = f"{sentence} ({others} more after this)" if others > 0 else sentence
-    return ConfigError(text, file=where, key=".".join(str(k) for k in first["loc"]))
+    """Every error on a line of its own, misspelt keys first; a missing key that one of them stands for is no other error."""
+    problems: list[Any] = sorted(error.errors(), key=lambda p: p["type"] != "extra_forbidden")
+    meant = {(*p["loc"][:-1], _meant(p, problems, model)) for p in problems if p["type"] == "extra_forbidden"}
+    inside = {p["loc"][:n] for p in problems for n in range(len(p["loc"]))}  # a list is too short for want of these
+    told = [p for p in problems if p["loc"] not in {"missing": meant, "too_short": inside}.get(p["type"], ())]
+    lines = [f"{where}: {_sentence(p, problems, model)}" for p in told[:MOST]]
+    if len(told) > MOST:
+        lines.append(f"{where}: {len(told) - MOST} more mistakes like these")
+    return ConfigError("\n".join(lines), file=where, key=".".join(str(k) for k in problems[0]["loc"]))
 
 
 def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
@@ -35,10 +40,7 @@ def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
         parent = ".".join(str(k) for k in loc[:-1])
         return f"{parent} has {loc[-1]} behind a comma, expected a number with a decimal point, such as 0.{loc[-1]}"
     if kind == "extra_forbidden":
-        missing = _missing_beside(loc, problems)
-        known = missing or list(getattr(_model_at(model, loc[:-1]), "model_fields", {}))
-        close = difflib.get_close_matches(str(loc[-1]), known, n=1, cutoff=0.4)
-        return f"key {key} is not known, expected {close[0] if close else 'one of ' + ', '.join(known)}"
+        return f"key {key} is not known, expected {_meant(problem, problems, model)}"
     if kind == "missing":
         return f"key {key} is missing, expected {_kind(model, loc)}"
     if kind == "model_type":
@@ -59,13 +61,13 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
-def _missing_beside(loc: Loc, problems: list[Any]) -> list[str]:
-    return [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == loc[:-1]]
-
-
-def _explained_too(first: Any, problems: list[Any]) -> int:
-    """A missing key named as the expected one instead of an unknown key is not another problem."""
-    return int(first["type"] == "extra_forbidden" and bool(_missing_beside(first["loc"], problems)))
+def _meant(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
+    """The key that an unknown one may stand for, those that are missing beside it first; else all there are."""
+    group, given = problem["loc"][:-1], str(problem["loc"][-1])
+    missing = [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == group]
+    known = missing or list(getattr(_model_at(model, group), "model_fields", {}))
+    close = difflib.get_close_matches(given, known, n=1, cutoff=0.4)
+    return close[0] if close else "one of " + ", ".join(known)
 
 
 def _kind(model: type[BaseModel], loc: Loc) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,22 +11,49 @@ from pywet.files import make_folder
 from pywet.options import number
 from pywet.ranges import LIMITS, Range
 
+if TYPE_CHECKING:
+    from pywet.evidence.study import Study
+
 app = typer.Typer(no_args_is_help=True, help="Studies: what accuracy costs, what stays stable, which effects count.")
+CONFIG = Path("config")
+ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]
+
+
+def carried_out(study: Study, title: str) -> Path:
+    """Do what is missing, with a progress bar; the page."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+        return study.carry_out(lambda name, share: bar.update(task, description=f"{title}: {name}", completed=share))
 
 
 @app.command()
 def effects(
-    out_dir: Annotated[Path, typer.Option("--out", help="Folder of the page and its runs.")] = Path("results/studies"),
+    out_dir: Annotated[Path, typer.Option("--out", help="Folder of the page; the runs are below it.")] = Path(
+        "results/studies"
+    ),
     seeds: Annotated[int, number("--seeds", Range(2, 100, whole=True), "First arrangements per scene")] = 4,
     size: Annotated[float, number("--size", Range(0.1, 1), "1: the study; smaller: fewer spheres")] = 1.0,
     scene: Annotated[str | None, typer.Option(help="Only this scene.")] = None,
+    config: ConfigDir = CONFIG,
+    store: Annotated[
+        str | None, typer.Option("--store", metavar="WHERE", help="Renew the costs that plans know; machine and date.")
+    ] = None,
 ) -> None:
     """Which effects a scene calls for: the plan against everything on and against each effect left out; one page."""
-    from pywet.evidence.effects import study
+    from pywet.evidence.effects.study import EffectsStudy
+    from pywet.shipped import place
 
     make_folder(out_dir)
-    for line in study.whole_study(out_dir, seeds, size, scene):
+    folder = config if config != CONFIG or config.exists() else place("config")
+    study = EffectsStudy(out_dir / "effects", seeds, size, scene, folder)
+    page = carried_out(study, "effects")
+    for line in [*study.lines(), f"the page is {page}"]:
         typer.echo(line)
+    if store is not None:
+        typer.echo(str(study.store(store)))
 
 
 @app.command()
@@ -41,7 +68,7 @@ def accuracy(
     folder: Annotated[Path, typer.Option("--out", help="Folder of runs and table; the page is beside it.")] = Path(
         "results/studies/accuracy"
     ),
-    config: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
+    config: ConfigDir = CONFIG,
     store: Annotated[
         bool, typer.Option("--store", help="Renew the table that `pywet plan CASE --accuracy` reads.")
     ] = False,
@@ -49,12 +76,20 @@ def accuracy(
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
     """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
-    from pywet.evidence.accuracy import command, runs
+    from pywet.evidence.accuracy import command, result
+    from pywet.evidence.accuracy.study import AccuracyStudy
 
+    study = AccuracyStudy(folder, size, config)
     make_folder(folder)
     if anew:
-        runs.forget(folder, size)
-    page = command.show(folder, size, config, store) if show else command.study(folder, size, config, store)
+        study.forget()
+    missing = 0 if show else len(study.missing())
+    if missing:
+        spent = f"about {command.duration(study.expected())} on a quiet machine (stop and go on at any time)"
+        typer.echo(f"{missing} runs to do, {spent}", err=True)
+    page = study.show() if show else carried_out(study, "accuracy")
+    if store:
+        result.store(study.table())
     typer.echo(str(page))
 
 
@@ -65,9 +100,7 @@ def stability(
     folder: Annotated[Path, typer.Option("--out", help="Folder of the tables.")] = Path("results/studies/stability"),
 ) -> None:
     """Maps of where runs stay stable, hard scenes, random hard cases; one page. A study that was cut off goes on."""
-    from rich.console import Console
-
-    from pywet.evidence.stability import command
+    from pywet.evidence.stability.study import StabilityStudy
 
     make_folder(folder)
-    typer.echo(str(command.study(cases, seed, folder, Console(stderr=True))))
+    typer.echo(str(carried_out(StabilityStudy(folder, cases, seed), "stability")))

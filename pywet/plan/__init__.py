@@ -7,6 +7,9 @@ estimates for equal spheres in stated surroundings; docs/effects.md gives their 
 
 from __future__ import annotations
 
+import importlib
+import sys
+import types
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -64,6 +67,15 @@ class EffectRow:
     cost: float | None = None
 
     @property
+    def short(self) -> str:
+        """The row in 80 columns: on or off, number and tolerance, share, cost, law; without quantity and reason."""
+        share = "-" if self.predicted_share is None else _percent(self.predicted_share).strip()
+        cost = "-" if self.cost is None else f"{100 * self.cost:+.0f} %"
+        state, law = ("on", self.law or "") if self.on else ("off", "")
+        number = f"{self.number:.2g}"
+        return f"{self.effect:<19}{state:<5}{number:>9}{self.threshold:>11g}{share:>8}{cost:>8}  {law}".rstrip()
+
+    @property
     def line(self) -> str:
         """The row as one line of text."""
         state = "on " if self.on else "off"
@@ -83,8 +95,14 @@ class EffectPlan:
 
     @property
     def lines(self) -> list[str]:
-        """One line per effect."""
+        """One line per effect, with quantity and reason."""
         return [row.line for row in self.rows]
+
+    @property
+    def table(self) -> list[str]:
+        """A head and one line per effect, in 80 columns."""
+        head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
+        return [head, *(row.short for row in self.rows)]
 
     def row(self, effect: str) -> EffectRow:
         """The row of an effect."""
@@ -247,3 +265,13 @@ def _opt_in_row(
 
 def _by_hand(effect: str, on: bool) -> str:
     return f"effects.{effect} is {'on' if on else 'off'} in config.yaml"
+
+
+class _Room(types.ModuleType):
+    """This room, which `pywet.plan(scene)` calls by its name: the plan of a scene of one's own."""
+
+    def __call__(self, scene: Any) -> EffectPlan:
+        return importlib.import_module("pywet.own_scene.commands").plan(scene)
+
+
+sys.modules[__name__].__class__ = _Room

@@ -103,9 +103,21 @@ class RunDir:
         films = self.table("history/wall_films")
         return films.assign(holder=self.holders(films["triangle"].to_numpy()))
 
-    def holders(self, triangle: Ints) -> NDArray[np.object_]:
-        """Holder of each triangle number."""
-        known, wanted = np.asarray(self.triangles["holder"], dtype=object), np.asarray(triangle, dtype=np.int64)
+    @cached_property
+    def on_walls(self) -> pd.DataFrame:
+        """Liquid at each triangle at the output steps, its film and its side of standing bridges: step, triangle, volume [m3]."""
+        columns = ["step", "partner_kind", "triangle", "volume", "share_i"]
+        parts = [part[part["partner_kind"] != SPHERE] for part in self.parts("history/bridges", columns)]
+        bridges = pd.concat(parts) if parts else pd.DataFrame({name: np.zeros(0) for name in columns})
+        films = self.table("history/wall_films").rename(columns={"film": "volume"})
+        held = bridges.assign(volume=bridges["volume"] - bridges["share_i"])
+        return pd.concat([films, held], ignore_index=True)[["step", "triangle", "volume"]].astype(
+            {"triangle": np.int64}
+        )
+
+    def holders(self, triangle: Ints, of: str = "holder") -> NDArray[np.object_]:
+        """Holder, or `mesh`, of each triangle number."""
+        known, wanted = np.asarray(self.triangles[of], dtype=object), np.asarray(triangle, dtype=np.int64)
         if len(wanted) and not 0 <= wanted.min() <= wanted.max() < len(known):
             raise PywetError(
                 f"{self.path}: the liquid is on triangles that history/triangles.parquet does not have; run the case again"

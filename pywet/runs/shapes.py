@@ -35,14 +35,12 @@ class Events(TypedDict):
     ruptures: int
 
 
-class Summary(TypedDict):
-    """summary.json."""
+class RunSummary(TypedDict):
+    """summary.json of a run of any scene."""
 
     spheres: dict[str, int]
     steps: int
     wall_s: float
-    fraction_retained_end: float
-    coarse_share: float
     ledger_error: float | None
     energy_J: NotRequired[dict[str, float | None] | None]
     particle_steps_per_s: float | None
@@ -52,6 +50,13 @@ class Summary(TypedDict):
     effects: BridgesOn
     checks: list[Check]
     versions: dict[str, str | None]
+
+
+class Summary(RunSummary):
+    """summary.json of a screening case."""
+
+    fraction_retained_end: float
+    coarse_share: float
 
 
 class EngineRun(TypedDict, total=False):

@@ -16,7 +16,6 @@ from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Scene
-from pywet.schema import SPHERE
 
 WALL_HOLDERS = {
     "wires": ("wires",),
@@ -97,16 +96,7 @@ def wall_liquid(run: RunDir) -> pd.DataFrame:
     table = pd.DataFrame(0.0, index=pd.Index(line.steps, name="step"), columns=list(WALL_HOLDERS))
     if not run.moist:
         return table
-    columns = ["step", "partner_kind", "triangle", "volume", "share_i"]
-    at_walls = [part[part["partner_kind"] != SPHERE] for part in run.parts("history/bridges", columns)]
-    bridges = pd.concat(at_walls) if at_walls else pd.DataFrame({name: np.zeros(0) for name in columns})
-    held = pd.DataFrame(
-        {
-            "step": np.concatenate([run.wall_films["step"], bridges["step"]]),
-            "holder": np.concatenate([run.wall_films["holder"], run.holders(bridges["triangle"].to_numpy())]),
-            "volume": np.concatenate([run.wall_films["film"], bridges["volume"] - bridges["share_i"]]),
-        }
-    )
+    held = run.on_walls.assign(holder=run.holders(run.on_walls["triangle"].to_numpy()))
     name_of = {holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}
     held["holder"] = held["holder"].map(name_of)
     sums = held.pivot_table(index="step", columns="holder", values="volume", aggfunc="sum")
@@ -189,6 +179,12 @@ def write_results(run: RunDir) -> Results:
     write_table(made.liquid, folder / "liquid_by_holder.parquet", csv=True)
     write_json(folder / "checks.json", [asdict(c) for c in made.checks])
     return made
+
+
+def at_end(liquid: pd.DataFrame) -> dict[str, float]:
+    """Volume [m3] at the end by holder, from a table of columns that end in `_m3`."""
+    named = {str(c).removesuffix("_m3"): c for c in liquid.columns if str(c).endswith("_m3") and c != "initial_m3"}
+    return {name: float(liquid[column].iloc[-1]) for name, column in named.items()}
 
 
 def coarse_share(scene: Scene) -> float:

@@ -1,72 +1,24 @@
-"""summary.json of a run: what was run, with which versions, how fast, and what holds."""
+"""summary.json of a screening case: what every summary says, and the fraction retained, the liquid, what holds."""
 
 from __future__ import annotations
 
-import platform
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-import pandas as pd
-
-from pywet.errors import PywetError
-from pywet.files import AGAIN, write_json
+from pywet.files import write_json
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import EngineRun
-from pywet.runs.tables import ledger_error
-from pywet.schema import WORKS
-from pywet.screening.results import Results, coarse_share
-
-PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that the numbers depend on."""
-    installed = {"python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            installed[name] = version(name)
-        except PackageNotFoundError:
-            installed[name] = "not installed as a package"
-    return installed
+from pywet.runs.summary import general
+from pywet.screening.results import Results, at_end, coarse_share
 
 
 def summarise(run: RunDir, results: Results) -> dict[str, Any]:
     """The content of summary.json; times in seconds, volumes in m3, masses in kg."""
-    scene, line = run.scene, run.timeline
-    engine: dict[str, Any] = run.json("engine/run.json", EngineRun) or {}
-    wall = float(engine.get("wall_s") or 0.0)
-    steps = scene.steps - int(engine.get("resumed_at_step") or 0)
     return {
-        "name": scene.name,
-        "seed": scene.seed,
-        "versions": {
-            **versions(),
-            str(engine.get("engine", "LIGGGHTS")).lower(): engine.get("engine_version"),
-            "plugin": engine.get("plugin_hash"),
-        },
-        "ranks": engine.get("ranks"),
-        "wall_s": wall,
-        "steps": scene.steps,
-        "time_step_s": scene.time_step_s,
-        "simulated_s": scene.duration_s,
-        "resumed_at_step": engine.get("resumed_at_step"),
-        "particle_steps_per_s": steps * len(line.ids) / wall if wall > 0 else None,
-        "spheres": {c.name: int((line.types == c.type).sum()) for c in scene.classes},
-        "mass_kg": float(line.mass.sum()),
-        "initial_liquid_m3": float(line.initial_film.sum()),
-        "effects": scene.effects.model_dump(),
+        **general(run),
         "fraction_retained_end": float(results.retained["fraction_retained"].iloc[-1]),
-        "coarse_share": coarse_share(scene),
-        "spheres_that_came_back_from_the_bin": line.came_back,
-        "liquid_end_m3": {
-            c.removesuffix("_m3"): float(results.liquid[c].iloc[-1])
-            for c in results.liquid.columns
-            if c.endswith("_m3") and c != "initial_m3"
-        },
-        "events": _events(run),
-        "ledger_error": ledger_error(run.ledger) if run.moist else None,
-        "energy_J": _energy(run),
+        "coarse_share": coarse_share(run.scene),
+        "spheres_that_came_back_from_the_bin": run.timeline.came_back,
+        "liquid_end_m3": at_end(results.liquid),
         "checks": [asdict(c) for c in results.checks],
     }
 
@@ -76,52 +28,3 @@ def write_summary(run: RunDir, results: Results) -> dict[str, Any]:
     content = summarise(run, results)
     write_json(run.path / "summary.json", content)
     return content
-
-
-def _energy(run: RunDir) -> dict[str, float | None]:
-    """Energies at the end and works since the start [J]; `unaccounted` is what they leave open, in a moist run.
-
-    A dry run on the stock program, and one without `output.energy`, know their kinetic energy and the work of gravity; contacts,
-    bridges and walls are their difference.
-    """
-    scene = run.scene
-    if run.moist and scene.output.energy:
-        rows = run.table("history/energy").sort_values("step")
-        if rows.empty:
-            raise PywetError(f"{run.path}: history/energy.parquet holds no row; expected one at each output: {AGAIN}")
-        first, last = rows.iloc[0], rows.iloc[-1]
-        energies: dict[str, float | None] = {str(k): float(v) for k, v in last.drop(["step", "time"]).items()}
-        works = sum(float(last[name]) for name in WORKS)
-        energies["unaccounted"] = float(last["kinetic"] + last["spin"] - first["kinetic"] - first["spin"]) - works
-        return energies
-    classes, steps = {c.type: c for c in scene.classes}, run.timeline.steps
-    table = pd.concat([run.at_step("trajectory", int(step)) for step in sorted({steps[0], steps[-1]})])
-    table = table.sort_values(["step", "id"])
-    mass = table["type"].map({t: c.mass_kg for t, c in classes.items()})
-    inertia = mass * 0.4 * table["type"].map({t: c.radius_m for t, c in classes.items()}) ** 2
-    at = table.assign(
-        kinetic=0.5 * mass * (table[["vx", "vy", "vz"]] ** 2).sum(axis=1),
-        spin=0.5 * inertia * (table[["wx", "wy", "wz"]] ** 2).sum(axis=1),
-        gravity=mass * (table[["x", "y", "z"]] * list(scene.gravity_m_per_s2)).sum(axis=1),
-    )
-    sums = at.groupby("step")[["kinetic", "spin", "gravity"]].sum()
-    change = sums.iloc[-1] - sums.iloc[0]
-    rest = float(change["kinetic"] + change["spin"] - change["gravity"])
-    return {
-        "kinetic": float(sums["kinetic"].iloc[-1]),
-        "spin": float(sums["spin"].iloc[-1]),
-        "gravity": float(change["gravity"]),
-        "contact_bridges_and_wall_motion" if run.moist else "contact_and_wall_motion": rest,
-        "unaccounted": None,
-    }
-
-
-def _events(run: RunDir) -> dict[str, int] | None:
-    if not run.moist:
-        return None
-    last = run.ledger.sort_values("step").iloc[-1]
-    return {
-        "formations": int(last["formations"]),
-        "ruptures": int(last["ruptures"]),
-        "standing_bridges": int(last["bridge_count"]),
-    }

@@ -11,7 +11,7 @@ from typing import Any
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there
-from pywet.runs.shapes import Replay, Summary
+from pywet.runs.shapes import Replay, RunSummary
 
 LEDGER_TOLERANCE = 1e-12
 """Relative error of Σ films + Σ bridges + Σ walls + left against the initial liquid: round-off of sums."""
@@ -55,22 +55,24 @@ def agreement(replay: dict[str, Any]) -> list[Agreement]:
 def objections(run_dir: Path) -> list[str]:
     """One sentence for everything that does not hold; empty for a run that may be believed."""
     try:
-        summary = read_if_there(run_dir / "summary.json", AGAIN, Summary)
+        summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
         replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
     except PywetError as unreadable:
         return [str(unreadable)]
     if summary is None:
         return ["there is no summary.json"]
-    found = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
+    sentences = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
     error = summary["ledger_error"]
     if error is not None and not error <= LEDGER_TOLERANCE:
-        found.append(f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}")
+        sentences.append(
+            f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}"
+        )
     rows = agreement(replay) if replay else []
     if summary["effects"]["bridges"] and not rows:
-        found.append("the run was not replayed")
-    found += [
+        sentences.append("the run was not replayed")
+    sentences += [
         f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {r.limit:g}"
         for r in rows
         if not r.ok
     ]
-    return found
+    return sentences

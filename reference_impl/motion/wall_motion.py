@@ -18,6 +18,7 @@ class Motion:
         self._setup = setup
         self._total = round(setup.scene["duration_s"] / setup.step)
         self._sums: tuple[Floats, Floats] | None = None
+        self._times: Floats | None = None
 
     def shift(self, wall: Wall, step: int) -> Floats:
         """Displacement of a translating mesh after `step` steps [m]."""
@@ -59,17 +60,23 @@ class Motion:
 
     def _turned(self, points: Floats, sense: float, step: int) -> Floats:
         origin, axis, rate = self._rotation()
-        angle = sense * rate * step * self._setup.step
+        angle = sense * rate * self._time()[step]
         d = points - origin
         along = (d @ axis)[:, None] * axis
         return np.asarray(origin + along + np.cos(angle) * (d - along) + np.sin(angle) * np.cross(axis, d))
+
+    def _time(self) -> Floats:
+        """Time after 0, 1, 2, … steps, as the engine adds it up."""
+        if self._times is None:
+            self._times = np.concatenate([[0.0], np.cumsum(np.full(self._total + 1, self._setup.step))])
+        return self._times
 
     def _vibrated(self) -> tuple[Floats, Floats]:
         """Velocity and displacement of the vibration after 0, 1, 2, … steps: v = a w cos(w t + phase)."""
         if self._sums is None:
             v, dt = self._setup.scene["vibration"], self._setup.step
             w = 2.0 * np.pi * v["frequency_Hz"]
-            time = np.concatenate([[0.0], np.cumsum(np.full(self._total + 1, dt))])
+            time = self._time()
             speed = np.asarray(v["amplitude_m"]) * w * np.cos(w * time[:, None] + np.asarray(v["phase_rad"]))
             speed[0] = 0.0
             self._sums = speed, np.cumsum(speed * dt, axis=0)

@@ -18,9 +18,8 @@ Expected = dict[str, tuple[Any, str]]
 
 
 def scene(config: Mapping[str, Any], given: Mapping[str, Any]) -> Expected:
-    """The expected scene; of the one `given` only what effects the plan's numbers chose is taken."""
-    of = amounts.classes(config)
-    pairs = contacts(config)
+    """The expected scene; of the one `given` only what the plan's numbers decided is taken, where they did."""
+    of, pairs, chosen = amounts.classes(config), contacts(config), effects.expected(config)
     found: Expected = {
         "name": (f"case{int(config['case']['case']):02d}", "cases.csv: case"),
         "seed": (config["settings"]["seed"], "config.yaml: seed"),
@@ -28,11 +27,11 @@ def scene(config: Mapping[str, Any], given: Mapping[str, Any]) -> Expected:
         **{f"pairs.{p['a']}-{p['b']}.{k}": (v, _of_pair(config, p, k)) for p in pairs for k, v in p.items()},
         **_liquid(config, of),
         **_motion(config),
-        **{f"effects.{k}": (v, "config.yaml: effects, laws") for k, v in effects.expected(config).items()},
+        **{f"effects.{k}": (v, "config.yaml: effects, laws") for k, v in chosen.items()},
         **_walls(config),
         **_times(config),
     }
-    on = given["effects"]
+    on = {**given["effects"], **{k: v for k, v in chosen.items() if not isinstance(v, tuple)}}
     down = -GRAVITY if on.get("gravity", True) else 0.0
     found |= {
         f"gravity_m_per_s2.{axis}": (g, "9.81 m/s2 downwards") for axis, g in zip("xyz", (0, 0, down), strict=True)

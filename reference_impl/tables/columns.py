@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.held import MISSING, Held, column, of_factor
+from reference_impl.diagnosis.held import MISSING, NONE, Held, column, of_factor
 from reference_impl.replay.compare import TOLERANCE, Floats
 from reference_impl.replay.io import ReplayError
 
@@ -29,7 +30,7 @@ def read(path: Path) -> pd.DataFrame:
 def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
     """Every value of a table, column by column; `scales`: size of a column's values by the first word of its name that fits."""
     found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in own if c not in given]
-    found += [Held(f"{name}: column {c}", "there", MISSING, "docs/results.md") for c in given if c not in own]
+    found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in own]
     if "step" not in given:
         return found
     steps, want = column(given, "step"), own["step"].to_numpy()
@@ -38,7 +39,7 @@ def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, fl
         for s in want[~np.isin(want, steps)]
     ]
     found += [
-        Held(f"{name}: row of step {s:g}", "there", MISSING, "output steps of scene.json")
+        Held(f"{name}: row of step {s:g}", "there", NONE, "output steps of scene.json")
         for s in steps[~np.isin(steps, want)]
     ]
     once, count = np.unique(steps, return_counts=True)
@@ -77,27 +78,27 @@ def _named(name: str, h: Held, wrong: dict[str, Floats], own: pd.DataFrame, scal
     c = h.name.removeprefix(f"{name}: ").partition(" at step ")[0]
     if not h.wrong or c not in wrong:
         return h
-    words = next(_likenesses(c, wrong[c], own, scale_of(c, scales)), "")
+    words = next(_likenesses(c, wrong, own, scale_of(c, scales)), "")
     return Held(h.name, h.given, h.expected, h.source, h.scale, h.room, words)
 
 
-def _likenesses(c: str, values: Floats, own: pd.DataFrame, scale: float) -> Iterator[str]:
+def _likenesses(c: str, wrong: dict[str, Floats], own: pd.DataFrame, scale: float) -> Iterator[str]:
     """What the values of a column could be instead, the surest first."""
-    expected = own[c].to_numpy()
+    values, expected = wrong[c], own[c].to_numpy()
 
     def same(a: Floats, b: Floats) -> bool:
         with np.errstate(all="ignore"):
             return len(a) > 0 and bool((np.abs(a - b) <= TOLERANCE * scale).all())
 
-    others = {n: own[n].to_numpy() for n in own if n not in (c, "step")}
-    if np.ptp(values) > 0.0:
-        yield from (f"it holds what {n} should hold" for n, v in others.items() if same(values, v))
-    lasting = expected != 0.0
-    if lasting.any() and same(values[~lasting], expected[~lasting]) | (~lasting).sum() == 0:
-        ratio = values[lasting] / expected[lasting]
-        middle = float(np.median(ratio))
-        if (np.abs(ratio - middle) <= 1e-9 * abs(middle)).all() and abs(middle - 1.0) > TOLERANCE:
-            yield of_factor(middle) or "it is left out"
+    others = {n: own[n].to_numpy() for n in map(str, own) if n not in (c, "step")}
+    for n, v in others.items():
+        # a value that never changes may be equal by chance: then both must have changed places
+        if same(values, v) and (np.ptp(values) > 0.0 or (n in wrong and same(wrong[n], expected))):
+            yield f"it holds what {n} should hold"
+    lasting = np.abs(expected) > 1e-6 * scale
+    factor = float(np.median(values[lasting] / expected[lasting])) if lasting.any() else math.nan
+    if same(values / max(abs(factor), 1.0), expected * factor / max(abs(factor), 1.0)):
+        yield of_factor(factor) or "it is left out"
     for k in SHIFTS:
         if len(values) > abs(k) + 1 and same(values[k:], expected[:-k]) if k > 0 else same(values[:k], expected[-k:]):
             yield f"it is {abs(k)} output{'s' * (abs(k) > 1)} {'late' if k > 0 else 'early'}"

@@ -208,7 +208,9 @@ FAULTS: dict[str, Planted] = {
     "snapshots: end at j a millimetre off": Planted(
         "bridges", moved(["xj_z"], 1e-3), "snapshot_ends", "it is moved by 0, 0, 0.001"
     ),
-    "snapshots: first triangle of the part": Planted("bridges", first_triangle(None), "snapshot_triangle", "it is"),
+    "snapshots: first triangle of the part": Planted(
+        "bridges", first_triangle(None), "snapshot_triangle", "it is the first triangle of the part"
+    ),
     "works: capillary and normal drag exchanged": Planted(
         "energy",
         exchanged("capillary", "viscous_normal"),

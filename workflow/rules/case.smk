@@ -3,11 +3,13 @@
 
 
 rule scene:
-    input:
-        config=CONFIG_FILES,
     output:
         status=f"{ROOT}/{{case}}/status/scene.json",
     params:
+        config=str(CONFIG),
+        identity=lambda wildcards: told(
+            CONFIGURED.with_seed(CHOSEN.seed), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
+        ),
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,

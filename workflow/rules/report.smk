@@ -10,13 +10,25 @@ rule picture:
     input:
         cases=STATUS,
     output:
-        picture=f"{ROOT}/picture.png",
+        picture=report(f"{ROOT}/picture{PART}.png", category="screening"),
     params:
         cases=CASES,
     log:
-        f"{LOGS}/picture.log",
+        f"{LOGS}/picture{PART}.log",
     script:
         "../scripts/picture.py"
+
+
+rule movie:
+    input:
+        status=f"{ROOT}/{{case}}/status/vtk.json",
+    output:
+        video=f"{ROOT}/{{case}}/movie.mp4",
+        loop=f"{ROOT}/{{case}}/movie.webp",
+    log:
+        f"{LOGS}/{{case}}/movie.log",
+    script:
+        "../scripts/movie.py"
 
 
 rule report:
@@ -24,15 +36,16 @@ rule report:
         cases=STATUS,
         picture=rules.picture.output.picture,
         template=str(place("workflow") / "report" / "report.html.j2"),
-        config=CONFIG_FILES,
     output:
-        report=f"{ROOT}/report.html",
+        report=report(f"{ROOT}/report{PART}.html", category="screening"),
     params:
+        config=str(CONFIG),
+        content=content(CONFIGURED),
         cases=list(CASES.values()),
         twins=TWINS,
         scale=SCALE,
     log:
-        f"{LOGS}/report.log",
+        f"{LOGS}/report{PART}.log",
     script:
         "../scripts/report.py"
 
@@ -42,11 +55,11 @@ rule verdict:
         cases=STATUS,
         report=rules.report.output.report,
     output:
-        verdict=f"{ROOT}/verdict.txt",
+        verdict=f"{ROOT}/verdict{PART}.txt",
     params:
         cases=list(CASES),
         twins=list(TWINS),
     log:
-        f"{LOGS}/verdict.log",
+        f"{LOGS}/verdict{PART}.log",
     script:
         "../scripts/verdict.py"

@@ -1,6 +1,6 @@
-"""What accuracy costs: every setting of a run against a finer one, its error in what a user wants and its price.
+"""How wrong does a coarser setting make a run, and what does it save? The physics stays; `effects` leaves parts of it out.
 
-`knobs.py` says what is varied, `bodies.py` and `sieve.py` are the scenes, `runs.py` the list of runs and how one is done and
-kept, `errors.py` turns them into errors with their spread, `front.py` and `choice.py` choose, `cost.py` predicts times,
-`figures.py`, `blocks.py` and `page.py` show. `table.json` is the stored result that `pywet plan CASE --accuracy` reads.
+`knobs.py` says what is varied, `bodies.py` and `sieve.py` are the scenes, `measure.py` does one run, `study.py` all of them;
+`errors.py` tells errors from chance, `result.py` makes the table, `front.py` and `choice.py` choose from it, `cost.py` predicts
+times; `page.py`, `blocks.py`, `figures.py` show. `table.json` is the stored result that `pywet plan CASE --accuracy` reads.
 """

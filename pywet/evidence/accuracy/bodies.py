@@ -27,6 +27,8 @@ PAPER_STIFFNESS = 1e5
 PAIRS = 6
 """Pairs of one run, that touch at instants evenly spread over a time step."""
 SPEED = 0.5
+BED_S = 0.12
+"""Time in which the bed settles."""
 BRIDGES = ((0.0025, 40.0, 0.0025, 40.0), (0.0025, 40.0, math.inf, 45.0), (0.0025, 40.0, 0.005, 40.0))
 """Radius [m] and contact angle [deg] of two bodies each: POM on POM, on steel, small on large."""
 REDUCED_VOLUME = 0.02
@@ -88,11 +90,8 @@ def restitutions(folder: Path) -> list[float]:
     if bridges.exists():
         table = read_table(bridges)
         held = set(table[table["step"] == table["step"].max()]["i"]) if len(table) else set()
-    found = []
-    for k in range(0, len(v), 2):
-        apart = z[k + 1] > z[k] and not held & {k + 1, k + 2}
-        found.append(float(v[k + 1] - v[k]) / SPEED if apart else 0.0)
-    return found
+    apart = [z[k + 1] > z[k] and not held & {k + 1, k + 2} for k in range(0, len(v), 2)]
+    return [float(v[2 * k + 1] - v[2 * k]) / SPEED if free else 0.0 for k, free in enumerate(apart)]
 
 
 def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
@@ -126,13 +125,13 @@ def pulled(folder: Path) -> dict[str, float]:
     }
 
 
-def prepare_bed(folder: Path, setting: Setting, seed: int, seconds: float = 0.12) -> list[small.Sphere]:
+def prepare_bed(folder: Path, setting: Setting, seed: int) -> list[small.Sphere]:
     """216 moist spheres that fall into a box."""
     choice = Choice(spheres=216, seed=seed)
     sphere = choice.glass(choice.spheres)
     step = time_step(setting, sphere, choice.viscosity_Pa_s)
     bodies, box = loose_box(choice.spheres, choice.radius_m, seed)
-    steps = round(seconds / step)
+    steps = round(BED_S / step)
     windows, length = log_windows(setting.contact_log)
     small.prepare(
         folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
@@ -156,6 +155,20 @@ def settled(folder: Path) -> dict[str, float]:
         "bed_bridges": 2.0 * float(late["bridge_count"].mean()) / scene.classes[0].count,
         "bed_liquid": float((late["bridges"] / late["initial"]).mean()),
     }
+
+
+def prepare(scene: str, folder: Path, setting: Setting, seed: int) -> list[small.Sphere]:
+    """Write the run directory of a scene; its spheres."""
+    if scene == "bed":
+        return prepare_bed(folder, setting, seed)
+    return prepare_pull(folder, setting) if scene == "pull" else prepare_pairs(folder, scene == "pair_wet", setting)
+
+
+def quantities(scene: str, folder: Path) -> list[dict[str, Any]]:
+    """What one wants to know of a scene that was run; of colliding pairs for each instant of touch."""
+    if scene in ("bed", "pull"):
+        return [settled(folder) if scene == "bed" else pulled(folder)]
+    return [{"instant": k, "restitution": e} for k, e in enumerate(restitutions(folder))]
 
 
 def law_errors(setting: Setting) -> dict[str, float]:

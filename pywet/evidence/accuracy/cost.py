@@ -23,8 +23,9 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.engines.liggghts.build import source_hash
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import runs, trial
+from pywet.evidence.accuracy import trial
 from pywet.evidence.accuracy.counts import Load, load_of
+from pywet.evidence.accuracy.measure import machine
 from pywet.evidence.accuracy.trial import Costs
 from pywet.files import read_model, write_json
 
@@ -90,7 +91,7 @@ def _path() -> Path:
     """Of this machine with this plugin and these laws."""
     sources = sorted(Path(laws.__file__).parent.glob("*.py"))
     program = source_hash() + "".join(path.read_text() for path in sources)
-    key = hashlib.sha256(f"{VERSION} {runs.machine()} {program}".encode()).hexdigest()[:16]
+    key = hashlib.sha256(f"{VERSION} {machine()} {program}".encode()).hexdigest()[:16]
     return caches.folder() / f"cost-{key}.json"
 
 
@@ -102,17 +103,15 @@ def kept() -> Coefficients | None:
         return None
 
 
-def of_this_machine(
-    config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None, anew: bool = False
-) -> Coefficients:
+def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
     """The coefficients from the cache, or measured now and kept there."""
-    held = None if anew else kept()
+    held = kept()
     if held is not None:
         return held
-    found = calibrate(config_dir, report)
+    measured = calibrate(config_dir, report)
     date = datetime.datetime.now(datetime.UTC).isoformat()
-    write_json(_path(), {**asdict(found), "machine": runs.machine(), "date": date})
-    return found
+    write_json(_path(), {**asdict(measured), "machine": machine(), "date": date})
+    return measured
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,15 @@ level with its own deviation. Everything is in the unit of `QUANTITIES`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pywet.evidence.accuracy import knobs
-from pywet.evidence.accuracy.runs import KNOBS_OF, SCREENING
+from pywet.evidence.accuracy.knobs import KNOBS_OF
+from pywet.evidence.accuracy.sieve import SCREENING
 from pywet.evidence.compare.statistics import half_width
 
 CONFIDENCE = 0.99
@@ -60,59 +61,20 @@ QUANTITIES = (
 )
 GROUPS = tuple(dict.fromkeys(q.group for q in QUANTITIES))
 WET_SCENES = ("moist", "bed", "pair_wet", "pull", "laws")
-Kept = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Error:
-    """Error of one level of a knob in one quantity of one scene.
+def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
+    """Every error that the runs allow to say, a row each; levels that failed have none.
 
     `limit` is what chance alone may make of it, `family` what it may make of the largest of all errors of the study.
     """
-
-    scene: str
-    knob: str
-    level: knobs.Level
-    quantity: str
-    group: str
-    value: float
-    limit: float
-    family: float
-    seeds: int
-
-    @property
-    def resolved(self) -> bool:
-        """Whether it is more than chance."""
-        return abs(self.value) > self.limit
-
-    @property
-    def bound(self) -> float:
-        """What it may be."""
-        return abs(self.value) + self.limit
-
-
-@dataclass(frozen=True)
-class Price:
-    """Processor time of the time loop over that of the default in the same round (wall time for ranks)."""
-
-    scene: str
-    knob: str
-    level: knobs.Level
-    ratio: float
-    low: float
-    high: float
-
-
-def errors(kept: Iterable[Kept], size: str) -> list[Error]:
-    """Every error that the runs allow to say; levels that failed have none."""
-    runs = [r for r in kept if r["failed"] is None and r["knob"] != "again"]
-    found: list[_Sample] = []
-    for quantity in QUANTITIES:
-        for scene in quantity.scenes:
-            values = _values([r for r in runs if r["scene"] == scene], quantity.name)
-            found += _of_scene(scene, quantity, values, size)
-    together = sum(bool(np.any(s.differences != 0.0)) for s in found) or 1
-    return [_error(s, together) for s in found]
+    done = runs[runs["failed"].isna() & (runs["knob"] != "again")]
+    samples = [
+        s for quantity in QUANTITIES for scene in quantity.scenes for s in _of_scene(done, scene, quantity, size)
+    ]
+    together = sum(bool(np.any(s.differences != 0.0)) for s in samples) or 1
+    columns = ["scene", "knob", "level", "quantity", "group", "value", "limit", "family", "seeds"]
+    return pd.DataFrame([_error(s, together) for s in samples], columns=columns)
 
 
 @dataclass(frozen=True)
@@ -127,52 +89,40 @@ class _Sample:
     spread: tuple[float, int] | None
 
 
-def _error(s: _Sample, together: int) -> Error:
+def _error(s: _Sample, together: int) -> tuple[object, ...]:
     d, alone = s.differences, 1.0 - CONFIDENCE
     limit, family = (_limit(d, s.spread, 1.0 - risk) for risk in (alone, alone / together))
-    return Error(s.scene, s.knob, s.level, s.quantity.name, s.quantity.group, float(d.mean()), limit, family, len(d))
+    return s.scene, s.knob, s.level, s.quantity.name, s.quantity.group, float(d.mean()), limit, family, len(d)
 
 
-Values = dict[tuple[str, Any], dict[int, float]]
-
-
-def _values(runs: list[Kept], name: str) -> Values:
-    """(knob, level) -> seed -> value; the samples of a pair count as seeds."""
-    found: Values = {}
-    for run in runs:
-        key = (run["knob"], run["level"])
-        for k, value in enumerate(run.get("samples", {}).get(name, ())):
-            found.setdefault(key, {})[k] = value
-        if name in run["quantities"]:
-            found.setdefault(key, {})[run["seed"]] = run["quantities"][name]
-    return found
-
-
-def _of_scene(scene: str, quantity: Quantity, values: Values, size: str) -> list[_Sample]:
-    base = values.get(("default", None))
-    if base is None:
-        return []
-    differences: dict[tuple[str, Any], np.ndarray] = {}
+def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> Iterator[_Sample]:
+    if quantity.name not in done:
+        return
+    runs = done[(done["scene"] == scene) & done[quantity.name].notna()]
+    chance = "instant" if quantity.name == "restitution" else "seed"  # instants of touch count as seeds
+    of_knob = {knob: of.set_index(chance) for knob, of in runs.groupby("knob")}
+    if "default" not in of_knob:
+        return
+    differences: dict[tuple[str, knobs.Level], np.ndarray] = {}
     for knob in KNOBS_OF[scene]:
-        own = {**{level: v for (k, level), v in values.items() if k == knob}}
-        if not own:
+        if knob not in of_knob:
             continue
-        own[getattr(knobs.default(size), knob)] = base
-        finest = own.get(knobs.reference(knob, size))
-        if finest is None:
-            continue
-        for level, at in own.items():
-            differences[knob, level] = _differences(at, finest, quantity)
-    spread = _pooled([d for (_, level), d in differences.items()]) if scene in (*SCREENING, "bed") else None
-    return [_Sample(scene, knob, level, quantity, d, spread) for (knob, level), d in differences.items()]
+        by_level = {level: of[quantity.name] for level, of in of_knob[knob].groupby("level")}
+        by_level[getattr(knobs.default(size), knob)] = of_knob["default"][quantity.name]
+        finest = by_level.get(knobs.reference(knob, size))
+        if finest is not None:
+            for level, values in by_level.items():
+                differences[knob, level] = _differences(values, finest, quantity)  # type: ignore[index]
+    spread = _pooled(differences.values()) if scene in (*SCREENING, "bed") else None
+    yield from (_Sample(scene, knob, level, quantity, d, spread) for (knob, level), d in differences.items())
 
 
-def _differences(at: dict[int, float], finest: dict[int, float], quantity: Quantity) -> np.ndarray:
-    shared = sorted(at.keys() & finest.keys())
-    one, two = np.array([at[s] for s in shared]), np.array([finest[s] for s in shared])
+def _differences(values: pd.Series, finest: pd.Series, quantity: Quantity) -> np.ndarray:
+    shared = values.index.intersection(finest.index)
+    one, two = values[shared].to_numpy(float), finest[shared].to_numpy(float)
     if quantity.absolute_error:
         return one
-    if quantity.name == "restitution" and at is not finest:
+    if quantity.name == "restitution" and values is not finest:
         two = np.full(len(two), two.mean())  # instants are not paired
     return (one - two) / abs(two.mean()) if quantity.relative else one - two
 
@@ -200,37 +150,25 @@ def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -
     return half_width(deviation, len(d), freedom, confidence)
 
 
-def prices(kept: Iterable[Kept], size: str) -> list[Price]:
-    """Price of every level that was run in a screening scene, the median over seeds with its range; 1 for the default."""
-    runs = [r for r in kept if r["scene"] in SCREENING and r["failed"] is None]
-    found = []
+def prices(runs: pd.DataFrame, size: str) -> pd.DataFrame:
+    """Processor time of the time loop over that of the default in the same round (wall time for ranks).
+
+    A row for every level that was run in a screening scene: the median over the seeds with its range, and the default's own
+    range, which is how well times repeat.
+    """
+    rows = []
     for scene in SCREENING:
-        of = [r for r in runs if r["scene"] == scene]
+        done = runs[(runs["scene"] == scene) & runs["failed"].isna()].set_index("seed")
+        defaults = done[done["knob"].isin(["default", "again"])]
+        defaults = defaults[defaults.index.isin(defaults.index[defaults["knob"] == "default"])]
         for knob in KNOBS_OF[scene]:
             clock = "loop_wall_s" if knob == "ranks" else "loop_cpu_s"
-            base = {
-                seed: float(np.mean([r[clock] for r in of if r["seed"] == seed and r["knob"] in ("default", "again")]))
-                for seed in {r["seed"] for r in of if r["knob"] == "default"}
-            }
+            base = defaults[clock].groupby("seed").mean()
             for level in knobs.KNOBS[knob].levels(size):
-                ratios = [
-                    r[clock] / base[r["seed"]]
-                    for r in of
-                    if (r["knob"], r["level"]) == (knob, level) and r["seed"] in base
-                ]
-                if level == getattr(knobs.default(size), knob):
-                    ratios = _repeats(of, base, clock)
-                if ratios:
-                    found.append(
-                        Price(scene, knob, level, _middle(ratios, level, knob, size), min(ratios), max(ratios))
-                    )
-    return found
-
-
-def _middle(ratios: list[float], level: knobs.Level, knob: str, size: str) -> float:
-    return 1.0 if level == getattr(knobs.default(size), knob) else float(np.median(ratios))
-
-
-def _repeats(runs: list[Kept], base: dict[int, float], clock: str) -> list[float]:
-    """The default against its own mean of a round: how well times repeat."""
-    return [r[clock] / base[r["seed"]] for r in runs if r["knob"] in ("default", "again") and r["seed"] in base]
+                default = level == getattr(knobs.default(size), knob)
+                own = defaults if default else done[(done["knob"] == knob) & (done["level"] == level)]
+                ratios = (own[clock] / base.reindex(own.index)).dropna()
+                if len(ratios):
+                    middle = 1.0 if default else float(ratios.median())
+                    rows.append((scene, knob, level, middle, float(ratios.min()), float(ratios.max())))
+    return pd.DataFrame(rows, columns=["scene", "knob", "level", "ratio", "low", "high"])

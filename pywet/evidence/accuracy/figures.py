@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -39,8 +40,8 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
         columns = min(3, len(drawn))
         figure, axes = panels(len(drawn), columns, (4.0, 2.9), sharey=True)
         for ax, (knob, kinds) in zip(axes, drawn, strict=False):
-            for kind, found in kinds.items():
-                _draw_levels(ax, found, table["default"][knob], kind)
+            for kind, levels in kinds.items():
+                _draw_levels(ax, levels, table["default"][knob], kind)
             _dress(ax, KNOBS[knob].title, kinds)
         for first in axes[::columns]:
             first.set_ylabel("error [%]")
@@ -49,20 +50,16 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a knob for a moist and for a dry case, where they differ at all."""
-    found = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
-    return {kind: levels for kind, levels in found.items() if _tells(levels)}
+    by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
+    return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 
-def _tells(found: list[dict[str, Any]]) -> bool:
-    return any(p["value"] > 0.0 for p in found)
-
-
-def _draw_levels(ax: Axes, found: list[dict[str, Any]], base: Any, kind: str) -> None:
+def _draw_levels(ax: Axes, levels: list[dict[str, Any]], base: Any, kind: str) -> None:
     colour = KIND_COLOUR[kind]
-    x = [p["price"] for p in found]
-    y = [100.0 * max(p["value"], FLOOR) for p in found]
+    x = [p["price"] for p in levels]
+    y = [100.0 * max(p["value"], FLOOR) for p in levels]
     ax.plot(x, y, color=colour, lw=1.0, alpha=0.5, zorder=2)
-    for k, p in enumerate(found):
+    for k, p in enumerate(levels):
         zero = p["value"] < FLOOR
         if p["limit"] > 0.0 and not zero:
             ax.plot([x[k]] * 2, [y[k], 100.0 * (p["value"] + p["limit"])], color=colour, lw=0.9, alpha=0.6, zorder=2)
@@ -80,7 +77,7 @@ def _draw_levels(ax: Axes, found: list[dict[str, Any]], base: Any, kind: str) ->
 def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
-    prices = [p["price"] for found in kinds.values() for p in found]
+    prices = [p["price"] for levels in kinds.values() for p in levels]
     ax.set_xlim(min(0.7, 0.8 * min(prices)), max(1.6, 1.9 * max(prices)))
     ticks = [t for t in (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20) if ax.get_xlim()[0] <= t <= ax.get_xlim()[1]]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
@@ -107,12 +104,12 @@ def fronts(table: dict[str, Any]) -> Figure:
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 4.4), sharey=True, layout="constrained")
         for ax, kind in zip(axes, ("moist", "dry"), strict=True):
-            found = choice.options(table, kind == "moist")
+            options = choice.options(table, kind == "moist")
             ends = []
             for (name, groups), colour in zip(wanted.items(), colours, strict=True):
                 if kind == "dry" and name == "force":
                     continue
-                line = _front(found, groups)
+                line = _front(options, groups)
                 x, y = [p for p, _ in line], [100.0 * max(e, FLOOR) for _, e in line]
                 ax.step(x, y, where="post", color=colour, lw=1.8)
                 ax.plot(x, y, "o", ms=3.5, color=colour)
@@ -133,9 +130,9 @@ def fronts(table: dict[str, Any]) -> Figure:
     return figure
 
 
-def _front(found: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
+def _front(options: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
     """Prices and errors that no other combination beats, from cheap to exact."""
-    pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(found, wanted))
+    pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(options, wanted))
     line: list[tuple[float, float]] = []
     for price, error in pairs:
         if not line or error < line[-1][1] - 1e-12:
@@ -152,24 +149,24 @@ def _label_ends(ax: Axes, ends: list[tuple[float, float, str, str]]) -> None:
         ax.annotate(name, (x, at), xytext=(-6, 2), textcoords="offset points", ha="right", fontsize=8, color=colour)
 
 
-def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
+def seeds(runs: pd.DataFrame, size: str) -> Figure:
     """Fraction retained of the default with every seed, and the mean over the seeds of the coarsest and finest settings."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 3.6), layout="constrained")
         for ax, scene in zip(axes, ("moist", "dry"), strict=True):
-            runs = [r for r in kept if r["scene"] == scene and r.get("curve")]
-            own = [r for r in runs if r["knob"] == "default"]
-            for k, run in enumerate(own):
+            done = runs[(runs["scene"] == scene) & runs["curve"].notna()]
+            own = done.loc[done["knob"] == "default", "curve"]
+            for k, curve in enumerate(own):
                 label = f"default, {len(own)} seeds" if k == 0 else None
-                ax.plot(run["curve"]["time_s"], run["curve"]["retained"], color="#b9c4ce", lw=3.0, label=label)
+                ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
             for knob in ("fraction", "stiffness", "wire_sides", "capillary"):
-                levels = KNOBS[knob].levels(runs[0]["size"]) if runs else ()
-                for level, style in ((levels[0], "--"), (levels[-1], "-")) if levels else ():
-                    of = [r for r in runs if (r["knob"], r["level"]) == (knob, level)]
-                    if of:
-                        mean = np.mean([r["curve"]["retained"] for r in of], axis=0)
+                levels = KNOBS[knob].levels(size)
+                for level, style in ((levels[0], "--"), (levels[-1], "-")):
+                    curves = done.loc[(done["knob"] == knob) & (done["level"] == level), "curve"].tolist()
+                    if curves:
+                        mean = np.mean([curve["retained"] for curve in curves], axis=0)
                         text = f"{KNOBS[knob].title} {SHORT.get(str(level), level)}"
-                        ax.plot(of[0]["curve"]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
+                        ax.plot(curves[0]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
             ax.set_title(f"{scene}: the seeds beside the settings")
             ax.set_xlabel("time since the slide opened [s]")
             ax.set_xlim(left=0.0)
@@ -179,18 +176,18 @@ def seeds(kept: Sequence[dict[str, Any]]) -> Figure:
     return figure
 
 
-def times(pairs: Sequence[tuple[str, float, float]]) -> Figure:
-    """Predicted over measured seconds of the study's runs: (scene, measured, predicted)."""
+def times(runs: pd.DataFrame) -> Figure:
+    """Predicted over measured seconds of the study's runs: scene, measured, predicted."""
     with plt.rc_context(STYLE):
         figure, ax = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
-        top = 1.6 * max(max(m, p) for _, m, p in pairs)
-        low = 0.6 * min(min(m, p) for _, m, p in pairs)
+        seconds = runs[["measured", "predicted"]].to_numpy(float)
+        top, low = 1.6 * seconds.max(), 0.6 * seconds.min()
         ax.fill_between([low, top], [low / 1.5, top / 1.5], [low * 1.5, top * 1.5], color="#e7eef5", lw=0)
         ax.plot([low, top], [low, top], color="#9fb3c8", lw=1)
         for scene in ("moist", "dry"):
-            of = [(m, p) for s, m, p in pairs if s == scene]
-            if of:
-                ax.plot(*zip(*of, strict=True), "o", ms=4.5, alpha=0.7, color=KIND_COLOUR[scene])
+            of = runs[runs["scene"] == scene]
+            if len(of):
+                ax.plot(of["measured"], of["predicted"], "o", ms=4.5, alpha=0.7, color=KIND_COLOUR[scene])
                 ax.text(
                     0.04, 0.96 - 0.06 * (scene == "dry"), scene, transform=ax.transAxes, va="top", fontweight="bold",
                     color=KIND_COLOUR[scene],

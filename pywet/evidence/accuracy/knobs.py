@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pywet.errors import PywetError
@@ -34,10 +34,6 @@ class Setting:
         """The same with one knob turned."""
         turned: dict[str, Any] = {knob: level}
         return replace(self, **turned)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -106,6 +102,18 @@ KNOBS: dict[str, Knob] = {
     )
 }  # fmt: skip
 """Name of a field of `Setting` -> its knob."""
+CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
+"""Knobs that a choice turns in the configuration; contact log and ranks change nothing but the price, and are the user's."""
+KNOBS_OF: dict[str, tuple[str, ...]] = {
+    "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
+    "moist": tuple(KNOBS),
+    "bed": ("fraction", "stiffness", "capillary", "integration", "bridges_every", "transfer_nodes"),
+    "pair_dry": ("fraction", "stiffness"),
+    "pair_wet": ("fraction", "stiffness", "capillary", "integration", "bridges_every"),
+    "pull": ("fraction", "capillary", "integration", "bridges_every"),
+    "laws": ("capillary", "transfer_nodes"),
+}
+"""Scene -> the knobs that are turned in it."""
 
 
 def default(size: str) -> Setting:

@@ -6,22 +6,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import blocks, choice, figures
 from pywet.evidence.accuracy.errors import GROUPS, QUANTITIES
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.page import Card, Cell, Section, paragraph, picture
 from pywet.report.page import table as html_table
-from pywet.report.page import write as write_page
+from pywet.report.page import write as write_frame
 
 
-def write(
+def write_page(
     path: Path,
     table: dict[str, Any],
-    kept: Sequence[dict[str, Any]],
+    runs: pd.DataFrame,
     size: str,
     others: Sequence[dict[str, Any]] = (),
-    times: Sequence[tuple[str, float, float]] | None = None,
+    times: pd.DataFrame | None = None,
 ) -> Path:
     """Write the page and return its path.
 
@@ -46,10 +49,10 @@ def write(
     sections = [
         Section("If you can live with …", blocks.live_with(table), "choose"),
         Section("The fronts: error against price", blocks.fronts(table), "fronts"),
-        Section("Where the defaults stand", blocks.standing_table(table, standings, beaten), "defaults"),
+        Section("Where the defaults stand", blocks.standing_table(table, standings), "defaults"),
         *(_knobs(table, group) for group in GROUPS),
         *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
-        Section("What chance alone does", _seeds(table, kept), "seeds"),
+        Section("What chance alone does", _seeds(table, runs, size), "seeds"),
         Section("How long a run takes", _times(times), "times"),
         Section("Every number", _numbers(table), "numbers"),
     ]
@@ -57,7 +60,7 @@ def write(
         "Each setting of a run against a finer one: how wrong it makes what you want to know, and what it costs. "
         f"{made['scale'].capitalize()} scale, size {made['size']}, {blocks.seeds_said(made)}."
     )
-    return write_page(path, "What accuracy costs", lead, sections, cards, _footer(made, size))
+    return write_frame(path, "What accuracy costs", lead, sections, cards, _footer(made, size))
 
 
 def _price_cards(table: dict[str, Any]) -> list[Card]:
@@ -81,20 +84,17 @@ def _knobs(table: dict[str, Any], group: str) -> Section:
     return Section(group.capitalize(), said + picture(figure, text), group)
 
 
-def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
+def _seeds(table: dict[str, Any], runs: pd.DataFrame, size: str) -> str:
     rows: list[list[Cell | str]] = []
     for scene, quantities in table["spread_over_seeds"].items():
         for name, values in quantities.items():
             if len(values) > 1:
                 text = next((f"{q.group}, {q.text}" for q in QUANTITIES if q.name == name), name)
-                middle = sum(values) / len(values)
-                deviation = (sum((v - middle) ** 2 for v in values) / (len(values) - 1)) ** 0.5
-                rows.append([Cell(f"{scene}: {text}"), f"{middle:.4g}", f"{deviation:.2g}", str(len(values))])
+                cells = f"{np.mean(values):.4g}", f"{np.std(values, ddof=1):.2g}", str(len(values))
+                rows.append([Cell(f"{scene}: {text}"), *cells])
     ends = table["spread_over_seeds"].get("moist", {}).get("retained_end", [])
     passed = (
-        f" By the end of these moist runs {100 * (1 - sum(ends) / len(ends)):.0f} % of the feed had passed."
-        if ends
-        else ""
+        f" By the end of these moist runs {100 * (1 - np.mean(ends)):.0f} % of the feed had passed." if ends else ""
     )
     text = paragraph(
         "The same case from another first arrangement of the spheres is another run. What two settings differ by counts "
@@ -102,24 +102,24 @@ def _seeds(table: dict[str, Any], kept: Sequence[dict[str, Any]]) -> str:
         + passed
     )
     figure = picture(
-        figures.seeds(kept),
+        figures.seeds(runs, size),
         "Grey: the default with every seed. Lines: means over the seeds of the coarsest (dashed) and finest level.",
     )
     return text + figure + html_table(["quantity", "mean of the default", "standard deviation", "seeds"], rows)
 
 
-def _times(pairs: Sequence[tuple[str, float, float]] | None) -> str:
+def _times(times: pd.DataFrame | None) -> str:
     text = paragraph(
         "What a run asks for, from its scene, times what that costs on this machine, from short runs of spheres on a lattice. "
         "`pywet plan CASE --accuracy 2%` predicts a case before it is run."
     )
-    if pairs is None:
+    if times is None:
         return text + paragraph("This machine has not been measured yet.", soft=True)
-    if not pairs:
+    if times.empty:
         return text
-    inside = sum(2 / 3 <= p / m <= 1.5 for _, m, p in pairs)
-    caption = f"{inside} of {len(pairs)} screening runs of the study are within a factor of 1.5 of the prediction."
-    return text + picture(figures.times(pairs), caption)
+    inside = (times["predicted"] / times["measured"]).between(2 / 3, 1.5).sum()
+    caption = f"{inside} of {len(times)} screening runs of the study are within a factor of 1.5 of the prediction."
+    return text + picture(figures.times(times), caption)
 
 
 def _numbers(table: dict[str, Any]) -> str:

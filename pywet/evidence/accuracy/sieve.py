@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.evidence.accuracy.knobs import Setting, log_windows
+from pywet.evidence.accuracy.edit import changed, put
+from pywet.evidence.accuracy.knobs import CONFIGURABLE, Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
 from pywet.screening import cases
@@ -24,9 +22,11 @@ SCALE = "study"
 """Name of the scale that is made for the study."""
 CASE = {"dry": 1, "moist": 2}
 """Screening case of each scene: POM of 5, 7, 10 mm on 8 mm apertures, dry and with 5 % of water."""
+SCREENING = tuple(CASE)
+SEEDS = (10007, 10009, 10037, 10039, 10061, 10067)
+"""Seeds of the engine are primes above 10000."""
 PLACES = ("coarse_material", "fines")
 LIQUID = ("coarse_material_m3", "fines_m3", "standing_bridges_m3")
-Entry = TypeVar("Entry", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -65,58 +65,17 @@ def size_named(name: str) -> Size:
 def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Config:
     """The configuration with another setting and seed, and a scale named SCALE of the study's size."""
     windows, steps = log_windows(setting.contact_log)
-    step = config.settings.time_step
-    settled = config.settings.model_copy(
-        update={
-            "seed": seed,
-            "time_step": step.model_copy(
-                update={
-                    "fraction": put(step.fraction, setting.fraction),
-                    "viscous_integration": setting.integration,
-                    "bridges_every": setting.bridges_every,
-                }
-            ),
-            "laws": config.settings.laws.model_copy(update=law_names(setting.capillary)),
-            "output": config.settings.output.model_copy(
-                update={"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
-            ),
-        }
-    )
+    log = {"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
+    output = config.settings.output.model_copy(update=log)
     scale = config.scale(size.scale)
-    update = {
-        "wire_sides": put(scale.wire_sides, setting.wire_sides),
-        "stiffness_factor": put(scale.stiffness_factor, setting.stiffness),
-    }
-    for name, value in (
-        ("width_mm", size.width_mm),
-        ("duration_s", size.duration_s),
-        ("slide_opens_at_s", size.opens_s),
-    ):
-        if value is not None:
-            update[name] = put(getattr(scale, name), value)
-    made = {**config.scales.scales, SCALE: scale.model_copy(update=update)}
-    return replace(config, settings=settled, scales=config.scales.model_copy(update={"scales": made}))
-
-
-def key(config_dir: Path, size: Size) -> str:
-    """Hash over all of the configuration that screening runs of this size depend on and the study does not set itself."""
-    config = with_setting(settings.load(config_dir), Setting(), size, seed=0)
-    held = [config.resolved(number, SCALE) for number in CASE.values()]
-    for one in held:
-        del one["settings"]["ranks"], one["settings"]["both_presets"]
-    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def put(entry: Entry, value: float) -> Entry:
-    """An entry of the configuration with another value."""
-    return entry.model_copy(update={"value": value})
-
-
-def law_names(level: str) -> dict[str, str | None]:
-    """Fields of the configuration's laws for a level of the capillary knob."""
-    if level == "exact":
-        return {"preset": "exact", "capillary": None, "rupture": None, "transfer": None}
-    return {"preset": "paper", "capillary": level, "rupture": None, "transfer": None}
+    given = {"width_mm": size.width_mm, "duration_s": size.duration_s, "slide_opens_at_s": size.opens_s}
+    update = {name: put(getattr(scale, name), value) for name, value in given.items() if value is not None}
+    scales = config.scales.model_copy(
+        update={"scales": {**config.scales.scales, SCALE: scale.model_copy(update=update)}}
+    )
+    settled = config.settings.model_copy(update={"seed": seed, "output": output})
+    levels = {knob: getattr(setting, knob) for knob in CONFIGURABLE}
+    return changed(replace(config, settings=settled, scales=scales), SCALE, levels)
 
 
 def prepare(folder: Path, kind: str, setting: Setting, size: Size, seed: int, config_dir: Path) -> Scene:
@@ -136,25 +95,26 @@ def last_common(scene: Scene, opens_s: float) -> float:
     return scene.steps * scene.time_step_s - opens_s - scene.output.interval_s
 
 
-def quantities(folder: Path) -> dict[str, float]:
-    """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid)."""
+def quantities(folder: Path) -> dict[str, Any]:
+    """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid).
+
+    `curve`: fraction retained over the time since the opening, for the picture.
+    """
     run = RunDir(folder)
     made = Results.of(run)
     retained, liquid = made.retained, made.liquid
-    since = retained["time_since_opening_s"].to_numpy()
+    since, curve = (retained[name].to_numpy() for name in ("time_since_opening_s", "fraction_retained"))
     opens = -float(since[0])
     end = last_common(run.scene, opens)
-    found = of_curve(since, retained["fraction_retained"].to_numpy(), end)
+    measured: dict[str, Any] = of_curve(since, curve, end)
     if run.moist:
         late = {name: float(np.interp(end + opens, liquid["time_s"], liquid[name])) for name in LIQUID}
         total = float(liquid["initial_m3"].iloc[-1])
         for place in PLACES:
-            found[f"liquid_{place}"] = late[f"{place}_m3"] / total
-        found["liquid_walls"] = 1.0 - sum(found[f"liquid_{place}"] for place in PLACES)
-        found["liquid_bridges"] = late["standing_bridges_m3"] / total
-    for check in made.checks:
-        found[f"check_{check.name}"] = float(check.ok)
-    return found
+            measured[f"liquid_{place}"] = late[f"{place}_m3"] / total
+        measured["liquid_walls"] = 1.0 - sum(measured[f"liquid_{place}"] for place in PLACES)
+        measured["liquid_bridges"] = late["standing_bridges_m3"] / total
+    return {**measured, "curve": {"time_s": since.round(5).tolist(), "retained": curve.round(6).tolist()}}
 
 
 def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, float]:
@@ -162,12 +122,3 @@ def of_curve(since: np.ndarray, retained: np.ndarray, end: float) -> dict[str, f
     times = np.concatenate([[0.0], since[(since > 0.0) & (since < end)], [end]])
     values = np.interp(times, since, retained)
     return {"retained_mean": float(np.trapezoid(values, times) / end), "retained_end": float(values[-1])}
-
-
-def curve(folder: Path) -> dict[str, list[float]]:
-    """Fraction retained over the time since the opening, for the picture."""
-    table = Results.of(RunDir(folder)).retained
-    return {
-        "time_s": [round(float(t), 5) for t in table["time_since_opening_s"]],
-        "retained": [round(float(y), 6) for y in table["fraction_retained"]],
-    }

@@ -22,8 +22,9 @@ from pywet.apparatus.initial import write_initial
 from pywet.config import Config
 from pywet.engines.liggghts import deck, driver
 from pywet.engines.liggghts.process import LOOP_TIME
-from pywet.evidence.accuracy import runs, sieve
+from pywet.evidence.accuracy import sieve
 from pywet.evidence.accuracy.knobs import Setting
+from pywet.evidence.accuracy.measure import timed
 from pywet.evidence.accuracy.sieve import Size
 from pywet.files import read_json, write_json, write_table
 from pywet.scene import Output, Scene
@@ -108,7 +109,7 @@ class Timed:
 def measure(config: Config, case: int, width_mm: float, report: Callable[[], None]) -> Costs:
     """Nine lattices with one number of spheres."""
 
-    def timed(which: Lattice) -> Timed:
+    def of(which: Lattice) -> Timed:
         return _timed(config, width_mm, which, report)
 
     on_wires = {
@@ -116,10 +117,10 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
         "prism": Lattice(case, screen=True),
         "moist": Lattice(case + 1, screen=True),
     }
-    near = {kind: timed(which) for kind, which in on_wires.items()}
-    anew = {kind: timed(replace(which, lists=True)) for kind, which in on_wires.items()}
-    loose, pressed = timed(Lattice(case)), timed(Lattice(case, pressed=True))
-    mesh = timed(Lattice(case, prisms=False))
+    near = {kind: of(which) for kind, which in on_wires.items()}
+    anew = {kind: of(replace(which, lists=True)) for kind, which in on_wires.items()}
+    loose, pressed = of(Lattice(case)), of(Lattice(case, pressed=True))
+    mesh = of(Lattice(case, prisms=False))
     lists = {kind: max(0.0, EVERY * (anew[kind].step - near[kind].step)) for kind in on_wires}
     return Costs(
         spheres=loose.spheres,
@@ -147,15 +148,15 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         scene, spheres, near = _prepare(folder, config, width_mm, which)
         steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
         if deck.attached(scene):
-            found = _run(folder, scene, (FIRST, steps, steps), which)
+            run = _run(folder, scene, (FIRST, steps, steps), which)
             spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
-            step, start = min(spent[1:]) / steps, found["cpu_s"] - sum(spent)
+            step, start = min(spent[1:]) / steps, run["cpu_s"] - sum(spent)
         else:
             short, long = (
                 min(_run(folder, scene, (n,), which)["cpu_s"] for _ in range(REPEATS))
                 for n in (FIRST, FIRST + 3 * steps)
             )
-            found, step, start = {"bridges": 0.0}, (long - short) / (3 * steps), short
+            run, step, start = {"bridges": 0.0}, (long - short) / (3 * steps), short
         report()
         return Timed(
             step=step,
@@ -164,7 +165,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
             pairs=len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * min(c.radius_m for c in scene.classes))),
             near=near,
             triangles=sum(len(w.triangle_part) for w in scene.walls if w.holder == "wires"),
-            bridges=found["bridges"],
+            bridges=run["bridges"],
         )
 
 
@@ -176,12 +177,12 @@ def _run(folder: Path, scene: Scene, steps: Sequence[int], which: Lattice) -> di
     scene = scene.model_copy(update={"duration_s": sum(steps) * FROZEN, "output": output, "slide": slide})
     write_json(folder / "scene.json", scene.model_dump(mode="json"))
     extra = (f"neigh_modify every {EVERY} check no",) if which.lists else ()
-    return runs.timed(folder, lambda: driver.run(folder, progress=False, extra=extra))
+    return timed(folder, lambda: driver.run(folder, progress=False, extra=extra))
 
 
 def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> tuple[Scene, pd.DataFrame, int]:
     """Write the run directory; returns its scene, its spheres, and how many pairs of a sphere and a wire are near."""
-    made = sieve.with_setting(config, Setting(), Size("smoke", width_mm, None, None, 1), runs.SEEDS[0])
+    made = sieve.with_setting(config, Setting(), Size("smoke", width_mm, None, None, 1), sieve.SEEDS[0])
     case, scale = made.case(which.case), made.scale(sieve.SCALE)
     apparatus = build_apparatus(cases.apparatus_spec(made, case, scale))
     scene = cases.assemble(made, case, scale, cases.ingredients(made, case.case, sieve.SCALE), apparatus)
@@ -221,10 +222,10 @@ def _lattice(scene: Scene, width: float, low: float, gap: float) -> pd.DataFrame
 
 def _near(wires: Surface, spheres: pd.DataFrame, reach: float) -> int:
     """Pairs of a sphere and a wire whose axis is nearer than `reach`."""
-    found, x = 0, spheres[["x", "y", "z"]].to_numpy()
+    near, x = 0, spheres[["x", "y", "z"]].to_numpy()
     for part in range(len(wires.part_half_width)):
         points = wires.corners[wires.part == part].reshape(-1, 3)
         low, high = points.min(axis=0), points.max(axis=0)
         across = np.delete(x - 0.5 * (low + high), np.argmax(high - low), axis=1)
-        found += int((np.hypot(*across.T) < reach).sum())
-    return found
+        near += int((np.hypot(*across.T) < reach).sum())
+    return near

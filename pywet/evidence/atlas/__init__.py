@@ -1,1 +1,1 @@
-"""The law atlas: how far every law is from the exact bridge, where, and what a call costs. `pywet laws --atlas`."""
+"""How far is each law from the exact bridge, and what does a call cost? Laws alone, without a run. `pywet laws --atlas`."""

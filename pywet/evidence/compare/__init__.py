@@ -1,1 +1,5 @@
-"""Two finished runs, or two groups of runs that differ in the seed, against each other; and against a stored digest."""
+"""Do two finished runs, or two groups of seeds, differ beyond chance? Any runs: `pywet compare` and `pywet digest`.
+
+`quantities.py` says what is compared, `statistics.py` how, `verdict.py` puts it in words; a digest is a stored run to hold others
+against. The other rooms judge scenes of their own and take the statistics from here.
+"""

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from pywet.evidence.effects.runs import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
 from pywet.evidence.effects.scenes import SCENES
-from pywet.evidence.effects.verdict import SHORTEST, Choice, planned, step_time
+from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
+from pywet.evidence.effects.verdict import SHORTEST, Choice, effects_of, planned, step_time
+from pywet.plan import OF_THE_CONTACT
 from pywet.report.pictures import plt
 
 WORDS = {
@@ -26,10 +27,10 @@ NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
 ABSENT = "#f1f3f5"
 
 
-def planned_on(records: Sequence[dict[str, Any]], effect: str) -> bool:
+def planned_on(runs: pd.DataFrame, effect: str) -> bool:
     """Whether the plan keeps an effect in a scene."""
-    effects = next(r for r in records if r["variant"] == PLANNED)["effects"]
-    if not effects["bridges"] and effect not in ("rolling", "tangential_history", "gravity"):
+    effects = effects_of(runs, PLANNED)
+    if not effects["bridges"] and effect not in OF_THE_CONTACT:
         return False
     if effect == "sharing_by_size":
         return bool(effects["transfer"] != "half")
@@ -49,18 +50,18 @@ def percent(value: float) -> str:
     return f"{size:.0f} %" if size >= 9.5 else f"{size:.1f} %" if size >= 0.05 else "< 0.1 %"
 
 
-def matrix(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[Choice]]) -> Figure:
+def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Figure:
     """Scenes by effects: what leaving the effect out changes most, and what the plan decided."""
     names = list(judged)
     figure, axes = plt.subplots(figsize=(13.2, 0.86 * len(names) + 1.5))
     for row, name in enumerate(names):
-        found = {c.variant.removeprefix("no "): c for c in judged[name]}
+        by_effect = {c.variant.removeprefix("no "): c for c in judged[name]}
         for column, effect in enumerate(SWITCHED):
-            choice = found.get(effect)
+            choice = by_effect.get(effect)
             if choice is None:
                 face, ink, text = ABSENT, "#9aa5b1", "–"
             else:
-                face = colour(choice, planned_on(records[name], effect))
+                face = colour(choice, planned_on(runs[name], effect))
                 ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
                 resolved = choice.worst.sure > 0
                 shown = choice.worst if resolved else choice.largest
@@ -122,18 +123,17 @@ def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
     return figure
 
 
-def shares(records: dict[str, list[dict[str, Any]]]) -> Figure:
+def shares(runs: dict[str, pd.DataFrame]) -> Figure:
     """Predicted against measured shares of impulse, with the factor that each prediction claims."""
     marks = {"gravity": "s", "capillary": "o", "viscous_normal": "^", "viscous_tangential": "v"}
     figure, axes = plt.subplots(figsize=(6.6, 5.4))
-    colours = dict(zip(records, plt.get_cmap("tab10")(range(10)), strict=False))
-    for name, of in records.items():
-        measured = next((r["shares"] for r in of if r["variant"] == EVERYTHING and r["shares"]), None)
-        if measured is None:
-            continue
-        rows = {r["effect"]: r for r in of[0]["plan"]}
+    colours = dict(zip(runs, plt.get_cmap("tab10")(range(10)), strict=False))
+    measured = {name: of.loc[of["variant"] == EVERYTHING, "shares"].dropna() for name, of in runs.items()}
+    measured = {name: of for name, of in measured.items() if len(of)}
+    for name, of in measured.items():
+        predicted = {row["effect"]: row["predicted_share"] for row in runs[name]["plan"].iloc[0]}
         for effect, mark in marks.items():
-            x, y = rows[effect]["predicted_share"], measured[effect]
+            x, y = predicted[effect], of.iloc[0][effect]
             if x and y:
                 axes.loglog(x, y, mark, color=colours[name], ms=8, alpha=0.85)
     line = np.array([3e-6, 1.0])
@@ -143,9 +143,8 @@ def shares(records: dict[str, list[dict[str, Any]]]) -> Figure:
             axes.loglog(line, line * f, color="#9aa5b1", lw=0.9, ls=style)
     for effect, mark in marks.items():
         axes.plot([], [], mark, color="#5c6b79", label=WORDS[effect].replace("\n", " "))
-    for name in records:
-        if any(r["shares"] for r in records[name]):
-            axes.plot([], [], "o", color=colours[name], label=SCENES[name].title)
+    for name in measured:
+        axes.plot([], [], "o", color=colours[name], label=SCENES[name].title)
     axes.set_xlim(3e-5, 1.5)
     axes.set_ylim(3e-6, 1.5)
     axes.set_xlabel("predicted share of impulse")
@@ -155,21 +154,19 @@ def shares(records: dict[str, list[dict[str, Any]]]) -> Figure:
     return figure
 
 
-def unused(records: dict[str, list[dict[str, Any]]]) -> list[tuple[str, str, float, float, float, int, bool]]:
-    """Rows (scene, choice, ms per step, time over everything on, memory [MB], plugin arrays [B], plugin loaded)."""
+def unused(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """Of choices in each scene: ms a step, time over everything on, memory [MB], the plugin's arrays [B], if it is loaded."""
     rows = []
-    for name, of in records.items():
+    for name, of in runs.items():
+        timed = of.assign(time=step_time(of)).set_index("seed")
+        full = timed.loc[timed["variant"] == EVERYTHING, "time"]
         for variant in (EVERYTHING, PLANNED, "no bridges", IDLE):
-            runs = [r for r in of if r["variant"] == variant]
-            if not runs or (variant == "no bridges" and not runs[0]["plugin"] and variant == PLANNED):
-                continue
-            full = {r["seed"]: step_time(r) for r in of if r["variant"] == EVERYTHING}
-            ratio = float(np.median([step_time(r) / full[r["seed"]] for r in runs if r["seed"] in full]))
-            if min(full.values()) < SHORTEST:
-                ratio = math.nan
-            memory = [r["peak_memory_B"] for r in runs if r["peak_memory_B"]]
-            step_ms = 1e3 * float(np.median([step_time(r) / r["steps"] for r in runs]))
-            megabytes = float(np.median(memory)) / 1e6 if memory else math.nan
-            arrays = int(np.median([r["plugin_arrays_B"] for r in runs]))
-            rows.append((name, variant, step_ms, ratio, megabytes, arrays, bool(runs[0]["plugin"])))
-    return rows
+            own = timed[timed["variant"] == variant]
+            if len(own):
+                ratio = (own["time"] / full).median() if full.min() >= SHORTEST else math.nan
+                rows.append({
+                    "scene": name, "variant": variant, "step_ms": 1e3 * (own["time"] / own["steps"]).median(), "ratio": ratio,
+                    "memory_MB": own["peak_memory_B"].astype(float).median() / 1e6,
+                    "arrays_B": int(own["plugin_arrays_B"].median()), "loaded": bool(own["plugin"].iloc[0]),
+                })  # fmt: skip
+    return pd.DataFrame(rows)

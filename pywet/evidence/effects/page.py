@@ -6,25 +6,27 @@ import math
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from pywet.evidence.effects import figures
 from pywet.evidence.effects.measures import ABSOLUTE, WORDS
-from pywet.evidence.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
 from pywet.evidence.effects.scenes import SCENES
+from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, TOLERANCE
 from pywet.evidence.effects.verdict import Choice, costs, left_out, planned
 from pywet.report import page
 
-Records = dict[str, list[dict[str, Any]]]
+Runs = dict[str, pd.DataFrame]
 Judged = dict[str, list[Choice]]
 NAMES = {EVERYTHING: EVERYTHING, PLANNED: "the plan's choice", "no bridges": "no liquid", IDLE: "plugin without work"}
 
 
-def write_page(path: Path, records: Records, judged: Judged) -> Path:
+def write_page(path: Path, runs: Runs, judged: Judged) -> Path:
     """Draw and write the page."""
-    plans = {name: planned(found) for name, found in judged.items()}
-    seeds = len({r["seed"] for of in records.values() for r in of})
+    plans = {name: planned(choices) for name, choices in judged.items()}
+    seeds = max(of["seed"].nunique() for of in runs.values())
     right = sum(p.harmless for p in plans.values())
     best = max(plans.values(), key=lambda p: 1.0 - p.cpu_s[1] / p.cpu_s[0])
-    unneeded = sum(bool(left_out(of)) for of in records.values())
+    unneeded = sum(bool(left_out(of)) for of in runs.values())
     cards = [
         page.Card(f"{right} of {len(plans)}", "scenes in which the plan is right", "good" if right == len(plans) else "bad"),
         page.Card(f"{best.cpu_s[0]:.1f} → {best.cpu_s[1]:.1f} s", f"largest saving: {SCENES[best.scene].title.lower()}"),
@@ -32,11 +34,11 @@ def write_page(path: Path, records: Records, judged: Judged) -> Path:
         page.Card(f"{100 * TOLERANCE:g} %", f"change that counts as harmless; {seeds} first arrangements per scene"),
     ]  # fmt: skip
     sections = [
-        page.Section("Which effects does a scene call for?", _matrix(records, judged), "matrix"),
-        page.Section("The plan against everything on", _plan(records, judged), "plan"),
-        page.Section("What a scene does not use costs nothing", _unused(records), "cost"),
-        page.Section("Shares predicted and measured", _shares(records), "shares"),
-        page.Section("The scenes", _scenes(records, judged), "scenes"),
+        page.Section("Which effects does a scene call for?", _matrix(runs, judged), "matrix"),
+        page.Section("The plan against everything on", _plan(runs, judged), "plan"),
+        page.Section("What a scene does not use costs nothing", _unused(runs), "cost"),
+        page.Section("Shares predicted and measured", _shares(runs), "shares"),
+        page.Section("The scenes", _scenes(runs), "scenes"),
         page.Section("How to read and override this", _notes(judged), "notes"),
     ]
     lead = (
@@ -46,9 +48,9 @@ def write_page(path: Path, records: Records, judged: Judged) -> Path:
     return page.write(path, "Only the effects a scene calls for", lead, sections, cards)
 
 
-def _matrix(records: Records, judged: Judged) -> str:
+def _matrix(runs: Runs, judged: Judged) -> str:
     return page.picture(
-        figures.matrix(records, judged),
+        figures.matrix(runs, judged),
         "Each field: the largest change of a wanted quantity when this effect alone is left out (“<”: within what the "
         "first arrangements scatter), and the change of processor time. A dash: the scene does not have the effect.",
     )
@@ -59,11 +61,11 @@ def left(text: str) -> page.Cell:
     return page.Cell(text, left=True)
 
 
-def _plan(records: Records, judged: Judged) -> str:
+def _plan(runs: Runs, judged: Judged) -> str:
     rows: list[list[page.Cell | str]] = []
-    for name, found in judged.items():
-        plan = planned(found)
-        out = ", ".join(figures.WORDS[e].replace("\n", " ") for e in left_out(records[name])) or "nothing"
+    for name, choices in judged.items():
+        plan = planned(choices)
+        out = ", ".join(figures.WORDS[e].replace("\n", " ") for e in left_out(runs[name])) or "nothing"
         worst = plan.worst
         changed = ["–", "same run", "–"]
         if not plan.same_as_everything:
@@ -98,11 +100,13 @@ def _saved(choice: Choice) -> str:
     return f"{100 * choice.saving:.0f} ± {100 * choice.saving_spread:.0f} %"
 
 
-def _unused(records: Records) -> str:
+def _unused(runs: Runs) -> str:
+    unused: Any = figures.unused(runs)
     rows: list[list[page.Cell | str]] = [
-        [left(SCENES[name].title), left(NAMES[variant]), f"{ms:.3f}", "–" if math.isnan(ratio) else f"{ratio:.2f}",
-         f"{memory:.0f}", page.Cell(f"{size / 1e3:.0f}") if loaded else page.Cell("not loaded", "good")]
-        for name, variant, ms, ratio, memory, size, loaded in figures.unused(records)
+        [left(SCENES[str(r.scene)].title), left(NAMES[str(r.variant)]), f"{r.step_ms:.3f}",
+         "–" if math.isnan(r.ratio) else f"{r.ratio:.2f}", f"{r.memory_MB:.0f}",
+         page.Cell(f"{r.arrays_B / 1e3:.0f}") if r.loaded else page.Cell("not loaded", "good")]
+        for r in unused.itertuples()
     ]  # fmt: skip
     header = [
         "scene",
@@ -119,9 +123,9 @@ def _unused(records: Records) -> str:
     ) + page.table(header, rows)
 
 
-def _shares(records: Records) -> str:
+def _shares(runs: Runs) -> str:
     return page.picture(
-        figures.shares(records),
+        figures.shares(runs),
         "Share of each force in the sum over weight, capillary and viscous forces of |force| × time: predicted before the "
         "run, and taken from 200 steps at which every bridge was logged. Dashed: factor 3 (claimed for weight and capillary "
         "force); dotted: factor 15 (viscous forces).",
@@ -132,14 +136,14 @@ def _shares(records: Records) -> str:
     )
 
 
-def _scenes(records: Records, judged: Judged) -> str:
+def _scenes(runs: Runs) -> str:
     rows: list[list[page.Cell | str]] = []
-    for name, of in records.items():
-        full = [r for r in of if r["variant"] == EVERYTHING]
-        wanted = ", ".join(WORDS[q] for q in full[0]["wanted"])
+    for name, of in runs.items():
+        full = of[of["variant"] == EVERYTHING]
+        wanted = ", ".join(WORDS[q] for q in of if q in WORDS)
         cells = [left(SCENES[name].title), left(SCENES[name].story), left(wanted)]
-        cost = f"{sum(r['cpu_s'] for r in full) / len(full):.1f} s"
-        rows.append([*cells, str(full[0]["spheres"]), str(full[0]["steps"]), cost])
+        spheres, steps = (str(full[column].iloc[0]) for column in ("spheres", "steps"))
+        rows.append([*cells, spheres, steps, f"{full['cpu_s'].mean():.1f} s"])
     return page.table(["scene", "what happens", "what is wanted", "spheres", "steps", "processor time"], rows)
 
 

@@ -18,7 +18,8 @@ from pywet.bench.bodies import contacts, drum_radius, drum_walls, in_drum, spher
 from pywet.bench.small import Sphere
 from pywet.bench.subset import with_spheres
 from pywet.evidence.effects import measures
-from pywet.evidence.effects.bodies import SHAKEN, Setup, jets, lattice, pyramid
+from pywet.evidence.effects.setup import SHAKEN, Setup, jets, lattice, pyramid
+from pywet.evidence.study import configured
 from pywet.files import read_table
 from pywet.plan import Surroundings
 from pywet.scene import Effects, Rotation, Scene, SphereClass
@@ -26,6 +27,7 @@ from pywet.screening import cases
 from pywet.shipped import place
 
 CONFIG = place("config")
+"""The configuration where none is named."""
 NAMED, ROLLING = "{mm} mm", 2e-5
 """Name of a class of spheres; rolling friction [m] of glass of some millimetres."""
 Measure = Callable[[Path], dict[str, float]]
@@ -33,12 +35,15 @@ Measure = Callable[[Path], dict[str, float]]
 
 @dataclass(frozen=True)
 class StudyScene:
-    """`setup(seed, size)`: size 1 is that of the study, smaller has fewer spheres or a shorter time."""
+    """`setup(seed, size, config_dir)`: size 1 is that of the study, smaller has fewer spheres or a shorter time.
+
+    Only a case of the configuration asks for `config_dir`.
+    """
 
     name: str
     title: str
     story: str
-    setup: Callable[[int, float], Setup]
+    setup: Callable[[int, float, Path], Setup]
     wanted: Measure
 
 
@@ -75,21 +80,21 @@ def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angl
     )
 
 
-def _wet(setup: Setup, moisture: float, viscosity: float = 1e-3) -> Setup:
-    return replace(setup, liquid=wetting(setup.classes, moisture, viscosity))
+def _wet(setup: Setup, moisture: float) -> Setup:
+    return replace(setup, liquid=wetting(setup.classes, moisture))
 
 
-def dry_glass(seed: int, size: float) -> Setup:
+def dry_glass(seed: int, size: float, config_dir: Path) -> Setup:
     """Dry glass of 3 mm falling into a box."""
     return _bed((1.5e-3,), max(27, round(220 * size)), seed, 2500.0, 15.0, 3e3, 2e-5)
 
 
-def moist_pom(seed: int, size: float) -> Setup:
+def moist_pom(seed: int, size: float, config_dir: Path) -> Setup:
     """Plastic of 3 and 5 mm with 5 % water falling into a box."""
     return _wet(_bed((1.5e-3, 2.5e-3), max(26, round(180 * size)), seed, 1358.0, 40.0, 2e3, 5e-5, 0.35), 5.0)
 
 
-def micron_powder(seed: int, size: float) -> Setup:
+def micron_powder(seed: int, size: float, config_dir: Path) -> Setup:
     """Glass of 50 um with 1 % water: the capillary force is thousands of weights."""
     made = _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8), 1.0)
     seconds = 0.008
@@ -97,7 +102,7 @@ def micron_powder(seed: int, size: float) -> Setup:
     return replace(made, seconds=seconds, surroundings=s)
 
 
-def thick_oil(seed: int, size: float) -> Setup:
+def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
     """A pile of glass in a tray, wetted with oil of 2 Pa s, at rest."""
     side, r = (5 if size >= 0.5 else 3), 1.5e-3
     classes = _glass(r, side * (side + 1) * (2 * side + 1) // 6)
@@ -113,7 +118,7 @@ def thick_oil(seed: int, size: float) -> Setup:
     )
 
 
-def fast_dilute(seed: int, size: float) -> Setup:
+def fast_dilute(seed: int, size: float, config_dir: Path) -> Setup:
     """Two clouds of glass of 8 mm with a little solvent fly through each other at 5 m/s; only their motion is asked."""
     count, r, speed, pitch = max(32, 2 * round(128 * size)), 4e-3, 5.0, 13e-3
     classes = _glass(r, count)
@@ -132,7 +137,7 @@ def fast_dilute(seed: int, size: float) -> Setup:
     )  # fmt: skip
 
 
-def collision(seed: int, size: float) -> Setup:
+def collision(seed: int, size: float, config_dir: Path) -> Setup:
     """Two wet spheres meet once, off centre; exact to the last digit, so that the smallest effect shows."""
     r, speed, gap = 1.5e-3, 1.0, 2e-4
     classes = _glass(r, 2)
@@ -160,7 +165,7 @@ def collision(seed: int, size: float) -> Setup:
     )  # fmt: skip
 
 
-def wet_drum(seed: int, size: float) -> Setup:
+def wet_drum(seed: int, size: float, config_dir: Path) -> Setup:
     """Glass of 3 mm with 2 % water in a slow drum."""
     count, r = max(60, round(150 * size)), 1.5e-3
     classes = _glass(r, count)
@@ -180,9 +185,9 @@ def wet_drum(seed: int, size: float) -> Setup:
     )
 
 
-def tiny_screening(seed: int, size: float) -> Setup:
+def tiny_screening(seed: int, size: float, config_dir: Path) -> Setup:
     """Sixteen beads of screening case 2 at smoke scale; the seed says which."""
-    loaded = config.load(CONFIG)
+    loaded = config.load(config_dir)
     made = cases.ingredients(loaded, 2, "smoke")
     keep = {1: 12, 2: 2, 3: 2}
     classes = tuple(c.model_copy(update={"count": keep[c.type]}) for c in made.classes)
@@ -210,6 +215,7 @@ def tiny_screening(seed: int, size: float) -> Setup:
         seconds=seconds,
         walls=_box(0.1, 0.1),
         build=build,
+        configuration=configured(loaded, 2, "smoke"),
     )
 
 
@@ -220,7 +226,7 @@ def _and_liquid(first: Measure, *names: str) -> Measure:
 
 ON_WALLS = ("liquid_in_bridges", "liquid_on_walls")
 SETTLED = _and_liquid(measures.settled, "bridges_per_sphere", *ON_WALLS)
-_ALL: tuple[tuple[str, str, str, Callable[[int, float], Setup], Measure], ...] = (
+_ALL: tuple[tuple[str, str, str, Callable[[int, float, Path], Setup], Measure], ...] = (
     ("dry_glass", "Dry glass", "Glass beads of 3 mm fall into a box. There is no liquid.", dry_glass, measures.settled),
     ("moist_pom", "Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom,
      _and_liquid(SETTLED, "liquid_on_small")),

@@ -1,75 +1,107 @@
-"""The effects study from runs to page; `pywet study effects` and the workflow call it."""
+"""The effects study: its runs, its table, and the costs of the effects that it keeps for the plan."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from pywet.errors import PywetError
-from pywet.evidence.effects import runs, verdict
-from pywet.evidence.effects.scenes import SCENES
+from pywet.evidence import study
+from pywet.evidence.effects import verdict
+from pywet.evidence.effects.scenes import CONFIG, SCENES
+from pywet.evidence.effects.variants import TOLERANCE, measure, variants
+from pywet.evidence.effects.verdict import Choice
 from pywet.files import read_json, write_json
-
-RUNS, PAGE, TABLE = "effects/runs", "effects.html", "effects/effects.json"
-
-
-def record_path(out_dir: Path, scene: str, seed: int) -> Path:
-    """All records of a scene with one seed."""
-    return out_dir / RUNS / f"{scene}_{seed}.json"
+from pywet.plan import OPT_IN
+from pywet.plan.costs import STORED
 
 
-def scene_records(out_dir: Path, scene: str, seed: int, size: float = 1.0) -> Path:
-    """Run one scene with one seed and keep its records."""
-    if scene not in SCENES:
-        raise PywetError(f"the effects study has no scene {scene}; expected one of {', '.join(SCENES)}")
-    path = record_path(out_dir, scene, seed)
-    records = runs.run_all(scene, seed, size, out_dir / "effects/work", say=lambda text: print(text, flush=True))
-    write_json(path, {"records": records})
-    return path
+@dataclass(frozen=True)
+class EffectsStudy(study.Study):
+    """All choices of effects of every scene, or of the scene `only`, with each of `seeds` first arrangements."""
+
+    folder: Path
+    seeds: int = 4
+    size: float = 1.0
+    only: str | None = None
+    config_dir: Path = CONFIG
+
+    def __post_init__(self) -> None:
+        if self.only not in (None, *SCENES):
+            raise PywetError(f"the effects study has no scene {self.only}; expected one of {', '.join(SCENES)}")
+
+    def jobs(self) -> list[str]:
+        """A scene with a seed each."""
+        return [job for scene in SCENES if self.only in (None, scene) for job in self.of_scene(scene)]
+
+    def of_scene(self, scene: str) -> list[str]:
+        """The jobs of a scene."""
+        return [f"{scene}_{seed}" for seed in range(self.seeds)]
+
+    def runs(self, job: str) -> list[study.Run]:
+        """All choices of effects, so that their times compare; equal ones are one run."""
+        name, _, seed = job.rpartition("_")
+        scene = SCENES[name]
+        setup = scene.setup(int(seed), self.size, self.config_dir)
+        first: dict[str, str] = {}
+        runs = []
+        for variant, effects in variants(setup).items():
+            file = first.setdefault(effects.model_dump_json(), f"{job}/{variant.replace(' ', '_')}")
+            given = {
+                "scene": name, "seed": int(seed), "size": self.size, "effects": effects.model_dump(mode="json"),
+                "configuration": setup.configuration,
+            }  # fmt: skip
+            labels = {"scene": name, "seed": int(seed), "variant": variant}
+            runs.append(study.Run(file, given, lambda e=effects: [measure(scene, setup, e)], labels))  # type: ignore[misc]
+        return runs
+
+    def of_scenes(self) -> dict[str, pd.DataFrame]:
+        """Scene -> its runs."""
+        runs = {name: self.gather(self.of_scene(name)) for name in SCENES if self.only in (None, name)}
+        return {name: of for name, of in runs.items() if len(of)}
+
+    def show(self) -> Path:
+        """effects.json in the folder, and the page."""
+        from pywet.evidence.effects import page
+
+        runs = self.of_scenes()
+        judged = {name: verdict.choices(of) for name, of in runs.items()}
+        write_json(self.folder / "effects.json", result(runs, judged))
+        return page.write_page(self.page, runs, judged)
+
+    def lines(self) -> list[str]:
+        """What was found, a line for each scene."""
+        return [line(name, of, verdict.planned(verdict.choices(of))) for name, of in self.of_scenes().items()]
+
+    def store(self, where: str) -> Path:
+        """Keep the measured costs of the effects for the plan; `where`: machine and date, for the provenance."""
+        judged = {name: verdict.choices(of) for name, of in self.of_scenes().items()}
+        said = (
+            f"median over the scenes of `pywet study effects` ({', '.join(judged)}) of the processor time of the steps with "
+            f"everything on over that without the effect, less one; scenes whose steps took under {verdict.SHORTEST} s are "
+            f"left out; {where}"
+        )
+        others = {effect: cost for effect, cost in read_json(STORED)["added"].items() if effect in OPT_IN}
+        said += f"; {' and '.join(others)}, which are on in none of these: as stored before" if others else ""
+        write_json(STORED, {"provenance": said, "added": {**verdict.costs(judged), **others}})
+        return STORED
 
 
-def whole_study(out_dir: Path, seeds: int, size: float, only: str | None) -> list[str]:
-    """The whole study on one core; returns what was found, a line for each scene."""
-    names = [only] if only else list(SCENES)
-    for name in names:
-        for seed in range(seeds):
-            if not record_path(out_dir, name, seed).exists():
-                scene_records(out_dir, name, seed, size)
-    return finish(out_dir, [record_path(out_dir, name, seed) for name in names for seed in range(seeds)])
-
-
-def read(paths: list[Path]) -> dict[str, list[dict[str, Any]]]:
-    """Scene -> its records."""
-    found: dict[str, list[dict[str, Any]]] = {}
-    for path in paths:
-        for record in read_json(path, "remove it and run the study again", runs.Records)["records"]:
-            found.setdefault(record["scene"], []).append(record)
-    return {name: found[name] for name in SCENES if name in found}
-
-
-def finish(out_dir: Path, paths: list[Path]) -> list[str]:
-    """Judge, write the table and the page; returns one line for each scene."""
-    from pywet.evidence.effects import page
-
-    records = read(paths)
-    judged = {name: verdict.choices(of) for name, of in records.items()}
-    write_json(out_dir / TABLE, table(records, judged))
-    page.write_page(out_dir / PAGE, records, judged)
-    return [*lines(records, judged), f"the page is {out_dir / PAGE}"]
-
-
-def table(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[verdict.Choice]]) -> dict[str, Any]:
+def result(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> dict[str, Any]:
     """The study's result as plain data."""
     scenes = {
-        name: {"left_out": verdict.left_out(records[name]), "plan_right": verdict.planned(found).harmless,
-               "choices": [_plain(c) for c in found]}
-        for name, found in judged.items()
+        name: {"left_out": verdict.left_out(runs[name]), "plan_right": verdict.planned(choices).harmless,
+               "choices": [_plain(c) for c in choices]}
+        for name, choices in judged.items()
     }  # fmt: skip
-    return {"tolerance": runs.TOLERANCE, "scenes": scenes, "added": verdict.costs(judged)}
+    return {"tolerance": TOLERANCE, "scenes": scenes, "added": verdict.costs(judged)}
 
 
-def _plain(c: verdict.Choice) -> dict[str, Any]:
+def _plain(c: Choice) -> dict[str, Any]:
     timed = not math.isnan(c.saving)
     return {
         "variant": c.variant, "quantity": c.worst.quantity, "change": c.worst.change, "spread": c.worst.spread,
@@ -78,14 +110,10 @@ def _plain(c: verdict.Choice) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def lines(records: dict[str, list[dict[str, Any]]], judged: dict[str, list[verdict.Choice]]) -> list[str]:
-    """One line for each scene."""
-    found = []
-    for name, choices in judged.items():
-        plan = verdict.planned(choices)
-        out, worst = ", ".join(verdict.left_out(records[name])) or "nothing", plan.worst
-        found.append(
-            f"{name:<14}leaves out {out}: {'right' if plan.harmless else 'WRONG'}, largest change {100 * worst.change:+.2f} % "
-            f"(spread {100 * worst.spread:.2f} %) of {worst.quantity}, {plan.cpu_s[0]:.1f} -> {plan.cpu_s[1]:.1f} s"
-        )
-    return found
+def line(name: str, runs: pd.DataFrame, plan: Choice) -> str:
+    """What the plan leaves out of a scene, and whether that is right."""
+    out, worst = ", ".join(verdict.left_out(runs)) or "nothing", plan.worst
+    return (
+        f"{name:<14}leaves out {out}: {'right' if plan.harmless else 'WRONG'}, largest change {100 * worst.change:+.2f} % "
+        f"(spread {100 * worst.spread:.2f} %) of {worst.quantity}, {plan.cpu_s[0]:.1f} -> {plan.cpu_s[1]:.1f} s"
+    )

@@ -18,11 +18,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from pywet.evidence.effects.measures import ABSOLUTE
-from pywet.evidence.effects.runs import EVERYTHING, IDLE, PLANNED, TOLERANCE
+from pywet.evidence.effects.measures import ABSOLUTE, WORDS
+from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, TOLERANCE
+from pywet.plan import OF_THE_CONTACT
 
 Floats = NDArray[np.float64]
-Record = dict[str, Any]
 SHORTEST = 0.3
 """Processor time of the steps [s] below which times are not compared."""
 
@@ -72,18 +72,17 @@ class Choice:
         return max(self.changes, key=lambda c: abs(c.change))
 
 
-def choices(records: Iterable[Record]) -> list[Choice]:
+def choices(runs: pd.DataFrame) -> list[Choice]:
     """All choices of one scene, all seeds, in the order they were run."""
-    every = list(records)
-    runs: Any = pd.DataFrame(every, index=pd.MultiIndex.from_tuples([(r["variant"], r["seed"]) for r in every]))
-    wanted: Any = pd.DataFrame(list(runs["wanted"]), index=runs.index, dtype=float)
+    by_run: Any = runs.set_index(["variant", "seed"]).assign(step_time=step_time)
+    wanted: Any = by_run[[name for name in by_run if name in WORDS]].astype(float)
     full = wanted.loc[EVERYTHING]
-    wanted = wanted[[seed in full.index for _, seed in wanted.index]]
+    wanted = wanted[wanted.index.get_level_values("seed").isin(full.index)]
     sizes = {name: 1.0 if name in ABSOLUTE else abs(float(full[name].mean())) or 1.0 for name in full}
-    changes = (wanted - full.loc[[seed for _, seed in wanted.index]].to_numpy()) / pd.Series(sizes)
-    compared = [v for v in dict.fromkeys(r["variant"] for r in every) if v not in (EVERYTHING, IDLE)]
+    changes = (wanted - full.loc[wanted.index.get_level_values("seed")].to_numpy()) / pd.Series(sizes)
+    compared = [v for v in by_run.index.unique("variant") if v not in (EVERYTHING, IDLE)]
     spreads = {name: _spread([changes.loc[v, name].to_numpy() for v in compared], len(full)) for name in full}
-    return [_choice(v, runs.loc[v], runs.loc[EVERYTHING], changes.loc[v], spreads) for v in compared]
+    return [_choice(v, by_run.loc[v], by_run.loc[EVERYTHING], changes.loc[v], spreads) for v in compared]
 
 
 def _spread(of_choices: list[Floats], seeds: int) -> float:
@@ -96,47 +95,46 @@ def _spread(of_choices: list[Floats], seeds: int) -> float:
 def _choice(
     variant: str, runs: pd.DataFrame, full: pd.DataFrame, changes: pd.DataFrame, spreads: dict[str, float]
 ) -> Choice:
-    both = [seed for seed in runs.index if seed in full.index]
-    its, other = runs.loc[both], full.loc[both]
+    its, other = (of.loc[runs.index.intersection(full.index)] for of in (runs, full))
     same = bool(its["effects"].iloc[0] == other["effects"].iloc[0])
-    times, reference = (
-        [step_time({str(k): v for k, v in r.items()}) for r in of.to_dict("records")] for of in (its, other)
-    )
-    saved = [0.0] if same else [1.0 - t / r for t, r in zip(times, reference, strict=True)]
-    timed = same or min(reference) >= SHORTEST
+    times, reference = its["step_time"], other["step_time"]
+    saved = 0.0 * times if same else 1.0 - times / reference
+    timed = same or reference.min() >= SHORTEST
     return Choice(
         scene=str(its["scene"].iloc[0]),
         variant=variant,
         same_as_everything=same,
         changes=tuple(Change(str(name), float(changes[name].mean()), spreads[str(name)]) for name in changes),
-        saving=float(np.median(saved)) if timed else math.nan,
-        saving_spread=0.5 * (max(saved) - min(saved)) if timed else math.nan,
+        saving=float(saved.median()) if timed else math.nan,
+        saving_spread=0.5 * float(saved.max() - saved.min()) if timed else math.nan,
         cpu_s=(float(other["cpu_s"].median()), float(its["cpu_s"].median())),
     )
 
 
-def planned(found: Iterable[Choice]) -> Choice:
+def planned(choices_of_scene: Iterable[Choice]) -> Choice:
     """The plan's choice."""
-    return next(c for c in found if c.variant == PLANNED)
+    return next(c for c in choices_of_scene if c.variant == PLANNED)
 
 
-def step_time(record: Record) -> float:
-    """Processor time of the steps of a run [s]; of the stock program, whose start takes some hundredths, of all."""
-    loop = record["loop_cpu_s"]
-    return float(record["cpu_s"] if loop is None or math.isnan(loop) or loop == 0.0 else loop)
+def step_time(runs: pd.DataFrame) -> pd.Series:
+    """Processor time of the steps of each run [s]; of the stock program, whose start takes some hundredths, of all."""
+    loop = runs["loop_cpu_s"].astype(float)
+    return loop.where(loop > 0.0, runs["cpu_s"])
 
 
-def left_out(records: Iterable[Record]) -> list[str]:
+def effects_of(runs: pd.DataFrame, variant: str) -> dict[str, Any]:
+    """What is on with a choice of effects."""
+    effects: dict[str, Any] = runs.loc[runs["variant"] == variant, "effects"].iloc[0]
+    return effects
+
+
+def left_out(runs: pd.DataFrame) -> list[str]:
     """What the plan leaves out of what is on with everything on."""
-    every = list(records)
-    full = next(r for r in every if r["variant"] == EVERYTHING)["effects"]
-    planned = next(r for r in every if r["variant"] == PLANNED)["effects"]
-    switched = {r["variant"].removeprefix("no ") for r in every}
-    names = ["sharing_by_size" if n == "transfer" else n for n in full if full[n] != planned[n]]
+    full, plan = effects_of(runs, EVERYTHING), effects_of(runs, PLANNED)
+    switched = set(runs["variant"].str.removeprefix("no "))
+    names = ["sharing_by_size" if n == "transfer" else n for n in full if full[n] != plan[n]]
     names = [n for n in names if n in switched]
-    if "bridges" in names:
-        return ["bridges", *(n for n in names if n in ("rolling", "tangential_history", "gravity"))]
-    return names
+    return [n for n in names if n in ("bridges", *OF_THE_CONTACT)] if "bridges" in names else names
 
 
 def costs(of_all: dict[str, list[Choice]]) -> dict[str, float]:
@@ -145,13 +143,9 @@ def costs(of_all: dict[str, list[Choice]]) -> dict[str, float]:
     Without gravity there is no bed, so that its time says nothing about gravity: it is left out.
     """
     added: dict[str, list[float]] = {}
-    for found in of_all.values():
-        for choice in found:
-            if (
-                choice.variant.startswith("no ")
-                and choice.variant != "no gravity"
-                and not choice.same_as_everything
-                and math.isfinite(choice.saving)
-            ):
-                added.setdefault(choice.variant.removeprefix("no "), []).append(choice.saving / (1.0 - choice.saving))
+    for choice in (c for choices_of_scene in of_all.values() for c in choices_of_scene):
+        effect = choice.variant.removeprefix("no ")
+        timed = not choice.same_as_everything and math.isfinite(choice.saving)
+        if effect != choice.variant and effect != "gravity" and timed:
+            added.setdefault(effect, []).append(choice.saving / (1.0 - choice.saving))
     return {effect: round(float(np.median(values)), 3) for effect, values in added.items()}

@@ -1,1 +1,4 @@
-"""The same scene in other engines and stock models, and how far their results are from each other."""
+"""Does the same scene end alike in another engine? Beds, pulls, contacts, dry screening in LIGGGHTS, YADE and stock models.
+
+Here the scenes are run and compared one by one; `agreement` takes their results into its one table.
+"""

@@ -1,1 +1,1 @@
-"""The paper's cases at full scale: campaign, kept tables, statements, page."""
+"""Does the simulation say what the paper says? The cases at the paper's own size: campaign, kept tables, statements, page."""

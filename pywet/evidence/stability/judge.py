@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,7 +20,6 @@ from pywet.evidence.stability.cells import Batch
 from pywet.files import read_table
 from pywet.laws import registry
 from pywet.schema import FORMATION, SPHERE, WORKS
-from reference_impl.replay.replay import replay
 
 Floats = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
@@ -248,9 +246,3 @@ def budget(run_dir: Path) -> dict[str, float]:
         "identity": float(left.abs().max() / turnover),
         "drag": float(max(energy["viscous_normal"].max(), 0.0) / turnover),
     }
-
-
-def replayed(run_dir: Path) -> dict[str, Any]:
-    """What the independent reference objects to: quantity -> (largest deviation, id of the sphere of the worst record)."""
-    result = replay(run_dir)
-    return {name: (q["largest"], q["tolerance"], q["worst"]) for name, q in result["quantities"].items() if not q["ok"]}

@@ -9,17 +9,13 @@ from __future__ import annotations
 import multiprocessing as mp
 import os
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from pywet.engines.liggghts import driver, process
 from pywet.engines.process import Usage, die_with_parent
 from pywet.errors import PywetError, StoppedRun
 from pywet.evidence.stability import cells
-from pywet.files import write_csv
 from pywet.scene import Scene
 
 PRELOAD = ["pywet.evidence.stability.warm"]
@@ -75,13 +71,6 @@ def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -
                 return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
             stopped[name] = said
             batch = batch.without({name})
-
-
-def once(path: Path, make: Callable[[], pd.DataFrame]) -> Path:
-    """The table of a job, made unless it is there, so that a study that was cut off goes on."""
-    if not path.exists():
-        write_csv(make(), path)
-    return path
 
 
 def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:

@@ -31,6 +31,7 @@ LARGE, LITTLE = 2.5e-3, 1.5e-3
 SWITCH = """#pragma once
 #include <cstdlib>
 #include <cstring>
+static const double PI = 3.14159265358979323846;
 inline bool planted(const char *name) {
   static const char *is = getenv("PYWET_PLANTED");
   return is && !strcmp(is, name);
@@ -39,8 +40,9 @@ inline bool planted(const char *name) {
 LAWS = "find_forces(block, t);"
 LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
     if (!t.acts[k]) continue;
-    const Bridge &b = bridges_[t.first + k];
+    const Bridge &b = standing_.bridges[t.first + k];
     const Geometry g = geometry_of(t, k);
+    const Laws &laws = world_.laws;
     const double part = planted("radius halved") ? 0.5 : 1.0, V = b.volume, s = std::max(g.separation, 0.0);
     const double as = planted("wall as sphere") && b.kind != SPHERE ? g.radius_i : g.radius_j;
     double row[ROWS][BATCH], pull[BATCH];
@@ -75,66 +77,69 @@ LAWS_PLANTED = """for (int k = 0; k < t.n; k++) {
     for (int k = 0; k < t.n; k++)
       for (int m = 0; m < 3; m++) t.torque_i[m][k] *= 1 + 0.5 * block.row[SEPARATION][k] / block.row[RADIUS_I][k];"""
 SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
-  for (Event &e : events_)
+  for (Event &e : events)
     if (e.kind == FORMATION) {
       if (planted("draws one after another")) {
         double &i = taken[e.i], &j = e.partner_kind == SPHERE ? taken[e.j] : taken_wall[e.triangle];
-        const double held_j = e.partner_kind == SPHERE ? film[e.j] : walls.film[e.triangle];
-        if (film[e.i] > 0) e.share_i *= 1 - i / film[e.i];
+        const double held_j = e.partner_kind == SPHERE ? films_.volume[e.j] : films_.wall[e.triangle];
+        if (films_.volume[e.i] > 0) e.share_i *= 1 - i / films_.volume[e.i];
         if (held_j > 0) e.share_j *= 1 - j / held_j;
         i += e.share_i;
         j += e.share_j;
       }
       e.share_i *= grant[e.i];"""
 PATCHES: list[tuple[str, str, str]] = [
-    ("bridges.h", '#include "energy.h"', '#include "energy.h"\n#include "planted.h"'),
-    ("together.h", '#include "laws.h"', '#include "laws.h"\n#include "planted.h"'),
+    ("vec.h", "#include <cmath>", '#include <cmath>\n#include "planted.h"'),
     ("forces.cpp", LAWS, LAWS_PLANTED),
     ("together.cpp", "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {",
      "FOR_THIS_PROCESSOR void find_forces(const Block &__restrict block, Together &__restrict t) {\n"
      '  const double taken = planted("speed along n") ? 0.0 : 1.0;'),
     ("together.cpp", "along = vx * nx + vy * ny + vz * nz;", "along = taken * (vx * nx + vy * ny + vz * nz);"),
-    ("forces.cpp", "if (!laws.dynamic_rupture) return",
+    ("standing.cpp", "if (!laws.dynamic_rupture) return",
      'if (!laws.dynamic_rupture || planted("dynamic rupture ignored")) return'),
     (
         "forces.cpp",
-        "if (!(decide && g.separation >= b.rupture_distance && g.separation >= rupture_limit(b, g))) continue;",
-        'const double f = planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0;\n'
-        "    if (!(decide && g.separation >= f * b.rupture_distance && g.separation >= f * rupture_limit(b, g))) continue;",
+        "g.separation >= b.rupture_distance && g.separation >= standing_.rupture_limit(b, g))) continue;",
+        'g.separation >= b.rupture_distance * (planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0) &&\n'
+        "          g.separation >= standing_.rupture_limit(b, g) *\n"
+        '                              (planted("early rupture") ? 0.8 : planted("late rupture") ? 1.25 : 1.0))) continue;',
     ),
-    ("formation.cpp", "block.longest[at] = b.rupture_distance;",
+    ("standing.cpp", "block.longest[at] = b.rupture_distance;",
      'block.longest[at] = (planted("early rupture") ? 0.8 : 1.0) * b.rupture_distance;'),
     ("forces.cpp", "gather(t);",
      'if (planted("evaporation"))\n'
      "      for (int k = 0; k < t.n; k++) {\n"
-     "        bridges_[t.first + k].volume *= 1 - 1e-5;\n"
-     "        enter(t.first + k);\n"
+     "        double &volume = standing_.bridges[t.first + k].volume;\n"
+     "        volume *= 1 - 1e-5;\n"
+     "        standing_.blocks[t.first / BATCH].row[VOLUME][k] = volume;\n"
      "      }\n"
      "    gather(t);"),
-    ("forces.cpp", "return b.volume * transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));",
-     "const double T = transfer.ratio(b.kind, type_of[b.i], other, reduced_volume(b));\n"
+    ("standing.cpp", "return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));",
+     "const double T = world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));\n"
      '  return b.volume * (planted("transfer swapped") ? 1 - T : planted("half and half") ? 0.5 : T);'),
-    ("output.cpp", "store((-g.radius_i) * turn, c.torque_i);",
+    ("logs.cpp", "store((-g.radius_i) * turn, c.torque_i);",
      'store((-(g.radius_i + (planted("torque arm") ? 0.5 * g.separation : 0.0))) * turn, c.torque_i);'),
     ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (planted("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
     ("walls.h", "best.point = mesh.to_world(best.point);",
      'best.point = mesh.to_world(best.point) + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
-    ("formation.cpp", "const double reach = radii + thickness_[i] + thickness_[j];",
-     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (thickness_[i] + thickness_[j]);'),
-    ("formation.cpp", "const double touch = pair.radii + thickness_[pair.i] + thickness_[pair.j];",
-     "const double touch = pair.radii + (planted(\"films twice as thick\") ? 2 : 1) * (thickness_[pair.i] + thickness_[pair.j])\n"
-     '        - (planted("formation on touch") ? thickness_[pair.i] + thickness_[pair.j] : 0.0);'),
-    ("formation.cpp", "laws.from_sphere(held(film[pair.i]), g.radius_i, g.radius_j),",
-     'laws.from_sphere(held(film[pair.i]), g.radius_i, planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
-    ("formation.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
-    ("formation.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
-    ("booking.cpp", "for (Event &e : events_)\n    if (e.kind == FORMATION) {\n      e.share_i *= grant[e.i];", SEQUENTIAL),
+    ("near_pairs.cpp", "const double reach = radii + films_.thickness(i) + films_.thickness(j);",
+     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (films_.thickness(i) + films_.thickness(j));'),
+    ("near_pairs.cpp", "const double touch = pair.radii + films_.thickness(pair.i) + films_.thickness(pair.j);",
+     "const double films = films_.thickness(pair.i) + films_.thickness(pair.j);\n"
+     '    const double touch = pair.radii + (planted("films twice as thick") ? 2 : 1) * films\n'
+     '        - (planted("formation on touch") ? films : 0.0);'),
+    ("near_pairs.cpp", "laws.from_sphere(held(films_.volume[pair.i]), g.radius_i, g.radius_j),",
+     "laws.from_sphere(held(films_.volume[pair.i]), g.radius_i,\n"
+     '                          planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
+    ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
+    ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
+    ("booking.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= grant[e.i];", SEQUENTIAL),
     ("booking.cpp", "e.volume = e.share_i + e.share_j;",
      'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
     ("booking.cpp", "const double sign = e.kind == FORMATION ? -1.0 : 1.0;",
      'const double sign = e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
-    ("booking.cpp", "set_film(e.j, film[e.j] + sign * e.share_j);",
-     'set_film(e.j, film[e.j] + (planted("lost at rupture") && sign > 0 ? 0.0 : sign) * e.share_j);'),
+    ("booking.cpp", "films_.set(e.j, films_.volume[e.j] + sign * e.share_j);",
+     'films_.set(e.j, films_.volume[e.j] + (planted("lost at rupture") && sign > 0 ? 0.0 : sign) * e.share_j);'),
     ("booking.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
      'laws.rupture(e.volume, b.radius_i, planted("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
      "                                       b.angle_i, b.angle_j);"),
@@ -159,7 +164,7 @@ NAMED: dict[str, tuple[str, str]] = {
     "torque arm": ("torque_i", "the arm reaches to the middle of the gap"),
     "dynamic rupture ignored": ("rupture_limit", "dynamic rupture is ignored"),
     "early rupture": ("rupture_due", "it is made too early (at 0.80"),
-    "late rupture": ("standing_beyond_limit", "it is made too late (a bridge still stands at 1.25 of its limit)"),
+    "late rupture": ("rupture_late", "it is made too late (at 1.25"),
     "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
     "films twice as thick": ("formation_due", "it is made too early"),
     "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
@@ -192,7 +197,7 @@ BESIDE: dict[str, tuple[bool, str, str]] = {
     "closest point": (True, "snapshot_ends", "it is moved by 1e-05, 0, 0"),
     "late rupture": (False, "rupture_late", "it is made too late (at 1.25"),
 }
-"""Faults that outputs and events alone show, without recorded motion or contacts: whether contacts are logged, quantity, words."""
+"""Faults that outputs and events show, without recorded motion or contacts: whether contacts are logged, quantity, words."""
 
 
 def patched_sources(folder: Path) -> Path:

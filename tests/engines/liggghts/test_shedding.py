@@ -13,8 +13,11 @@ import pytest
 from pywet.apparatus.initial import film_volume
 from pywet.apparatus.surface import Surface
 from pywet.bench import small
-from pywet.scene import Effects, Liquid
+from pywet.engines import schedule
+from pywet.engines.liggghts import driver
+from pywet.scene import Effects, Liquid, Scene
 from pywet.schema import LARGE_WALL, NOTHING, SPHERE
+from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -70,6 +73,36 @@ def test_a_held_sphere_drips_on_the_floor(tmp_path: Path) -> None:
     assert drop["partner_kind"] == LARGE_WALL and drop["fallen"] == pytest.approx(0.03, rel=1e-12)
     end = beds.table(tmp_path, "history/ledger").iloc[-1]
     assert end["walls"] == pytest.approx(drop["volume"], rel=1e-12) and end["left"] == 0.0
+
+
+def test_a_wall_film_thickened_by_a_drop_is_seen_at_once(tmp_path: Path) -> None:
+    """Nothing moves and no list is made anew: a drop raises the film on the floor to that of a sphere beside it."""
+    side, gap = 4e-3, 6e-4
+    beside = small.Sphere(1, (4e-3, 0.0, R + gap), driven=True, film=film_volume(3e-4, R))
+    spheres = [held(1e-3, 0.03), beside]
+    small.prepare(
+        tmp_path, spheres_of(R), spheres, contacts(1), liquid=SOAPY, effects=DRIPPING, walls=[small.floor(side)], steps=2500,
+        gravity=(0.0, 0.0, -G), output_interval_s=1e-3, log_every_step=False,
+    )  # fmt: skip
+    small.run(tmp_path, spheres)
+    drops, events = (beds.table(tmp_path, f"history/{name}") for name in ("drops", "events"))
+    assert len(drops) == 1 and drops["volume"].iloc[0] / (2.0 * side**2) > gap - 3e-4
+    assert events["step"].to_list() == [drops["step"].iloc[0] + 1] and events["partner_kind"].iloc[0] == LARGE_WALL
+
+
+def test_drops_and_bridges_each_at_their_own_steps(tmp_path: Path) -> None:
+    """Drops are looked for every 45 steps, bridges act at even ones: the replay books both as they are logged, to round-off."""
+    made = beds.prepare(tmp_path, beds.bed((5, 5, 4)), 900, effects=DRIPPING, liquid=SOAPY)
+    scene = Scene(**{**made.model_dump(), "bridges_every": 2})
+    (tmp_path / "scene.json").write_text(scene.model_dump_json())
+    driver.run(tmp_path, progress=False)
+    drops, events = (beds.table(tmp_path, f"history/{name}") for name in ("drops", "events"))
+    assert schedule.drop_every(scene) == 45 and (drops["step"] % 45 == 0).all()
+    assert (drops["step"] % 2 == 1).sum() > 5 and (drops["step"] % 2 == 0).sum() > 5
+    assert len(events) > 50 and (events["step"] % 2 == 0).all()
+    said = replay(tmp_path)
+    assert said["ok"], said["diagnosis"]
+    assert said["quantities"]["drop_volume"]["count"] == len(drops)
 
 
 def test_in_free_flight_nothing_lets_go(tmp_path: Path) -> None:

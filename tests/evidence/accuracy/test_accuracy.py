@@ -15,9 +15,10 @@ from typer.testing import CliRunner
 from pywet import config, stages
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import bodies, choice, command, cost, edit, errors, front, knobs, runs, sieve, store
+from pywet.evidence.accuracy import bodies, choice, command, cost, edit, errors, front, knobs, measure, result, sieve
 from pywet.evidence.accuracy.errors import WET_SCENES
 from pywet.evidence.accuracy.knobs import KNOBS, Setting
+from pywet.evidence.accuracy.study import AccuracyStudy
 from tests.evidence.test_times import costs_of
 
 ROOT = Path(__file__).parents[3]
@@ -25,27 +26,26 @@ CONFIG = config.load(ROOT / "config")
 
 
 def run_of(scene: str, seed: int, knob: str, level: Any, values: dict[str, float], loop: float) -> dict[str, Any]:
-    """A kept run as `runs.do` leaves it."""
+    """The row of a run as the study gathers it."""
     return {
-        "scene": scene, "seed": seed, "knob": knob, "level": level, "size": "quick", "failed": None,
-        "setting": Setting().as_dict(), "quantities": values, "loop_cpu_s": loop, "loop_wall_s": 2.0 * loop,
-        "cpu_s": loop + 1.0, "wall_s": loop + 1.0, "steps": 1000, "spheres": 200, "triangles": 348, "bridges": 500.0,
-        "builds": 100, "time_step_s": 1e-4,
+        "run": f"{scene}-{seed}-{knob}-{level}", "scene": scene, "seed": seed, "knob": knob, "level": level, "failed": None,
+        **values, "loop_cpu_s": loop, "loop_wall_s": 2.0 * loop, "cpu_s": loop + 1.0, "wall_s": loop + 1.0,
+        "curve": {"time_s": [0.0, 0.1], "retained": [1.0, 0.9]},
     }  # fmt: skip
 
 
-def synthetic(offset: float, noise: float) -> list[dict[str, Any]]:
+def synthetic(offset: float, noise: float) -> pd.DataFrame:
     """Dry runs of two seeds: springs of 0.003 retain `offset` more; `noise` goes one way in one seed, the other in the other."""
-    kept = []
-    for k, seed in enumerate(runs.SEEDS[:2]):
+    rows = []
+    for k, seed in enumerate(sieve.SEEDS[:2]):
         base = {"retained_mean": 0.9, "retained_end": 0.8}
-        kept.append(run_of("dry", seed, "default", None, base, 4.0))
-        kept.append(run_of("dry", seed, "again", None, base, 4.2))
+        rows.append(run_of("dry", seed, "default", None, base, 4.0))
+        rows.append(run_of("dry", seed, "again", None, base, 4.2))
         sign = noise if k else -noise
         for level, shift, price in ((0.003, offset, 2.05), (0.03, 0.0, 7.2)):
             moved = {n: v + shift + sign * (1.0 if level == 0.03 else 0.0) for n, v in base.items()}
-            kept.append(run_of("dry", seed, "stiffness", level, moved, price))
-    return kept
+            rows.append(run_of("dry", seed, "stiffness", level, moved, price))
+    return pd.DataFrame(rows)
 
 
 def test_defaults_of_the_study_are_those_of_the_configuration() -> None:
@@ -80,7 +80,7 @@ def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
 
 def test_nodes_of_the_sharing_table_reach_the_engine(tmp_path: Path) -> None:
     """51 nodes in the plugin's table; the closest of them differ by what interpolation makes, 2e-3 at most."""
-    from pywet.engines.liggghts.plugin_api import transfer_tables
+    from pywet.engines.liggghts.inputs import transfer_tables
 
     scene = sieve.prepare(tmp_path, "moist", Setting(transfer_nodes=51), sieve.SIZES["quick"], 10007, ROOT / "config")
     table = transfer_tables(scene)
@@ -96,28 +96,27 @@ def test_laws_are_as_far_from_the_exact_bridge_as_the_atlas_says() -> None:
 
 
 def test_a_shift_that_all_seeds_share_is_resolved_and_one_within_chance_is_not() -> None:
-    clear = errors.errors(synthetic(offset=0.05, noise=1e-4), "quick")
-    hidden = errors.errors(synthetic(offset=0.05, noise=0.1), "quick")
-    for found, resolved in ((clear, True), (hidden, False)):
-        soft = next(e for e in found if e.level == 0.003 and e.quantity == "retained_mean")
-        assert soft.value == pytest.approx(0.05, abs=1e-12) and soft.resolved is resolved and soft.seeds == 2
-    default = next(e for e in clear if e.knob == "fraction") if any(e.knob == "fraction" for e in clear) else None
-    assert default is None  # nothing is said of a knob whose finest level was not run
+    """And nothing is said of a knob whose finest level was not run."""
+    for noise, resolved in ((1e-4, True), (0.1, False)):
+        found = errors.errors(synthetic(offset=0.05, noise=noise), "quick")
+        soft = found[(found["level"] == 0.003) & (found["quantity"] == "retained_mean")].iloc[0]
+        assert soft["value"] == pytest.approx(0.05, abs=1e-12) and soft["seeds"] == 2
+        assert (abs(soft["value"]) > soft["limit"]) == resolved
+        assert set(found["knob"]) == {"stiffness"}
 
 
 def test_the_finest_level_has_no_error_and_bitwise_equal_runs_no_chance() -> None:
-    found = errors.errors(synthetic(offset=0.05, noise=0.0), "quick")
-    finest = [e for e in found if e.level == 0.03]
-    assert finest and all(e.value == 0.0 and e.limit == 0.0 for e in finest)
-    default = next(e for e in found if e.level == 0.01 and e.quantity == "retained_end")
-    assert default.bound == 0.0
+    found = errors.errors(synthetic(offset=0.05, noise=0.0), "quick").set_index(["level", "quantity"])
+    assert (found.loc[0.03, ["value", "limit"]] == 0.0).all(axis=None)
+    assert (found.loc[[(0.01, "retained_end")], ["value", "limit"]] == 0.0).all(axis=None)
 
 
 def test_prices_are_ratios_within_a_round() -> None:
     """2.05 s over the mean 4.1 s of the two default runs is half."""
-    found = {p.level: p for p in errors.prices(synthetic(0.0, 0.0), "quick") if p.knob == "stiffness"}
-    assert found[0.003].ratio == pytest.approx(0.5, rel=1e-12)
-    assert found[0.01].ratio == 1.0 and found[0.01].low < 1.0 < found[0.01].high
+    found = errors.prices(synthetic(0.0, 0.0), "quick")
+    found = found[found["knob"] == "stiffness"].set_index("level")
+    assert found.loc[0.003, "ratio"] == pytest.approx(0.5, rel=1e-12)
+    assert found.loc[0.01, "ratio"] == 1.0 and found.loc[0.01, "low"] < 1.0 < found.loc[0.01, "high"]
 
 
 def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -> None:
@@ -128,7 +127,7 @@ def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -
     beyond = {"family": 0, "limit": 0}
     for _ in range(300):
         kept = []
-        for seed in runs.SEEDS[:3]:
+        for seed in sieve.SEEDS[:3]:
             for knob, levels in (("fraction", (0.1, 0.025)), ("stiffness", (0.003, 0.03)), ("wire_sides", (4, 16))):
                 for level in levels:
                     noise = random.normal(0.0, 0.02, 2)
@@ -140,9 +139,9 @@ def test_of_pure_chance_one_study_in_a_hundred_says_anything_of_the_defaults() -
                     "dry", seed, "default", None, {"retained_mean": 0.9 + noise[0], "retained_end": 0.8 + noise[1]}, 4.0
                 )
             )
-        found = errors.errors(kept, "quick")
+        found = errors.errors(pd.DataFrame(kept), "quick")
         for name in beyond:
-            beyond[name] += any(abs(e.value) > getattr(e, name) for e in found)
+            beyond[name] += bool((found["value"].abs() > found[name]).any())
     assert beyond["family"] <= 8 < 15 < beyond["limit"]
 
 
@@ -176,7 +175,7 @@ def toy(errors_of: dict[float, float], prices: dict[float, float], limit: float 
         }
         for level, value in errors_of.items()
     ]  # fmt: skip
-    return {"default": Setting().as_dict(), "knobs": {"stiffness": rows}}
+    return {"default": asdict(Setting()), "knobs": {"stiffness": rows}}
 
 
 PRICES = {0.003: 0.5, 0.01: 1.0, 0.03: 2.0}
@@ -311,43 +310,20 @@ def test_settings_are_written_however_the_file_is_laid_out(tmp_path: Path) -> No
         assert (found.preset, found.capillary, found.rupture) == ("paper", "willett", None)
 
 
-def test_a_round_goes_on_with_the_runs_that_are_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Killed after three runs, it does the others once; a file cut short or of other settings counts as missing."""
-    done: list[str] = []
-
-    def do(run: runs.Run, size: str, config_dir: Path) -> dict[str, Any]:
-        if len(done) == 3:
-            raise KeyboardInterrupt
-        done.append(run.name)
-        return kept(run, size)
-
-    def kept(run: runs.Run, size: str) -> dict[str, Any]:
-        return {**asdict(run), "setting": run.setting.as_dict(), "size": size, "failed": None}
-
-    monkeypatch.setattr(runs, "do", do)
-    wanted = [r.name for r in runs.design("dry", 10007, "quick")]
-    with pytest.raises(KeyboardInterrupt):
-        runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
-    first, done = done, []
-    (tmp_path / "runs" / "quick" / f"{first[0]}.json").write_text('{"setting"')
-    monkeypatch.setattr(runs, "do", lambda run, size, _: done.append(run.name) or kept(run, size))
-    runs.do_round(tmp_path, "dry", 10007, "quick", ROOT / "config", lambda *a: None)
-    assert done == [first[0], *wanted[3:]]
-
-
 def test_runs_of_another_configuration_are_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An edited number of the materials counts, comments and what the study sets itself do not; bodies have no configuration."""
-    done: list[str] = []
+    monkeypatch.setattr(measure, "rows_of", lambda *given: [{"failed": None}])
+    jobs = ("quick/dry-10007", "quick/pair_dry-10007")
 
-    def do(run: runs.Run, size: str, config_dir: Path) -> dict[str, Any]:
-        done.append(run.name)
-        return {**asdict(run), "setting": run.setting.as_dict(), "size": size, "failed": None}
+    def study() -> AccuracyStudy:
+        return AccuracyStudy(tmp_path / "study", "quick", tmp_path / "config")
 
-    def both() -> int:
-        done.clear()
-        for scene in ("dry", "pair_dry"):
-            runs.do_round(tmp_path, scene, 10007, "quick", tmp_path / "config", lambda *a: None)
-        return len(done)
+    def done() -> int:
+        """How many runs are done in a call."""
+        now, names = study(), []
+        for job in jobs:
+            now.do(job, lambda name, share: names.append(name))
+        return len(names)
 
     def edit_(name: str, old: str, new: str) -> None:
         path = tmp_path / "config" / name
@@ -355,19 +331,19 @@ def test_runs_of_another_configuration_are_done_again(tmp_path: Path, monkeypatc
         assert old in text
         path.write_text(text.replace(old, new, 1))
 
-    monkeypatch.setattr(runs, "do", do)
     shutil.copytree(ROOT / "config", tmp_path / "config")
-    dry, pairs = (len(runs.design(scene, 10007, "quick")) for scene in ("dry", "pair_dry"))
-    assert both() == dry + pairs
+    dry, pairs = (len(study().runs(job)) for job in jobs)
+    assert done() == dry + pairs
     edit_("config.yaml", "ranks: 1", "ranks: 2  # of the engine")
-    assert both() == 0 and len(list(runs.load(tmp_path, "quick", tmp_path / "config"))) == dry + pairs
+    assert done() == 0 and len(study().gather(jobs)) == dry + pairs
     edit_("materials.yaml", "viscosity_Pa_s: {value: ", "viscosity_Pa_s: {value: 2")
-    assert len(list(runs.load(tmp_path, "quick", tmp_path / "config"))) == pairs
-    assert both() == dry
+    assert len(study().gather(jobs)) == pairs
+    assert done() == dry
 
 
 def test_a_round_begins_and_ends_with_the_default_and_starts_elsewhere_for_each_seed() -> None:
-    orders = [[r.name.split("-", 2)[2] for r in runs.design("moist", seed, "standard")] for seed in runs.SEEDS[:3]]
+    study = AccuracyStudy(Path("unused"), "standard", ROOT / "config")
+    orders = [[r.name.split("-", 2)[2] for r in study.runs(f"standard/moist-{seed}")] for seed in sieve.SEEDS[:3]]
     for order in orders:
         assert order[0] == "default" and order[-1] == "again"
         assert sorted(order) == sorted(orders[0]) and len(set(order)) == len(order)
@@ -377,16 +353,15 @@ def test_a_round_begins_and_ends_with_the_default_and_starts_elsewhere_for_each_
 @pytest.mark.engine
 def test_two_dry_spheres_rebound_as_they_should_and_are_timed() -> None:
     """At twenty steps a collision the restitution 0.8 is met within 1 % at every instant of touch (docs/configuration.md)."""
-    run = runs.design("pair_dry", 10007, "quick")[0]
-    kept = runs.do(run, "quick", ROOT / "config")
-    assert kept["failed"] is None and len(kept["samples"]["restitution"]) == bodies.PAIRS
-    assert kept["samples"]["restitution"] == pytest.approx([0.8] * bodies.PAIRS, abs=0.01)
-    assert kept["steps"] > 0 and kept["spheres"] == 2 * bodies.PAIRS
+    rows = measure.rows_of("pair_dry", 10007, "default", Setting(), "quick", ROOT / "config")
+    assert [row["restitution"] for row in rows] == pytest.approx([0.8] * bodies.PAIRS, abs=0.01)
+    for row in rows:
+        assert row["failed"] is None and row["steps"] > 0 and row["spheres"] == 2 * bodies.PAIRS
 
 
 def test_a_setting_that_is_refused_leaves_its_reason() -> None:
-    kept = runs.do(runs.Run("dry", 10007, "wire_sides", 5, Setting(wire_sides=5)), "quick", ROOT / "config")
-    assert "even number" in kept["failed"]
+    (row,) = measure.rows_of("dry", 10007, "wire_sides", Setting(wire_sides=5), "quick", ROOT / "config")
+    assert "even number" in row["failed"]
 
 
 @pytest.mark.parametrize("scale", ["smoke", "reduced"])
@@ -411,11 +386,9 @@ def test_page_shows_every_section(tmp_path: Path) -> None:
     """From the stored table and synthetic curves: pictures inside, no number missing."""
     from pywet.evidence.accuracy import page
 
-    kept = [
-        {**run, "curve": {"time_s": [0.0, 0.1], "retained": [1.0, 0.9]}} for run in synthetic(offset=0.05, noise=1e-3)
-    ]
+    runs = synthetic(offset=0.05, noise=1e-3)
     smoke, reduced = (choice.for_scale(scale)[0] for scale in ("smoke", "reduced"))
-    path = page.write(tmp_path / "accuracy.html", smoke, kept, "quick", [reduced])
+    path = page.write_page(tmp_path / "accuracy.html", smoke, runs, "quick", [reduced])
     text = path.read_text()
     for part in (
         "If you can live with",
@@ -448,9 +421,9 @@ def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_table_is_rounded_and_put_in_its_scales_place(tmp_path: Path) -> None:
-    result = {"provenance": {"scale": "smoke"}, "x": [1.23456789, {"y": 2.0}]}
-    path = store.write(result, tmp_path / "t.json")
-    store.write({"provenance": {"scale": "reduced"}}, path)
+    made = {"provenance": {"scale": "smoke"}, "x": [1.23456789, {"y": 2.0}]}
+    path = result.store(made, tmp_path / "t.json")
+    result.store({"provenance": {"scale": "reduced"}}, path)
     tables = choice.stored(path)["scales"]
     assert set(tables) == {"smoke", "reduced"} and tables["smoke"]["x"] == [1.2346, {"y": 2.0}]
 
@@ -470,4 +443,4 @@ def test_facets_that_are_emptied_to_a_rounding_do_not_stop_a_run(tmp_path: Path)
 
 def test_a_size_that_there_is_not_is_refused_in_a_sentence() -> None:
     with pytest.raises(PywetError, match="expected one of quick, standard"):
-        runs.rounds("huge")
+        AccuracyStudy(Path("unused"), "huge")

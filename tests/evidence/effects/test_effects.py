@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,12 @@ import pandas as pd
 import pytest
 
 from pywet import stages
+from pywet.apparatus.initial import wall_groups
 from pywet.bench import small
-from pywet.engines.liggghts import deck, plugin_api
-from pywet.evidence.effects import page, runs, study, verdict
-from pywet.evidence.effects.scenes import SCENES
+from pywet.engines.liggghts import deck, inputs
+from pywet.evidence.effects import page, study, variants, verdict
+from pywet.evidence.effects.scenes import CONFIG, SCENES
+from pywet.evidence.effects.study import EffectsStudy
 from pywet.files import write_json
 from tests.engines.liggghts import beds
 
@@ -27,9 +30,18 @@ SMALL = {
 """Scene -> size and number of first arrangements."""
 
 
-def records_of(name: str, folder: Path, variants: set[str]) -> list[dict[str, Any]]:
+def runs_of(name: str, wanted: set[str]) -> pd.DataFrame:
+    """Some choices of effects of a scene with all its seeds."""
     size, seeds = SMALL[name]
-    return [r for seed in range(seeds) for r in runs.run_all(name, seed, size, folder, variants)]
+    rows = []
+    for seed in range(seeds):
+        setup = SCENES[name].setup(seed, size, CONFIG)
+        chosen = {v: e for v, e in variants.variants(setup).items() if v in wanted}
+        for variant, effects in chosen.items():
+            rows.append(
+                {"scene": name, "seed": seed, "variant": variant, **variants.measure(SCENES[name], setup, effects)}
+            )
+    return pd.DataFrame(rows)
 
 
 @pytest.mark.engine
@@ -46,25 +58,26 @@ def records_of(name: str, folder: Path, variants: set[str]) -> list[dict[str, An
         ("dry_glass", set()),
     ],
 )
-def test_the_plan_is_right(tmp_path: Path, name: str, left_out: set[str]) -> None:
+def test_the_plan_is_right(name: str, left_out: set[str]) -> None:
     """No wanted quantity changes by more than the tolerance beyond twice the standard error over the first arrangements."""
     size, _ = SMALL[name]
-    setup = SCENES[name].setup(0, size)
-    made = runs.plan_of(setup, decide="tolerance")
-    on = {row.effect for row in runs.plan_of(setup).rows if row.on}
+    setup = SCENES[name].setup(0, size, CONFIG)
+    made = variants.plan_of(setup, decide="tolerance")
+    on = {row.effect for row in variants.plan_of(setup).rows if row.on}
     out = {row.effect for row in made.rows if row.effect in on and not row.on}
     assert left_out - on <= {"wall_films", "sharing_by_size", "gravity"}
     assert left_out & on <= out, made.lines
-    found = records_of(name, tmp_path, {runs.EVERYTHING, runs.PLANNED, runs.IDLE})
-    judged = verdict.choices(found)
-    plan = next(c for c in judged if c.variant == runs.PLANNED)
+    runs = runs_of(name, {variants.EVERYTHING, variants.PLANNED, variants.IDLE})
+    judged = verdict.choices(runs)
+    plan = next(c for c in judged if c.variant == variants.PLANNED)
     assert plan.harmless, plan.worst
     for quantity in plan.changes:
         # the spread must not hide what it is to show: half of a quantity is never scatter
         assert quantity.spread < 0.5, quantity
     if name == "dry_glass":
-        stock, idle = (next(r for r in found if r["variant"] == v) for v in (runs.EVERYTHING, runs.IDLE))
-        assert stock["wanted"] == idle["wanted"]  # bit for bit: a plugin without liquid changes nothing
+        stock, idle = (runs[runs["variant"] == v].iloc[0] for v in (variants.EVERYTHING, variants.IDLE))
+        for quantity in ("mean_height", "contacts_per_sphere"):
+            assert stock[quantity] == idle[quantity]  # bit for bit: a plugin without liquid changes nothing
         assert not stock["plugin"] and stock["plugin_arrays_B"] == 0 and stock["shares"] is None
         assert stock["peak_memory_B"] < 0.5 * idle["peak_memory_B"]  # 46 against 341 MB
 
@@ -72,8 +85,8 @@ def test_the_plan_is_right(tmp_path: Path, name: str, left_out: set[str]) -> Non
 @pytest.mark.parametrize("name", ["moist_pom", "wet_drum", "screening"])
 def test_a_scene_that_needs_everything_gets_it(name: str) -> None:
     """Water on beads that meet walls and each other: no number is below two per cent."""
-    setup = SCENES[name].setup(0, 1.0)
-    assert runs.plan_of(setup, decide="tolerance").effects == runs.plan_of(setup).effects
+    setup = SCENES[name].setup(0, 1.0, CONFIG)
+    assert variants.plan_of(setup, decide="tolerance").effects == variants.plan_of(setup).effects
 
 
 @pytest.mark.engine
@@ -102,8 +115,8 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     bare = scene.model_copy(update={"effects": off})
     assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface/stress"}
     assert {deck.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
-    assert len(plugin_api.transfer_tables(scene)) == 201 * (4 + 2 * len(plugin_api.wall_groups(scene)))
-    assert len(plugin_api.transfer_tables(bare)) == 2 * 4
+    assert len(inputs.transfer_tables(scene)) == 201 * (4 + 2 * len(wall_groups(scene)))
+    assert len(inputs.transfer_tables(bare)) == 2 * 4
     properties = deck.property_matrices(bare)
     assert "coefficientRollingFriction" not in properties
     drag = float(properties["gammat_abs"].split()[0])
@@ -112,7 +125,7 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     assert set(deck.property_matrices(scene)["gammat_abs"].split()) == {"0.0"}
 
 
-def record(variant: str, seed: int, value: float, time: float, on: bool = True) -> dict[str, Any]:
+def row_of(variant: str, seed: int, value: float, time: float, on: bool = True) -> dict[str, Any]:
     effects = {"bridges": True, "capillary": "rabinovich" if on else None, "rolling": True, "tangential_history": True,
                "gravity": True, "transfer": "parabola", "wall_films": True, "viscous_normal": "pitois",
                "viscous_tangential": "goldman", "dynamic_rupture": "pitois"}  # fmt: skip
@@ -120,19 +133,19 @@ def record(variant: str, seed: int, value: float, time: float, on: bool = True) 
         {"effect": e, "predicted_share": 0.25} for e in ("gravity", "capillary", "viscous_normal", "viscous_tangential")
     ]
     return {
-        "scene": "moist_pom", "seed": seed, "variant": variant, "effects": effects, "wanted": {"mean_height": value},
+        "scene": "moist_pom", "seed": seed, "variant": variant, "effects": effects, "mean_height": value,
         "cpu_s": time, "loop_cpu_s": time, "wall_s": time, "steps": 100, "spheres": 10, "plugin": True, "peak_memory_B": 10**8,
         "plugin_arrays_B": 1000, "shares": {r["effect"]: 0.25 for r in rows}, "plan": rows,
     }  # fmt: skip
 
 
-def made_up(change: float, scatter: float) -> list[dict[str, Any]]:
-    found = []
+def made_up(change: float, scatter: float) -> pd.DataFrame:
+    rows = []
     for seed, wobble in enumerate((-scatter, 0.0, scatter)):
-        found.append(record(runs.EVERYTHING, seed, 1.0, 2.0))
-        found.append(record(runs.PLANNED, seed, 1.0 + change + wobble, 1.0, on=False))
-        found.append(record("no capillary", seed, 1.0 + change + wobble, 1.0, on=False))
-    return found
+        rows.append(row_of(variants.EVERYTHING, seed, 1.0, 2.0))
+        rows.append(row_of(variants.PLANNED, seed, 1.0 + change + wobble, 1.0, on=False))
+        rows.append(row_of("no capillary", seed, 1.0 + change + wobble, 1.0, on=False))
+    return pd.DataFrame(rows)
 
 
 def test_judgement_by_hand() -> None:
@@ -149,20 +162,44 @@ def test_judgement_by_hand() -> None:
     assert verdict.left_out(made_up(0.0, 0.0)) == ["capillary"]
 
 
-def test_page_from_records(tmp_path: Path) -> None:
-    """Cards, matrix and verdict follow from the records alone, and a wrong plan is called wrong."""
-    records = {"moist_pom": made_up(0.3, 0.0)}
-    judged = {"moist_pom": verdict.choices(records["moist_pom"])}
-    text = page.write_page(tmp_path / "effects.html", records, judged).read_text()
+def test_page_from_runs(tmp_path: Path) -> None:
+    """Cards, matrix and verdict follow from the runs' rows alone, and a wrong plan is called wrong."""
+    runs = {"moist_pom": made_up(0.3, 0.0)}
+    judged = {"moist_pom": verdict.choices(runs["moist_pom"])}
+    text = page.write_page(tmp_path / "effects.html", runs, judged).read_text()
     assert "0 of 1" in text and 'class="bad">wrong' in text and "+30.00 %" in text
-    assert study.table(records, judged)["scenes"]["moist_pom"]["plan_right"] is False
-    assert "WRONG" in study.lines(records, judged)[0]
+    assert study.result(runs, judged)["scenes"]["moist_pom"]["plan_right"] is False
+    assert "WRONG" in study.line("moist_pom", runs["moist_pom"], verdict.planned(judged["moist_pom"]))
+
+
+def test_what_is_kept_belongs_to_configuration_and_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An edited number of the materials, or another size, and the runs that follow from it are done again; others stay."""
+    monkeypatch.setattr(study, "measure", lambda scene, setup, effects: {"effects": effects.model_dump()})
+    shutil.copytree(CONFIG, tmp_path / "config")
+
+    def missing(size: float) -> set[str]:
+        """Do what is missing of two scenes; the scenes it was missing of."""
+        now = EffectsStudy(tmp_path / "effects", 1, size, None, tmp_path / "config")
+        done: set[str] = set()
+        for job in ("screening_0", "collision_0"):
+            now.do(job, lambda name, share: done.add(name.split("_")[0]))
+            assert len(now.gather([job])) == len(now.runs(job))
+        return done
+
+    assert missing(1.0) == {"screening", "collision"}
+    assert missing(1.0) == set()
+    materials = tmp_path / "config" / "materials.yaml"
+    text = materials.read_text()
+    materials.write_text(text.replace("viscosity_Pa_s: {value: ", "viscosity_Pa_s: {value: 2", 1))
+    assert materials.read_text() != text
+    assert missing(1.0) == {"screening"}  # the one scene that is a case of the configuration
+    assert missing(0.5) == {"screening", "collision"}
 
 
 @pytest.mark.parametrize("name", ["dry_glass", "moist_pom", "micron_powder"])
 @pytest.mark.parametrize("seed", range(6))
 def test_no_bed_begins_with_spheres_in_the_floor(name: str, seed: int) -> None:
     """A floor that a sphere begins in throws it up, and through its column the topmost one out of the box."""
-    setup = SCENES[name].setup(seed, 1.0)
+    setup = SCENES[name].setup(seed, 1.0, CONFIG)
     radius = {c.type: c.radius_m for c in setup.classes}
     assert min(s.position[2] - radius[s.kind] for s in setup.spheres) > -1e-15

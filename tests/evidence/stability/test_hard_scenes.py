@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pywet.bench import small
-from pywet.evidence.stability import hard
+from pywet.evidence.stability import hard_scenes
 from pywet.laws import registry
 from pywet.scene import Effects, Liquid
 from tests.engines.liggghts import beds
@@ -20,11 +20,11 @@ R = 2.5e-3
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "ten_times" else n for n in hard.SCENES]
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "ten_times" else n for n in hard_scenes.SCENES]
 )
 def test_hard_scenes(name: str, tmp_path: Path) -> None:
     """Liquid to round-off (1e-12), energy within the order of the method or explained by the law, replay in agreement."""
-    table = hard.judged(name, tmp_path / name)
+    table = hard_scenes.judged(name, tmp_path / name)
     meant = table["expected"] == "stopped"
     assert (table.loc[meant, "state"] == "stopped").all(), table[["case", "state", "said"]]
     assert table.loc[~meant, "state"].isin(["stable", "law"]).all(), table[["case", "state", "said", "made", "replay"]]

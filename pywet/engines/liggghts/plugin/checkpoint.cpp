@@ -2,7 +2,7 @@
 //
 // Written under a temporary name; worker.py renames both when both are whole; who started the run
 // removes older ones. The state ends with a check sum.
-#include "bridges.h"
+#include "checkpoint.h"
 
 #include <algorithm>
 #include <cstring>
@@ -11,12 +11,12 @@ namespace pywet {
 
 namespace {
 
-const char MAGIC[16] = "pywet state 1\n";
+const char MAGIC[16] = "pywet state 2\n";
 
 struct Head {
   char magic[16];
   int64_t step, formations, ruptures, films, triangles, bridges;
-  double initial, formed, ruptured;
+  double initial, left, formed, ruptured;
 };
 
 struct SavedBridge {
@@ -48,127 +48,128 @@ void take(const char *&from, T *to, size_t n) {
 
 }  // namespace
 
-// Called at the end of the plugin's part of a step; forces are complete.
-void Bridges::save_state() {
-  flush();
-  std::vector<double> forces(6 * film.size(), 0.0), all(forces.size());
-  for (int a = 0; a < at_.nlocal; a++) {
-    std::copy(at_.f[a], at_.f[a] + 3, &forces[6 * at_.tag[a]]);
-    std::copy(at_.torque[a], at_.torque[a] + 3, &forces[6 * at_.tag[a] + 3]);
+void Checkpoint::save() {
+  logs_.flush();
+  const View &at = world_.engine.at;
+  const Ranks &ranks = world_.ranks;
+  std::vector<double> mine(6 * films_.volume.size(), 0.0), forces(mine.size());
+  for (int a = 0; a < at.nlocal; a++) {
+    std::copy(at.f[a], at.f[a] + 3, &mine[6 * at.tag[a]]);
+    std::copy(at.torque[a], at.torque[a] + 3, &mine[6 * at.tag[a] + 3]);
   }
-  MPI_Reduce(forces.data(), all.data(), int(forces.size()), MPI_DOUBLE, MPI_SUM, 0, world_);
+  MPI_Reduce(mine.data(), forces.data(), int(mine.size()), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
-  MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, world_);
-  const std::vector<WireSpring> springs = wire_springs();
-  if (rank_ > 0) return;
+  MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
+  const std::vector<WireSpring> springs = wires_.springs();
+  if (!ranks.first()) return;
   Head head = {};
   std::memcpy(head.magic, MAGIC, sizeof(MAGIC));
-  head.step = now_; head.formations = formations_; head.ruptures = ruptures_;
-  head.films = int64_t(film.size()); head.triangles = int64_t(walls.film.size()); head.bridges = int64_t(bridges_.size());
-  head.initial = initial_; head.formed = energy_.formed; head.ruptured = energy_.ruptured;
+  head.step = world_.clock.now; head.formations = standing_.formations; head.ruptures = standing_.ruptures;
+  head.films = int64_t(films_.volume.size()); head.triangles = int64_t(films_.wall.size());
+  head.bridges = int64_t(standing_.bridges.size());
+  head.initial = films_.initial; head.left = films_.left; head.formed = energy_.formed; head.ruptured = energy_.ruptured;
   std::vector<char> out;
+  auto put_all = [&](const auto &numbers) {
+    const int64_t n = int64_t(numbers.size());
+    put(out, &n, 1);
+    put(out, numbers.data(), numbers.size());
+  };
   put(out, &head, 1);
   put(out, &sums, 1);
-  put(out, film.data(), film.size());
-  put(out, walls.film.data(), walls.film.size());
-  for (const Bridge &b : bridges_) {
+  put_all(films_.volume);
+  put_all(films_.wall);
+  for (const Bridge &b : standing_.bridges) {
     const SavedBridge saved{b.kind, b.i, b.j, b.triangle, b.volume, b.rupture_distance};
     put(out, &saved, 1);
   }
-  put(out, all.data(), all.size());
-  const int64_t on_wires = int64_t(springs.size());
-  put(out, &on_wires, 1);
-  put(out, springs.data(), springs.size());
-  if (weighs) {
-    put(out, load_.data(), load_.size());
-    put(out, weighed_.data(), weighed_.size());
-  }
-  if (laws.shed_drop) {
-    put(out, &left_, 1);
-    put(out, felt_.data(), felt_.size());
-    put(out, speed_then_.data(), speed_then_.size());
-  }
+  put_all(forces);
+  put_all(springs);
+  if (world_.rules.weighs) weight_.keep(put_all);
+  if (world_.laws.shed_drop) shedding_.keep(put_all);
   const uint32_t sum = check_sum(out);
   put(out, &sum, 1);
-  const std::string path = directory_ + "/checkpoint/state." + std::to_string(now_) + ".partial";
+  const std::string path = logs_.directory() + "/checkpoint/state." + std::to_string(world_.clock.now) + ".partial";
   FILE *file = fopen(path.c_str(), "wb");
   const bool good = file && fwrite(out.data(), 1, out.size(), file) == out.size() && fflush(file) == 0;
   if (file) fclose(file);
   if (!good) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
 }
 
-// Every rank reads the same file; called after attach, before the first step.
-void Bridges::resume(const std::string &state_file) {
-  FILE *file = fopen(state_file.c_str(), "rb");
-  if (!file) throw std::runtime_error("the checkpoint " + state_file + " cannot be read");
+// All of the file but its check sum, which is right; else nothing.
+static std::vector<char> checked(const std::string &path) {
+  FILE *file = fopen(path.c_str(), "rb");
+  if (!file) throw std::runtime_error("the checkpoint " + path + " cannot be read");
   std::vector<char> data;
   char block[65536];
   for (size_t n; (n = fread(block, 1, sizeof(block), file)) > 0;) data.insert(data.end(), block, block + n);
   fclose(file);
   uint32_t sum = 0;
+  if (data.size() <= sizeof(Head) + sizeof(sum)) return {};
+  std::memcpy(&sum, &data[data.size() - sizeof(sum)], sizeof(sum));
+  data.resize(data.size() - sizeof(sum));
+  return sum == check_sum(data) ? data : std::vector<char>();
+}
+
+void Checkpoint::resume(const std::string &state_file) {
+  const std::vector<char> state = checked(state_file);
   Head head = {};
-  bool good = data.size() > sizeof(Head) + sizeof(sum);
-  if (good) {
-    std::memcpy(&sum, &data[data.size() - sizeof(sum)], sizeof(sum));
-    data.resize(data.size() - sizeof(sum));
-    std::memcpy(&head, data.data(), sizeof(head));
-    good = sum == check_sum(data) && std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) == 0;
-  }
-  if (!good || head.films != int64_t(film.size()) || head.triangles != int64_t(walls.film.size()))
+  if (!state.empty()) std::memcpy(&head, state.data(), sizeof(head));
+  if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.films != int64_t(films_.volume.size()) ||
+      head.triangles != int64_t(films_.wall.size()))
     throw std::runtime_error("the checkpoint " + state_file + " is damaged or of another scene");
-  const char *at = data.data() + sizeof(Head);
+  const char *from = state.data() + sizeof(Head);
+  auto take_all = [&](auto &numbers) {
+    int64_t n = 0;
+    take(from, &n, 1);
+    numbers.resize(n);
+    take(from, numbers.data(), numbers.size());
+  };
   Sums sums;
-  take(at, &sums, 1);
-  if (rank_ == 0) energy_.sums = sums;
+  take(from, &sums, 1);
+  if (world_.ranks.first()) energy_.sums = sums;
   energy_.formed = head.formed;
   energy_.ruptured = head.ruptured;
-  take(at, film.data(), film.size());
-  take(at, walls.film.data(), walls.film.size());
-  for (size_t id = 1; id < film.size(); id++)
-    if (type_of[id] > 0) set_film(int(id), film[id]);
+  take_all(films_.volume);
+  take_all(films_.wall);
+  for (size_t id = 1; id < films_.volume.size(); id++)
+    if (world_.spheres.exists(id)) films_.set(int(id), films_.volume[id]);
   for (int64_t k = 0; k < head.bridges; k++) {
     SavedBridge saved;
-    take(at, &saved, 1);
-    Bridge b = made(saved.kind, saved.i, saved.j, saved.volume);
+    take(from, &saved, 1);
+    Bridge b = standing_.made(saved.kind, saved.i, saved.j, saved.volume);
     b.rupture_distance = saved.rupture_distance;
     b.triangle = saved.triangle;
-    add(std::move(b));
+    standing_.add(std::move(b));
   }
-  saved_forces_.resize(6 * film.size());
-  take(at, saved_forces_.data(), saved_forces_.size());
-  int64_t on_wires = 0;
-  take(at, &on_wires, 1);
-  saved_springs_.resize(on_wires);
-  take(at, saved_springs_.data(), saved_springs_.size());
-  if (weighs) {
-    take(at, load_.data(), load_.size());
-    take(at, weighed_.data(), weighed_.size());
-    heavier_ = true;
-    load();
+  take_all(forces_);
+  std::vector<WireSpring> springs;
+  take_all(springs);
+  wires_.take_up(springs);
+  if (world_.rules.weighs) {
+    weight_.keep(take_all);
+    weight_.taken_up();
   }
-  if (laws.shed_drop) {
-    felt_.resize(3 * film.size());
-    speed_then_.resize(felt_.size());
-    take(at, &left_, 1);
-    take(at, felt_.data(), felt_.size());
-    take(at, speed_then_.data(), speed_then_.size());
-  }
-  now_ = head.step;
-  initial_ = head.initial;
-  formations_ = head.formations;
-  ruptures_ = head.ruptures;
+  if (world_.laws.shed_drop) shedding_.keep(take_all);
+  world_.clock.now = head.step;
+  films_.initial = head.initial;
+  films_.left = head.left;
+  standing_.formations = head.formations;
+  standing_.ruptures = head.ruptures;
 }
 
 // The set-up of a run evaluates the forces anew with the speeds of the step itself; the kick that follows in an unbroken run
 // uses those of half a step back.
-void Bridges::restore_forces() {
-  for (int a = 0; a < at_.nlocal; a++) {
-    const double *saved = &saved_forces_[6 * at_.tag[a]];
-    std::copy(saved, saved + 3, at_.f[a]);
-    std::copy(saved + 3, saved + 6, at_.torque[a]);
+bool Checkpoint::restore_forces() {
+  if (forces_.empty()) return false;
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) {
+    const double *saved = &forces_[6 * at.tag[a]];
+    std::copy(saved, saved + 3, at.f[a]);
+    std::copy(saved + 3, saved + 6, at.torque[a]);
   }
-  saved_forces_.clear();
+  forces_.clear();
+  return true;
 }
 
 }  // namespace pywet

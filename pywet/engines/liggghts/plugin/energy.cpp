@@ -5,7 +5,7 @@
 //     kinetic(N) - kinetic(0) = sum of the works + half_kick,   half_kick = (dt^2/8) [sum F^2/m at 0 - the same at N],
 //
 // to round-off: the works close the budget to second order in dt, and the part left out is known.
-#include "bridges.h"
+#include "energy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,28 +13,49 @@
 
 namespace pywet {
 
-void Bridges::begin_work() {
-  if (!energy) return;
-  energy_.acting.assign(at_.nlocal, Acting{});
-  for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) energy_.wall_power[e] = 0;
+void EnergyBook::begin(double power_of_walls) {
+  wall_power[CONTACT] = power_of_walls;
+  if (!world_.rules.energy) return;
+  acting.assign(world_.engine.at.nlocal, Acting{});
+  for (int e : {CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) wall_power[e] = 0;
+}
+
+void EnergyBook::add(int a, const Vec &capillary, const Vec &normal, const Vec &tangential, const Vec &torque) {
+  Acting &on = acting[a];
+  accumulate(on.capillary, capillary);
+  accumulate(on.normal, normal);
+  accumulate(on.tangential, tangential);
+  accumulate(on.torque, torque);
+}
+
+void EnergyBook::add(const Bridge &b, const Geometry &g, const Terms &t) {
+  const View &at = world_.engine.at;
+  const Vec turn = cross(g.n, t.tangential);
+  if (at.owned(b.a)) add(b.a, (-t.capillary) * g.n, t.viscous * g.n, t.tangential, (-g.radius_i) * turn);
+  if (at.owned(b.b)) add(b.b, t.capillary * g.n, (-t.viscous) * g.n, (-1.0) * t.tangential, (-g.radius_j) * turn);
+  if (b.kind == SPHERE) return;
+  const double along = dot(g.vj, g.n);
+  wall_power[CAPILLARY] -= t.capillary * along;
+  wall_power[VISCOUS_NORMAL] += t.viscous * along;
+  wall_power[VISCOUS_TANGENTIAL] += dot(t.tangential, g.vj);
 }
 
 static double power_of(const double *f, const Vec &v) { return f[0] * v.x + f[1] * v.y + f[2] * v.z; }
 
-// `resting`: the speeds are those of the step itself (set-up of a run), not half a step back.
-void Bridges::add_work(bool first, bool resting) {
-  if (!energy) return;
-  Sums &s = energy_.sums;
+void EnergyBook::add_up() {
+  if (!world_.rules.energy) return;
+  const View &at = world_.engine.at;
+  const bool resting = world_.clock.first || world_.clock.again;  // the speeds are those of the step, not half a step back
   double power[EFFECTS] = {}, kick = 0;
-  energy_.kinetic = energy_.spin = 0;
-  for (int a = 0; a < at_.nlocal; a++) {
-    const double m = at_.mass[a], r = radius(at_.tag[a]), inertia = 0.4 * m * r * r;
-    const bool free = at_.free(a);
-    const double half = free && !resting ? 0.5 * at_.dt : 0.0;
-    const Vec f(at_.f[a]), t(at_.torque[a]);
-    const Vec v = Vec(at_.v[a]) + (half / m) * f, w = Vec(at_.omega[a]) + (half / inertia) * t;
-    const Acting &on = energy_.acting[a];
-    const double weight = m * dot(gravity, v), all = dot(f, v) + dot(t, w);
+  kinetic = spin = 0;
+  for (int a = 0; a < at.nlocal; a++) {
+    const double m = at.mass[a], r = world_.spheres.radius(at.tag[a]), inertia = 0.4 * m * r * r;
+    const bool free = at.free(a);
+    const double half = free && !resting ? 0.5 * at.dt : 0.0;
+    const Vec f(at.f[a]), t(at.torque[a]);
+    const Vec v = Vec(at.v[a]) + (half / m) * f, w = Vec(at.omega[a]) + (half / inertia) * t;
+    const Acting &on = acting[a];
+    const double weight = m * dot(world_.rules.gravity, v), all = dot(f, v) + dot(t, w);
     const double c = power_of(on.capillary, v), n = power_of(on.normal, v);
     const double side = power_of(on.tangential, v) + power_of(on.torque, w);
     power[GRAVITY] += weight;
@@ -46,20 +67,20 @@ void Bridges::add_work(bool first, bool resting) {
       power[DRIVE] -= all;
       continue;
     }
-    kick += 0.125 * at_.dt * at_.dt * (dot(f, f) / m + dot(t, t) / inertia);
-    energy_.kinetic += 0.5 * m * dot(v, v);
-    energy_.spin += 0.5 * inertia * dot(w, w);
+    kick += 0.125 * at.dt * at.dt * (dot(f, f) / m + dot(t, t) / inertia);
+    kinetic += 0.5 * m * dot(v, v);
+    spin += 0.5 * inertia * dot(w, w);
   }
   for (int e : {CONTACT, CAPILLARY, VISCOUS_NORMAL, VISCOUS_TANGENTIAL}) {
-    power[e] -= energy_.wall_power[e];
-    power[WALL] += energy_.wall_power[e];
+    power[e] -= wall_power[e];
+    power[WALL] += wall_power[e];
   }
-  if (!first && !resting) {
-    for (int e = 0; e < EFFECTS; e++) s.work[e] += 0.5 * at_.dt * (s.power[e] + power[e]);
-    s.half_kick += s.pending_kick - kick;
+  if (!resting) {
+    for (int e = 0; e < EFFECTS; e++) sums.work[e] += 0.5 * at.dt * (sums.power[e] + power[e]);
+    sums.half_kick += sums.pending_kick - kick;
   }
-  std::copy(power, power + EFFECTS, s.power);
-  s.pending_kick = kick;
+  std::copy(power, power + EFFECTS, sums.power);
+  sums.pending_kick = kick;
 }
 
 // Nodes and weights of Gauss and Legendre on [0, 1].
@@ -84,10 +105,11 @@ static std::vector<std::pair<double, double> > gauss(int n) {
 
 // Capillary energy of a bridge, - integral of the force from S to the static rupture distance (zero there). In s = u^2 the
 // square-root start of some laws is smooth.
-double Bridges::stored(size_t bridge, double separation) const {
+double EnergyBook::stored(size_t bridge, double separation) const {
   static const std::vector<std::pair<double, double> > rule = gauss(24);
-  if (!laws.capillary || !energy) return 0;
-  const Bridge &b = bridges_[bridge];
+  const Laws &laws = world_.laws;
+  if (!laws.capillary || !world_.rules.energy) return 0;
+  const Bridge &b = standing_.bridges[bridge];
   const double low = std::sqrt(std::max(separation, 0.0)), high = std::sqrt(b.rupture_distance);
   const double same[ROWS] = {0, b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, 0};
   const int n = int(rule.size()) + 1;  // the last one at touch
@@ -97,7 +119,7 @@ double Bridges::stored(size_t bridge, double separation) const {
     for (int row = 0; row < ROWS; row++) rows[row][k] = same[row];
     const double u = k + 1 < n ? low + (high - low) * rule[k].first : 0;
     rows[SEPARATION][k] = u * u;
-    at[k] = reinterpret_cast<int64_t>(prepared_.data() + bridge * laws.lines);
+    at[k] = reinterpret_cast<int64_t>(standing_.prepared(bridge));
   }
   laws.capillary(n, rows[0], laws.surface_tension, laws.viscosity, at, force);
   double sum = separation < 0 ? -separation * force[n - 1] : 0;

@@ -1,8 +1,8 @@
-// Work done on the spheres since the start, by effect [J]. energy.cpp says how it is added up.
+// Work done on the spheres since the start, by effect, and the energy of bridges [J]. energy.cpp says how it is added up.
 #pragma once
 #include <vector>
 
-#include "vec.h"
+#include "standing.h"
 
 namespace pywet {
 
@@ -21,20 +21,25 @@ struct Sums {
   double pending_kick = 0;
 };
 
-struct EnergyBook {
+class EnergyBook {
+ public:
   Sums sums;
   double formed = 0, ruptured = 0;     // capillary energy that formations stored and ruptures lost; the same on every rank
   double kinetic = 0, spin = 0;        // of this rank's free spheres
   double wall_power[EFFECTS] = {};     // of this step, through bridges at moving walls, by effect
   std::vector<Acting> acting;          // by local index
 
-  void add(int a, const Vec &capillary, const Vec &normal, const Vec &tangential, const Vec &torque) {
-    Acting &on = acting[a];
-    accumulate(on.capillary, capillary);
-    accumulate(on.normal, normal);
-    accumulate(on.tangential, tangential);
-    accumulate(on.torque, torque);
-  }
+  EnergyBook(const World &world, const Standing &standing) : world_(world), standing_(standing) {}
+  void begin(double power_of_walls);   // a step
+  void add(const Bridge &b, const Geometry &g, const Terms &t);
+  void add_up();                       // once all forces are known
+  double stored(size_t bridge, double separation) const;
+
+ private:
+  const World &world_;
+  const Standing &standing_;
+
+  void add(int a, const Vec &capillary, const Vec &normal, const Vec &tangential, const Vec &torque);
 };
 
 }  // namespace pywet

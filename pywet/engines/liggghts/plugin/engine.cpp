@@ -1,5 +1,5 @@
-// What the engine is asked for: arrays, neighbour lists, motion of the meshes. The only file of the bridges with its headers.
-#include "bridges.h"
+// The only file of the bridges with the engine's headers.
+#include "engine.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,73 +34,48 @@ enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
 
 namespace pywet {
 
-const double INF = std::numeric_limits<double>::infinity();
-
-void Bridges::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
+void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   lmp_ = lmp;
-  world_ = lmp->world;
-  directory_ = directory;
-  MPI_Comm_rank(world_, &rank_);
-  MPI_Comm_size(world_, &ranks_);
-  thickness_.assign(film.size(), 0.0);
-  thickness_then_ = thickness_;
-  standing_.assign(film.size(), 0);
-  long double sum = 0;
-  for (size_t id = 1; id < film.size(); id++)
-    if (type_of[id] > 0) {
-      set_film(int(id), film[id]);
-      sum += film[id];
-      spheres_++;
-    }
-  initial_ = double(sum);
-  walls.finish();
-  part_thickness_.assign(walls.parts.size(), 0.0);
-  part_thickness_then_ = part_thickness_;
-  margin_ = 0.05 * *std::min_element(type_radius.begin(), type_radius.end());
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
-  at_.free_group = integrate->groupbit;
+  at.free_group = integrate->groupbit;
   for (const Mesh &mesh : walls.meshes) {
     LAMMPS_NS::Fix *fix = lmp->modify->find_fix_id(mesh.name.c_str());
     LAMMPS_NS::FixMeshSurface *surface = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix);
     if (!surface) throw std::runtime_error("the deck has no fix mesh/surface named " + mesh.name);
     surfaces_.push_back(surface);
   }
-  if (!prisms.empty()) {
-    wall_law_ = dynamic_cast<LAMMPS_NS::FixWallGran *>(lmp->modify->find_fix_id("walls"));
-    if (!wall_law_ || wall_law_->dnum() > 3)
-      throw std::runtime_error("the deck has no fix wall/gran named walls whose springs are those of one contact");
-  }
-  arrange_wires();
-  load();
-  open_logs();
+  if (!presses) return;
+  wall_law_ = dynamic_cast<LAMMPS_NS::FixWallGran *>(lmp->modify->find_fix_id("walls"));
+  if (!wall_law_ || wall_law_->dnum() > 3)
+    throw std::runtime_error("the deck has no fix wall/gran named walls whose springs are those of one contact");
 }
 
-int Bridges::local(int id) const { return lmp_->atom->map(id); }
+int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-double Bridges::allowed_thickness(int id) const { return (lmp_->neighbor->contactDistanceFactor - 1.0) * radius(id); }
+double Engine::thickest_film(double radius) const { return (lmp_->neighbor->contactDistanceFactor - 1.0) * radius; }
 
-double Bridges::skin() const { return lmp_->neighbor->skin; }
+double Engine::skin() const { return lmp_->neighbor->skin; }
 
-void Bridges::look() {
+void Engine::look() {
   LAMMPS_NS::Atom *atom = lmp_->atom;
-  at_.x = atom->x; at_.v = atom->v; at_.omega = atom->omega;
-  at_.f = atom->f; at_.torque = atom->torque;
-  at_.mass = atom->rmass;
-  at_.tag = atom->tag; at_.mask = atom->mask;
-  at_.nlocal = atom->nlocal;
-  at_.nall = atom->nlocal + atom->nghost;
-  at_.dt = lmp_->update->dt;
+  at.x = atom->x; at.v = atom->v; at.omega = atom->omega;
+  at.f = atom->f; at.torque = atom->torque;
+  at.mass = atom->rmass;
+  at.tag = atom->tag; at.mask = atom->mask;
+  at.nlocal = atom->nlocal;
+  at.nall = atom->nlocal + atom->nghost;
+  at.dt = lmp_->update->dt;
 }
 
-bool Bridges::lists_are_new() const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == now_; }
+bool Engine::lists_are_new(int64_t step) const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == step; }
 
 // ---- meshes ---------------------------------------------------------------------------------------------------------------
 
 static const int NUMBERS = 24;  // shift, velocity, turn, spin, force, torque
 
 // What this rank sees of a mesh; false where it holds no triangle of it.
-bool Bridges::read_mesh(size_t m, double *out) const {
+bool Engine::read_mesh(size_t m, const Walls &walls, double *out) const {
   const Mesh &mesh = walls.meshes[m];
   LAMMPS_NS::TriMesh *tri = surfaces_[m]->triMesh();
   if (tri->sizeGlobal() != mesh.count)
@@ -127,8 +102,8 @@ bool Bridges::read_mesh(size_t m, double *out) const {
   return true;
 }
 
-// Meshes that move in this step, or all of them (their places are then known also where a mover has been taken away).
-void Bridges::read_mesh_motion(bool all) {
+// Of all: their places are then known also where a mover has been taken away.
+double Engine::read_meshes(Walls &walls, const Ranks &ranks, bool all) const {
   std::vector<size_t> which;
   for (size_t m = 0; m < walls.meshes.size(); m++) {
     const bool moving = surfaces_[m]->triMesh()->isMoving();
@@ -136,14 +111,14 @@ void Bridges::read_mesh_motion(bool all) {
     if (all || moving) which.push_back(m);
   }
   std::vector<double> mine(NUMBERS * which.size(), -INF), found;
-  for (size_t k = 0; k < which.size(); k++) read_mesh(which[k], &mine[NUMBERS * k]);
-  if (ranks_ > 1 && !which.empty()) {
+  for (size_t k = 0; k < which.size(); k++) read_mesh(which[k], walls, &mine[NUMBERS * k]);
+  if (!ranks.alone() && !which.empty()) {
     found.resize(mine.size());
-    MPI_Allreduce(mine.data(), found.data(), int(mine.size()), MPI_DOUBLE, MPI_MAX, world_);
+    MPI_Allreduce(mine.data(), found.data(), int(mine.size()), MPI_DOUBLE, MPI_MAX, ranks.all);
   } else {
     found = mine;
   }
-  energy_.wall_power[CONTACT] = 0;
+  double power = 0;
   for (size_t k = 0; k < which.size(); k++) {
     Mesh &mesh = walls.meshes[which[k]];
     const double *p = &found[NUMBERS * k];
@@ -158,23 +133,25 @@ void Bridges::read_mesh_motion(bool all) {
     double about[3];
     surfaces_[which[k]]->triMesh()->prop().getGlobalProperty<LAMMPS_NS::VectorContainer<double, 3> >("p_ref")->get(0, about);
     const Vec torque = Vec(stress->torque_total_ptr()) + cross(Vec(about) - mesh.shift, force);
-    energy_.wall_power[CONTACT] -= dot(force, mesh.velocity) + (mesh.turns ? dot(torque, mesh.spin) : 0.0);
+    power -= dot(force, mesh.velocity) + (mesh.turns ? dot(torque, mesh.spin) : 0.0);
   }
+  return power;
 }
 
 // ---- spheres --------------------------------------------------------------------------------------------------------------
 
-void Bridges::find_pair_candidates() {
+std::vector<std::pair<int, int> > Engine::neighbours() const {
   const LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
+  std::vector<std::pair<int, int> > pairs;
   for (int q = 0; q < list->inum; q++) {
     const int a = list->ilist[q];
-    for (int k = 0; k < list->numneigh[a]; k++) add_pair(a, list->firstneigh[a][k] & NEIGHMASK);
+    for (int k = 0; k < list->numneigh[a]; k++) pairs.push_back({a, list->firstneigh[a][k] & NEIGHMASK});
   }
+  return pairs;
 }
 
-// The engine's own dry contact of sphere a with a wall whose closest point is at x - d; the flags of this step are those with which
-// it has just done its other walls. Returns the force on the sphere.
-Vec Bridges::press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) {
+// The flags of this step are those with which the engine has just done its other walls.
+Vec Engine::press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) const {
   struct Law : LAMMPS_NS::FixWallGran {
     static LIGGGHTS::Walls::IGranularWall *of(LAMMPS_NS::FixWallGran *fix) { return fix->*(&Law::impl); }
   };
@@ -187,23 +164,24 @@ Vec Bridges::press(int a, double radius, const Vec &d, double distance, const Ve
   contact.radi = radius;
   contact.deltan = radius - distance;
   contact.contact_history = spring;
-  const Vec before(at_.f[a]);
+  const Vec before(at.f[a]);
   Law::of(wall_law_)->compute_force(wall_law_, contact, true, velocity);
-  return Vec(at_.f[a]) - before;
+  return Vec(at.f[a]) - before;
 }
 
 // A sphere outside the box is dropped by the engine when it makes its lists: here it is still known which one.
-void Bridges::inside_the_box() const {
-  int here = at_.nlocal, all = here;
-  if (ranks_ > 1) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, world_);
-  if (all == spheres_) return;
-  std::vector<int> mine(type_of.size(), 0), seen(type_of.size(), 0);
-  for (int a = 0; a < at_.nlocal; a++) mine[at_.tag[a]] = 1;
-  MPI_Allreduce(mine.data(), seen.data(), int(mine.size()), MPI_INT, MPI_MAX, world_);
+void Engine::check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const {
+  int here = at.nlocal, all = here;
+  if (!ranks.alone()) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, ranks.all);
+  const int64_t expected = spheres.count();
+  if (all == expected) return;
+  std::vector<int> mine(spheres.ids(), 0), seen(spheres.ids(), 0);
+  for (int a = 0; a < at.nlocal; a++) mine[at.tag[a]] = 1;
+  MPI_Allreduce(mine.data(), seen.data(), int(mine.size()), MPI_INT, MPI_MAX, ranks.all);
   for (size_t id = 1; id < seen.size(); id++)
-    if (type_of[id] > 0 && !seen[id])
-      throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(now_) + " (" +
-                 std::to_string(spheres_ - all) + " lost in all); enlarge the box or lower the time step");
+    if (spheres.exists(id) && !seen[id])
+      throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) + " (" +
+                 std::to_string(expected - all) + " lost in all); enlarge the box or lower the time step");
 }
 
 }  // namespace pywet

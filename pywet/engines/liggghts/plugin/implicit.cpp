@@ -11,9 +11,9 @@
 // a drag by backward Euler nor the mean adds kinetic energy: a drag that only dissipates cannot make the run unstable, however
 // many bridges a sphere has. (The sideways law with c_t and c_r unequal is dissipative in c_t v_t + c_r v_spin, not in every
 // norm.) At rest the forces balance as in the explicit form; the error is of first order in dt.
-#include <algorithm>
+#include "implicit.h"
 
-#include "bridges.h"
+#include <unordered_map>
 
 namespace pywet {
 
@@ -32,41 +32,29 @@ static void store_push(const View &at, int a, double radius, Push &p) {
   }
 }
 
-// Of the spheres of other ranks that have a bridge with one of this rank.
-static std::unordered_map<int, Push> exchange(const std::vector<Push> &mine, MPI_Comm world, int ranks) {
-  std::vector<int> bytes(ranks), offset(ranks, 0);
-  int size = int(mine.size() * sizeof(Push));
-  MPI_Allgather(&size, 1, MPI_INT, bytes.data(), 1, MPI_INT, world);
-  for (int k = 1; k < ranks; k++) offset[k] = offset[k - 1] + bytes[k - 1];
-  std::vector<Push> all((offset.back() + bytes.back()) / sizeof(Push));
-  MPI_Allgatherv(mine.data(), size, MPI_BYTE, all.data(), bytes.data(), offset.data(), MPI_BYTE, world);
-  std::unordered_map<int, Push> found;
-  for (const Push &p : all) found[int(p.id)] = p;
-  return found;
-}
-
 // Change of the relative speed in one step per force; a driven body counts as immovable.
-double Bridges::kick_of(const Bridge &b, Terms &t) const {
-  t.sharing_i = at_.free(b.a) ? standing_[b.i] : 0;
-  t.sharing_j = b.kind == SPHERE && at_.free(b.b) ? standing_[b.j] : 0;
-  double sum = t.sharing_i / at_.mass[b.a];
-  if (t.sharing_j > 0) sum += t.sharing_j / at_.mass[b.b];
-  return weight_ * at_.dt * sum;
+double Implicit::kick_of(const Bridge &b, Terms &t) const {
+  const View &at = world_.engine.at;
+  t.sharing_i = at.free(b.a) ? standing_.on(b.i) : 0;
+  t.sharing_j = b.kind == SPHERE && at.free(b.b) ? standing_.on(b.j) : 0;
+  double sum = t.sharing_i / at.mass[b.a];
+  if (t.sharing_j > 0) sum += t.sharing_j / at.mass[b.b];
+  return impulses_.weight * at.dt * sum;
 }
 
-// Called by every rank once all other forces are known.
-void Bridges::act_at_the_end(bool log) {
-  std::vector<Push> sent, pushes(at_.nlocal);
-  for (int a = 0; a < at_.nlocal; a++) store_push(at_, a, radius(at_.tag[a]), pushes[a]);
-  std::unordered_map<int, Push> others;
-  set_aside();
-  if (ranks_ > 1) {
+void Implicit::act() {
+  const View &at = world_.engine.at;
+  std::vector<Push> sent, pushes(at.nlocal);
+  for (int a = 0; a < at.nlocal; a++) store_push(at, a, world_.spheres.radius(at.tag[a]), pushes[a]);
+  std::unordered_map<int, Push> others;  // spheres of other ranks that have a bridge with one of this rank
+  impulses_.set_aside();
+  if (!world_.ranks.alone()) {
     for (const Waiting &w : waiting_)
-      if (w.bridge->kind == SPHERE && owned(w.bridge->a) != owned(w.bridge->b))
-        sent.push_back(pushes[owned(w.bridge->a) ? w.bridge->a : w.bridge->b]);
-    others = exchange(sent, world_, ranks_);
+      if (w.bridge->kind == SPHERE && at.owned(w.bridge->a) != at.owned(w.bridge->b))
+        sent.push_back(pushes[at.owned(w.bridge->a) ? w.bridge->a : w.bridge->b]);
+    for (const Push &p : world_.ranks.gathered(sent)) others[int(p.id)] = p;
   }
-  auto push_of = [&](int a, int id) -> const Push & { return owned(a) ? pushes[a] : others.at(id); };
+  auto push_of = [&](int a, int id) -> const Push & { return at.owned(a) ? pushes[a] : others.at(id); };
   for (Waiting &w : waiting_) {
     const Bridge &b = *w.bridge;
     const Push &i = push_of(b.a, b.i);
@@ -78,13 +66,13 @@ void Bridges::act_at_the_end(bool log) {
       w.terms.push = w.terms.push - Vec(j.linear);
       w.terms.spin_push = w.terms.spin_push + b.radius_j * Vec(j.spin);
     }
-    add_viscous(b, w.geometry, w.terms);
+    single_.add_viscous(b, w.geometry, w.terms);
     Terms only = w.terms;
     only.capillary = 0;
-    act(b, w.geometry, only);
-    if (log && owned(b.a)) write_contact(b, w.geometry, w.terms);
+    single_.act(b, w.geometry, only);
+    if (world_.clock.logs_contacts() && at.owned(b.a)) logs_.contact(b, w.geometry, w.terms, impulses_.weight);
   }
-  act_as_impulses();
+  impulses_.act();
 }
 
 }  // namespace pywet

@@ -3,7 +3,7 @@
 #include <exception>
 #include <memory>
 
-#include "bridges.h"
+#include "step.h"
 
 #include "mpi.h"
 #include "fix_insert_stream.h"
@@ -18,17 +18,17 @@
 
 namespace {
 
-std::unique_ptr<pywet::Bridges> state;
+std::unique_ptr<pywet::Plugin> state;
 LAMMPS_NS::LAMMPS *engine = nullptr;
 std::string message;
 
 // Saves what there is and says why; MPI_Abort loses what the engine has buffered.
 void stop(const char *why) {
   try {
-    state->flush();
+    state->logs.flush();
   } catch (const std::exception &) {
   }
-  state->save_stop(why);
+  state->logs.stop(why);
   fprintf(stderr, "ERROR: %s\n", why);
   fflush(nullptr);
 }
@@ -68,19 +68,19 @@ void assign(Function &slot, void *address) {
 EXPORT const char *pywet_version() { return PYWET_ENGINE_VERSION; }
 
 EXPORT void pywet_create(double surface_tension, double viscosity) {
-  state.reset(new pywet::Bridges());
-  state->laws.surface_tension = surface_tension;
-  state->laws.viscosity = viscosity;
+  state.reset(new pywet::Plugin());
+  state->world.laws.surface_tension = surface_tension;
+  state->world.laws.viscosity = viscosity;
 }
 
 EXPORT void pywet_add_type(double radius, double contact_angle) {
-  state->type_radius.push_back(radius);
-  state->type_angle.push_back(contact_angle);
+  state->world.spheres.type_radius.push_back(radius);
+  state->world.spheres.type_angle.push_back(contact_angle);
 }
 
 EXPORT const char *pywet_set_law(const char *slot, void *address) {
   return guarded([&] {
-    pywet::Laws &l = state->laws;
+    pywet::Laws &l = state->world.laws;
     const std::string s = slot;
     if (s == "capillary") assign(l.capillary, address);
     else if (s == "viscous_normal") assign(l.viscous_normal, address);
@@ -99,12 +99,12 @@ EXPORT const char *pywet_set_law(const char *slot, void *address) {
 
 // Numbers that the capillary law wants to have at hand of every bridge: `lines` lines of 64 bytes.
 EXPORT void pywet_set_preparation(void *address, int lines) {
-  assign(state->laws.prepare, address);
-  state->laws.lines = lines;
+  assign(state->world.laws.prepare, address);
+  state->world.laws.lines = lines;
 }
 
 EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *nodes, const double *values, int n) {
-  state->transfer.set(kind, type_i, other, nodes, values, n);
+  state->world.transfer.set(kind, type_i, other, nodes, values, n);
 }
 
 // nodes: 9 numbers a triangle, in file order; part: index within this mesh; half_width: infinity for a large wall;
@@ -112,7 +112,7 @@ EXPORT void pywet_set_transfer(int kind, int type_i, int other, const double *no
 EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, const int *part, int parts,
                                   const double *half_width, const int *group, double contact_angle, int count) {
   return guarded([&] {
-    pywet::Walls &w = state->walls;
+    pywet::Walls &w = state->world.walls;
     const int first_part = int(w.parts.size());
     pywet::Mesh mesh;
     mesh.name = name;
@@ -137,45 +137,48 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
 
 // A wire of the mesh added last; wall, triangle: its name in logs; section: n corners, see prisms.h.
 EXPORT void pywet_add_prism(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
-  state->prisms.push_back(pywet::Prism(int(state->walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
+  state->wires.prisms.push_back(pywet::Prism(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));
 }
 
 EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const double *film) {
   int largest = 0;
   for (int k = 0; k < n; k++) largest = std::max(largest, id[k]);
-  state->type_of.assign(largest + 1, 0);
-  state->film.assign(largest + 1, 0.0);
+  state->world.spheres.type_of.assign(largest + 1, 0);
+  state->films.volume.assign(largest + 1, 0.0);
   for (int k = 0; k < n; k++) {
-    state->type_of[id[k]] = type[k];
-    state->film[id[k]] = film[k];
+    state->world.spheres.type_of[id[k]] = type[k];
+    state->films.volume[id[k]] = film[k];
   }
 }
 
 EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int64_t *first, const int64_t *last) {
-  state->output_steps.assign(steps, steps + n);
-  state->window_first.assign(first, first + windows);
-  state->window_last.assign(last, last + windows);
+  pywet::Clock &clock = state->world.clock;
+  clock.output_steps.assign(steps, steps + n);
+  clock.window_first.assign(first, first + windows);
+  clock.window_last.assign(last, last + windows);
 }
 
 EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
                             int moist, int energy) {
-  state->moist = moist != 0;
-  state->gravity = pywet::Vec(gravity);
-  state->largest_overlap = largest_overlap;
-  state->semi_implicit = semi_implicit != 0;
-  state->checkpoint_every = checkpoint_every;
-  state->energy = energy != 0;
+  pywet::Rules &rules = state->world.rules;
+  rules.moist = moist != 0;
+  rules.gravity = pywet::Vec(gravity);
+  rules.largest_overlap = largest_overlap;
+  rules.semi_implicit = semi_implicit != 0;
+  rules.energy = moist != 0 && energy != 0;
+  state->world.clock.checkpoint_every = checkpoint_every;
 }
 
 // Bridges act every so many steps, see impulses.cpp; outputs and checkpoints are at such steps.
-EXPORT void pywet_set_impulses(int every) { state->bridges_every = every; }
+EXPORT void pywet_set_impulses(int every) { state->world.clock.bridges_every = every; }
 
 // Density of the liquid, for its weight (where it has one: the dry mass of a sphere of each type) and for drops.
 EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type_mass, int64_t drop_every) {
-  state->density = density;
-  state->weighs = weighs != 0;
-  state->type_mass.assign(type_mass, type_mass + state->type_radius.size());
-  state->drop_every = drop_every;
+  pywet::World &world = state->world;
+  world.rules.density = density;
+  world.rules.weighs = weighs != 0;
+  world.spheres.type_mass.assign(type_mass, type_mass + world.spheres.type_radius.size());
+  world.clock.drop_every = drop_every;
 }
 
 // After pywet_attach: go on from a state file.
@@ -188,7 +191,7 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
     engine = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
     LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(engine->modify->find_fix_id(fix_id));
     if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_id);
-    state->attach(engine, directory);
+    state->attach(engine, engine->world, directory);
     fix->set_callback(callback, nullptr);
   });
 }

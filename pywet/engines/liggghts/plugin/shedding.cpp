@@ -6,7 +6,7 @@
 // sheds one at most, from its film before any drop has arrived. A drop lands in the same step, on the first surface below the sphere's centre along
 // gravity (its fall takes no time): a sphere, a wall triangle, or nothing, and has then left. A sphere that would hold more than
 // the neighbour list sees is passed.
-#include "bridges.h"
+#include "shedding.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,30 +17,34 @@ static const double FULL = 0.8;  // of the thickest film that the neighbour list
 static const int STATE = 7;      // there, position, velocity
 
 // Position and velocity of every sphere, by id.
-std::vector<double> Bridges::everywhere() const {
-  std::vector<double> mine(STATE * film.size(), 0.0), all;
-  for (int a = 0; a < at_.nlocal; a++) {
-    double *p = &mine[STATE * at_.tag[a]];
+std::vector<double> Shedding::everywhere() const {
+  const View &at = world_.engine.at;
+  std::vector<double> mine(STATE * films_.volume.size(), 0.0), all;
+  for (int a = 0; a < at.nlocal; a++) {
+    double *p = &mine[STATE * at.tag[a]];
     p[0] = 1;
-    std::copy(at_.x[a], at_.x[a] + 3, p + 1);
-    std::copy(at_.v[a], at_.v[a] + 3, p + 4);
+    std::copy(at.x[a], at.x[a] + 3, p + 1);
+    std::copy(at.v[a], at.v[a] + 3, p + 4);
   }
-  if (ranks_ == 1) return mine;
+  if (world_.ranks.alone()) return mine;
   all.resize(mine.size());
-  MPI_Allreduce(mine.data(), all.data(), int(mine.size()), MPI_DOUBLE, MPI_SUM, world_);
+  MPI_Allreduce(mine.data(), all.data(), int(mine.size()), MPI_DOUBLE, MPI_SUM, world_.ranks.all);
   return all;
 }
 
 // Mean specific force on every sphere as its film feels it.
-void Bridges::feel(const std::vector<double> &now) {
+void Shedding::feel(const std::vector<double> &now) {
+  const std::vector<double> &film = films_.volume;
+  const Laws &laws = world_.laws;
   if (speed_then_.empty()) {
     felt_.assign(3 * film.size(), 0.0);
     speed_then_.resize(felt_.size());
   } else {
-    const double span = drop_every * at_.dt, g[3] = {gravity.x, gravity.y, gravity.z};
+    const Vec &gravity = world_.rules.gravity;
+    const double span = world_.clock.drop_every * world_.engine.at.dt, g[3] = {gravity.x, gravity.y, gravity.z};
     for (size_t id = 1; id < film.size(); id++) {
       if (!(film[id] > 0)) continue;
-      const double part = -std::expm1(-span / laws.shed_time(film[id], density, laws.surface_tension));
+      const double part = -std::expm1(-span / laws.shed_time(film[id], world_.rules.density, laws.surface_tension));
       for (int k = 0; k < 3; k++) {
         const double mean = (now[STATE * id + 4 + k] - speed_then_[3 * id + k]) / span - g[k];
         felt_[3 * id + k] += part * (mean - felt_[3 * id + k]);
@@ -62,18 +66,20 @@ static double meets(const Vec &y, const Vec &down, const Triangle &t) {
 }
 
 // Where the drop of sphere d.i lands.
-void Bridges::land(const std::vector<double> &now, Drop &d) const {
+void Shedding::land(const std::vector<double> &now, Drop &d) const {
+  const Vec &gravity = world_.rules.gravity;
+  const Walls &walls = world_.walls;
   const Vec x(&now[STATE * d.i + 1]), down = (1 / norm(gravity)) * gravity;
   d.partner_kind = LEFT;
   d.j = -1;
   d.fallen = INF;
-  for (size_t id = 1; id < film.size(); id++) {
+  for (size_t id = 1; id < films_.volume.size(); id++) {
     if (int(id) == d.i || !(now[STATE * id] > 0)) continue;
     const Vec r = Vec(&now[STATE * id + 1]) - x;
-    const double along = dot(r, down), own = radius(int(id)), beside = dot(r, r) - along * along;
+    const double along = dot(r, down), own = world_.spheres.radius(int(id)), beside = dot(r, r) - along * along;
     if (along <= 0 || beside >= own * own) continue;
     const double way = along - std::sqrt(own * own - beside);
-    if (way >= d.fallen || film_thickness(film[id] + d.volume, own) > FULL * allowed_thickness(int(id))) continue;
+    if (way >= d.fallen || film_thickness(films_.volume[id] + d.volume, own) > FULL * world_.engine.thickest_film(own)) continue;
     d.fallen = way;
     d.partner_kind = SPHERE;
     d.j = int(id);
@@ -92,46 +98,36 @@ void Bridges::land(const std::vector<double> &now, Drop &d) const {
   if (d.j < 0) d.fallen = 0;
 }
 
-// The film that a drop falls on; null where there is nothing.
-static double *below(std::vector<double> &film, Walls &walls, const Drop &d) {
-  if (d.partner_kind == LEFT) return nullptr;
-  return d.partner_kind == SPHERE ? &film[d.j] : &walls.film[d.j];
-}
-
-void Bridges::fall(Drop &d) {
-  double *to = below(film, walls, d);
-  d.film_i_before = film[d.i];
-  d.film_j_before = to ? *to : left_;
+void Shedding::fall(Drop &d) {
+  d.film_i_before = films_.volume[d.i];
   if (d.partner_kind == SPHERE) {
-    set_film(d.j, film[d.j] + d.volume);
-  } else if (to) {
-    *to += d.volume;
-    double &widest = part_thickness_[walls.part_of[d.j]];
-    widest = std::max(widest, *to / walls.area[d.j]);
+    d.film_j_before = films_.volume[d.j];
+    films_.set(d.j, films_.volume[d.j] + d.volume);
+  } else if (d.partner_kind == LEFT) {
+    d.film_j_before = films_.left;
+    films_.left += d.volume;
   } else {
-    left_ += d.volume;
+    d.film_j_before = films_.wall[d.j];
+    films_.add_to_wall(d.j, d.volume);
   }
-  set_film(d.i, film[d.i] - d.volume);
-  if (weighs) {
-    heavier_ = true;
-    load_[d.i] -= d.volume;
-    if (d.partner_kind == SPHERE) load_[d.j] += d.volume;
-  }
-  if (rank_ == 0) drop_log_.write(d);
+  films_.set(d.i, films_.volume[d.i] - d.volume);
+  weight_.carry(d);
+  logs_.write(d);
 }
 
-void Bridges::shed() {
-  if (!laws.shed_drop || now_ % drop_every != 0) return;
-  const std::vector<double> now = everywhere();
+void Shedding::shed() {
+  const Laws &laws = world_.laws;
+  if (!laws.shed_drop || !world_.clock.drops_fall()) return;
+  const std::vector<double> now = everywhere(), &film = films_.volume;
   feel(now);
   std::vector<Drop> drops;
   for (size_t id = 1; id < film.size(); id++) {
     if (!(film[id] > 0)) continue;
     Drop d = {};
     const Vec felt(&felt_[3 * id]);
-    d.volume = laws.shed_drop(film[id], radius(int(id)), norm(felt), density, laws.surface_tension);
+    d.volume = laws.shed_drop(film[id], world_.spheres.radius(int(id)), norm(felt), world_.rules.density, laws.surface_tension);
     if (!(d.volume > 0)) continue;
-    d.step = now_; d.time = time_; d.i = int(id);
+    d.step = world_.clock.now; d.time = world_.clock.time; d.i = int(id);
     store(felt, d.felt);
     store(Vec(&now[STATE * id + 1]), d.x);
     land(now, d);

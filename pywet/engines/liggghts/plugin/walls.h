@@ -1,4 +1,4 @@
-// Wall parts: geometry at rest, the motion of each mesh taken from the engine, closest points, films per triangle.
+// Wall parts: geometry at rest, the motion of each mesh taken from the engine, closest points.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -41,7 +41,7 @@ struct Mesh {
   Vec velocity_at(const Vec &x) const { return turns ? velocity + cross(spin, x - shift) : velocity; }
 };
 
-// A sphere near a part: the triangles that can be closest while the sphere moves less than `margin` relative to the mesh, and how
+// A sphere near a part: the triangles that can be closest while the sphere moves less than Walls::margin relative to the mesh, and how
 // far they were at `reference`, the nearest first.
 struct Site {
   struct Near {
@@ -63,14 +63,17 @@ struct Closest {
 class Walls {
  public:
   std::vector<Triangle> triangles;
-  std::vector<double> area, film;
+  std::vector<double> area;
   std::vector<int> part_of;
   std::vector<Part> parts;
   std::vector<Mesh> meshes;
+  double margin = 0;                    // way of a sphere after which the triangles near it are looked for anew
 
-  void finish() {
+  const Mesh &mesh_of(int part) const { return meshes[parts[part].mesh]; }
+
+  void finish(double look_again_after) {
+    margin = look_again_after;
     area.resize(triangles.size());
-    film.assign(triangles.size(), 0.0);
     part_of.resize(triangles.size());
     for (size_t p = 0; p < parts.size(); p++) bound(int(p));
     for (size_t k = 0; k < triangles.size(); k++)
@@ -78,13 +81,13 @@ class Walls {
   }
 
   // Closest point of a part to a centre x, exact; only triangles that can matter are looked at. Of two as close the first one.
-  Closest closest(int p, const Vec &x, Site &site, double margin) const {
-    const Mesh &mesh = meshes[parts[p].mesh];
+  Closest closest(int p, const Vec &x, Site &site) const {
+    const Mesh &mesh = mesh_of(p);
     const Vec y = mesh.to_rest(x);
     Closest best;
     double moved = site.distance_then < 0 ? margin : norm(y - site.reference);
     if (!(moved < margin)) {
-      look_around(p, y, site, margin);
+      look_around(p, y, site);
       moved = 0;
     }
     for (const Site::Near &near : site.near) {
@@ -107,7 +110,7 @@ class Walls {
  private:
   mutable std::vector<Site::Near> scratch_;
 
-  void look_around(int p, const Vec &y, Site &site, double margin) const {
+  void look_around(int p, const Vec &y, Site &site) const {
     double least = std::numeric_limits<double>::infinity();
     scratch_.clear();
     for (int k : parts[p].triangles) {

@@ -5,59 +5,58 @@
 // spread in the sphere (I = 0.4 m r^2; a shell would have 2/3, liquid that does not turn 0). Nothing else asks for the masses: dry
 // contacts have their dashpots in kg/s. A step has one mass throughout, from the liquid at its start, in its forces and in both halves of its kick. A sphere keeps its
 // speed when its mass changes: the kinetic energy that liquid brings or takes is booked as that of the drive.
-#include "bridges.h"
+#include "weight.h"
 
 namespace pywet {
 
-double Bridges::wet_mass(int id) const { return type_mass[type_of[id] - 1] + density * weighed_[id]; }
+double Weight::wet_mass(int id) const { return world_.spheres.mass(id) + world_.rules.density * weighed_[id]; }
 
-// Before the first step, when what is held is known; the state of a run that goes on brings the loads of its last step.
-void Bridges::load() {
-  if (!weighs) return;
-  if (load_.empty()) {
-    load_ = film;
-    for (const Bridge &b : bridges_) {
-      const double own = share(b);
-      load_[b.i] += own;
-      if (b.kind == SPHERE) load_[b.j] += b.volume - own;
-    }
-    weighed_ = load_;
-  }
-  look();
-  for (int a = 0; a < at_.nlocal; a++) at_.mass[a] = wet_mass(at_.tag[a]);
+void Weight::begin() {
+  if (!world_.rules.weighs) return;
+  if (load_.empty()) load_ = weighed_ = films_.volume;
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) at.mass[a] = wet_mass(at.tag[a]);
 }
 
-// At the start of a step's part, gravity having acted on the masses of the step before.
-void Bridges::weigh(bool again, bool fresh) {
-  if (!weighs || !(fresh || heavier_)) return;
-  if (again || !heavier_) {
-    for (int a = 0; a < at_.nall; a++) at_.mass[a] = wet_mass(at_.tag[a]);
+// Gravity has acted on the masses of the step before.
+void Weight::weigh(bool fresh) {
+  if (!world_.rules.weighs || !(fresh || heavier_)) return;
+  const View &at = world_.engine.at;
+  if (world_.clock.again || !heavier_) {
+    for (int a = 0; a < at.nall; a++) at.mass[a] = wet_mass(at.tag[a]);
     return;
   }
   heavier_ = false;
   weighed_ = load_;
-  for (int a = 0; a < at_.nall; a++) {
-    const double mass = wet_mass(at_.tag[a]), more = mass - at_.mass[a];
-    at_.mass[a] = mass;
-    if (a >= at_.nlocal || more == 0) continue;
-    accumulate(at_.f[a], more * gravity);
-    if (!at_.free(a)) continue;
-    const Vec v(at_.v[a]), w(at_.omega[a]);
-    const double r = radius(at_.tag[a]);
+  for (int a = 0; a < at.nall; a++) {
+    const double mass = wet_mass(at.tag[a]), more = mass - at.mass[a];
+    at.mass[a] = mass;
+    if (a >= at.nlocal || more == 0) continue;
+    accumulate(at.f[a], more * world_.rules.gravity);
+    if (!at.free(a)) continue;
+    const Vec v(at.v[a]), w(at.omega[a]);
+    const double r = world_.spheres.radius(at.tag[a]);
     energy_.sums.work[DRIVE] += 0.5 * more * (dot(v, v) + 0.4 * r * r * dot(w, w));
   }
 }
 
 // A bridge gives back what it counts for: only formations move liquid from one side to the other.
-void Bridges::carry() {
-  if (!weighs) return;
+void Weight::carry(const std::vector<Event> &events) {
+  if (!world_.rules.weighs) return;
   heavier_ = true;
-  for (const Event &e : events_)
+  for (const Event &e : events)
     if (e.kind == FORMATION) {
-      const double own = share(bridges_[index_.at(key(e.partner_kind, e.i, e.j))]);
+      const double own = standing_.share(standing_.bridges[standing_.find(e.partner_kind, e.i, e.j)]);
       load_[e.i] += own - e.share_i;
       if (e.partner_kind == SPHERE) load_[e.j] += (e.volume - own) - e.share_j;
     }
+}
+
+void Weight::carry(const Drop &d) {
+  if (!world_.rules.weighs) return;
+  heavier_ = true;
+  load_[d.i] -= d.volume;
+  if (d.partner_kind == SPHERE) load_[d.j] += d.volume;
 }
 
 }  // namespace pywet

@@ -1,0 +1,224 @@
+"""The force balance as numbers: parameters, right-hand side and event functions of each phase, compiled for every integrator.
+
+State, per unit of effective mass: h gap [m], u normal velocity [m/s], s slip of the contact point since touch [m], v tangential
+velocity [m/s], w = ωR [m/s], and the works taken out so far by contact, viscous, capillary force and gravity [J/kg].
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from pywet.collisions.wall import contact, drag
+from pywet.laws import toroid
+from pywet.machine_code import njit as kept
+
+ENTRY, CONTACT, LEAVING, BRIDGE, DONE = 1, 2, 3, 4, 0
+"""Phases I to IV, and none."""
+H, U, S, V, W, WORK = 0, 1, 2, 3, 4, 5
+SIZE = 9
+CREEP = 1e-3
+"""A sphere in the film creeps when the net force is below this share of its weight."""
+REST = 1e-6
+"""Velocity, over that of impact, below which a sphere without gravity counts as stopped; energy: its square."""
+
+
+class Other(NamedTuple):
+    """Whether a reading of the paper other than the default is taken, by its name in `problem.READINGS`."""
+
+    shear_modulus: bool
+    drag: bool
+    gap: bool
+    goldman_signs: bool
+    suction_sign: bool
+    neck_radius: bool
+    volume_factors: bool
+    bridge_volume: bool
+    contact_end: bool
+    rupture_from: bool
+    capillary: bool
+
+
+class Parameters(NamedTuple):
+    """One collision in SI units; `mass` is that of the pair, `radius` the sphere's, `reduced` R* (see docs/wall_collision.md)."""
+
+    mass: float
+    radius: float
+    reduced: float
+    stiffness: float
+    damping: float
+    shear: float
+    friction: float
+    gravity: float
+    speed: float
+    wet: bool
+    layer: float
+    density: float
+    viscosity: float
+    surface_tension: float
+    contact_angle: float
+    half_filling: float
+    other: Other
+
+
+@njit(error_model="numpy")
+def contact_line(h: float, p: Parameters) -> tuple[float, float, float]:
+    """Height of the contact line above the film, its radius, and the angle φ + θ, at gap h."""
+    height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
+    return height, p.radius * math.sin(p.half_filling), p.half_filling + p.contact_angle
+
+
+@njit(error_model="numpy")
+def viscous_gap(h: float, p: Parameters) -> float:
+    """Gap of the viscous laws, bounded below by the roughness; printed: δ_l − y with y the centre's height."""
+    return max(p.layer - h - p.radius if p.other.gap else h, drag.GAP_MIN)
+
+
+@njit(error_model="numpy")
+def viscous_normal(h: float, u: float, p: Parameters) -> float:
+    """The larger of drag and lubrication [N], against u."""
+    speed = abs(u)
+    sine = math.sin(p.half_filling)
+    far = drag.unbounded(speed, p.radius * sine, p.viscosity, p.density)
+    if p.other.drag:
+        far /= sine
+    return -math.copysign(max(far, drag.near_wall(speed, viscous_gap(h, p), p.reduced, p.viscosity)), u)
+
+
+@kept(error_model="numpy", cache=True)
+def bridge_volume(h: float, p: Parameters) -> float:
+    """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
+    height = (0.0 if p.other.bridge_volume else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
+    angle = p.half_filling + p.contact_angle
+    return toroid.volume(height, p.radius, p.half_filling, angle, p.other.neck_radius, p.other.volume_factors)
+
+
+@njit(error_model="numpy")
+def attraction(h: float, surface_tension: float, p: Parameters) -> float:
+    """Capillary attraction at gap h [N]."""
+    height, rim, angle = contact_line(h, p)
+    return toroid.attraction(height, rim, angle, surface_tension, p.other.neck_radius, p.other.suction_sign)
+
+
+@njit(error_model="numpy")
+def contact_forces(state: np.ndarray, p: Parameters) -> tuple[float, float]:
+    """(normal, tangential) contact force [N]."""
+    overlap = -state[H]
+    normal = contact.normal_force(overlap, -state[U], p.stiffness, p.damping)
+    limit = p.friction * max(normal, 0.0)
+    tangential = contact.tangential_force(overlap, state[S], state[V] + state[W], p.shear, p.damping, limit)
+    return normal, tangential
+
+
+@kept(error_model="numpy", cache=True)
+def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None:
+    """Time derivative of the state into `out`; the powers are per unit of effective mass, positive when energy is lost."""
+    h, u, v, w = state[H], state[U], state[V], state[W]
+    normal = tangential = normal_viscous = along = moment = capillary = 0.0
+    weight = p.mass * p.gravity
+    if phase == CONTACT:
+        normal, tangential = contact_forces(state, p)
+    else:
+        normal_viscous = viscous_normal(h, u, p)
+        if phase == BRIDGE or p.other.capillary:
+            capillary = -attraction(h, p.surface_tension, p)
+        if phase == BRIDGE:
+            weight += bridge_volume(h, p) * p.density * p.gravity
+        else:
+            log_gap = max(math.log(p.reduced / viscous_gap(h, p)), 0.0)
+            sign = 1.0 if p.other.goldman_signs else -1.0
+            along = drag.goldman_force(v, w, log_gap, p.reduced, p.viscosity, sign)
+            moment = drag.goldman_moment(v, w, log_gap, p.reduced, p.viscosity, sign)
+    inverse = 1.0 / p.mass
+    out[H] = u
+    out[U] = (normal + normal_viscous + capillary - weight) * inverse
+    out[S] = v + w if phase == CONTACT else 0.0
+    out[V] = (tangential + along) * inverse
+    out[W] = 2.5 * (tangential + moment) * inverse
+    out[WORK] = -(normal * u + tangential * (v + w)) * inverse
+    out[WORK + 1] = -(normal_viscous * u + along * v + moment * w) * inverse
+    out[WORK + 2] = -capillary * u * inverse
+    out[WORK + 3] = weight * u * inverse
+
+
+@kept(error_model="numpy", cache=True)
+def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
+    """(passage, stop, rest): each ends the phase when it rises through zero.
+
+    The stop of a turning sphere and the rest of one that only comes to rest in the limit mean that it cannot get away.
+    """
+    h, u = state[H], state[U]
+    if phase == ENTRY:
+        return -h, -1.0, entry_rest(h, u, p)
+    if phase == CONTACT:
+        return contact_end(state, p), -u, contact_rest(h, u, p)
+    if phase == LEAVING:
+        return h - p.layer, -u, leaving_rest(h, u, p)
+    return rupture(h, u, p), -u, REST * p.speed - u if p.gravity == 0.0 else -1.0
+
+
+@njit(error_model="numpy")
+def lubrication_loss(h: float, to: float, p: Parameters) -> float:
+    """Velocity that lubrication alone takes between gaps h and `to` [m/s]; drag and gravity on the way out add to it."""
+    near, far = min(h, to), max(h, to)
+    floor = drag.GAP_MIN
+    path = math.log(max(far, floor) / max(near, floor)) + (min(far, floor) - min(max(near, 0.0), floor)) / floor
+    return 6.0 * math.pi * p.viscosity * p.reduced * p.reduced / p.mass * path
+
+
+@njit(error_model="numpy")
+def entry_rest(h: float, u: float, p: Parameters) -> float:
+    """Phase I: too little energy to climb out again, too slow to reach the wall by inertia, and creeping (or at rest)."""
+    slow = abs(u) / lubrication_loss(h, 0.0, p) - 1.0 if h > 0.0 else 1.0
+    still = abs(u) / (REST * p.speed) - 1.0
+    if p.gravity == 0.0:
+        return -max(slow, still)
+    captured = 0.5 * u * u / (p.gravity * p.layer) + h / p.layer - 1.0
+    balance = abs(viscous_normal(h, u, p) / (p.mass * p.gravity) - 1.0) / CREEP - 1.0
+    steady = u * u / (p.gravity * max(h, drag.GAP_MIN)) / (0.25 * CREEP) - 1.0
+    return -max(max(captured, slow), min(still, max(balance, steady)))
+
+
+@njit(error_model="numpy")
+def leaving_rest(h: float, u: float, p: Parameters) -> float:
+    """Phase III without gravity: so slow that lubrication holds the sphere, and practically at rest."""
+    if p.gravity > 0.0:
+        return -1.0
+    slow = u / max(lubrication_loss(h, p.layer, p), 1e-300) - 1.0
+    return -max(slow, u / (REST * p.speed) - 1.0)
+
+
+@njit(error_model="numpy")
+def contact_end(state: np.ndarray, p: Parameters) -> float:
+    """Phase II ends at zero overlap (or at zero force, an option) on the way out."""
+    if state[U] <= 0.0 or not p.other.contact_end:
+        return state[H]
+    return -contact_forces(state, p)[0] if state[H] < 0.0 else 1.0
+
+
+@njit(error_model="numpy")
+def contact_rest(h: float, u: float, p: Parameters) -> float:
+    """Phase II: the energy above that of lying still is spent (damped beyond turning; a turning sphere stops before)."""
+    depth = max(-h, 0.0)
+    spring = p.stiffness / p.mass
+    energy = 0.5 * u * u + 0.4 * spring * depth * depth * math.sqrt(depth)
+    if p.gravity == 0.0:
+        return REST * REST - energy / (0.5 * p.speed * p.speed)
+    lying = (p.gravity / spring) ** (2.0 / 3.0)
+    return REST - (energy - p.gravity * depth) / (p.gravity * lying) - 0.6
+
+
+@kept(error_model="numpy", cache=True)
+def rupture(h: float, u: float, p: Parameters) -> float:
+    """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
+    length = toroid.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
+    beyond = h - (0.0 if p.other.rupture_from else p.layer) - length
+    if p.other.suction_sign:
+        height, rim, angle = contact_line(h, p)
+        closing = 0.01 * rim - toroid.radii(height, rim, angle, p.other.neck_radius)[1]
+    else:
+        closing = -attraction(h, 1.0, p) / (2.0 * math.pi)
+    return max(beyond, closing)

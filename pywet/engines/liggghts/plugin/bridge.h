@@ -1,0 +1,50 @@
+// One bridge: what it is, how its ends stand in this step, the forces it gives.
+#pragma once
+#include <cstdint>
+#include <memory>
+
+#include "records.h"
+#include "world.h"
+
+namespace pywet {
+
+// `a`, `b`: indices of i and j on this rank (-1: not here), valid until the engine makes its neighbour list anew.
+struct Bridge {
+  int kind, i, j;                        // j: sphere id or wall part
+  double volume, rupture_distance;       // static
+  int triangle = -1;
+  int candidate = -1;                    // index into the near pairs of its kind, or -1
+  int a = -1, b = -1;
+  bool here = false;                     // this rank owns an end
+  double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
+  std::unique_ptr<Site> site;            // at a wall
+};
+
+// Name of a bridge or pair; a sphere and a wall part are the same pair whatever kind of bridge they form.
+inline uint64_t key_of(int kind, int i, int j) {
+  return (uint64_t(kind == SPHERE ? 0 : 1) << 62) | (uint64_t(uint32_t(i)) << 31) | uint64_t(uint32_t(j));
+}
+
+// One bridge or pair as it stands in this step; n points from j to i.
+struct Geometry {
+  Vec xi, vi, wi, xj, vj, wj, n;
+  double separation, radius_i, radius_j;
+  int triangle;
+};
+
+// Forces of one bridge: capillary attracts, viscous acts along n on i, tangential on i.
+struct Terms {
+  double capillary = 0, viscous = 0, viscous_law = 0, factor_normal = 1, factor_tangential = 1;
+  double drag = 0, slide = 0, roll = 0;  // coefficients of the viscous laws
+  int sharing_i = 0, sharing_j = 0;
+  double kick = 0;
+  Vec tangential, push, spin_push;
+};
+
+Geometry between_spheres(const World &world, int a, int b, double radius_i, double radius_j);
+Geometry at_wall(const World &world, int a, double radius_i, int part, const Closest &closest);
+
+// The run stops where bodies are pressed into each other too deeply.
+void check_overlap(const World &world, const Geometry &g, int kind, int i, int j);
+
+}  // namespace pywet

@@ -1,0 +1,33 @@
+// The plugin's state at a step, saved and taken up.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "shedding.h"
+#include "wires.h"
+
+namespace pywet {
+
+class Checkpoint {
+ public:
+  Checkpoint(World &world, Films &films, Standing &standing, EnergyBook &energy, Wires &wires, Weight &weight, Shedding &shedding,
+             Logs &logs)
+      : world_(world), films_(films), standing_(standing), energy_(energy), wires_(wires), weight_(weight), shedding_(shedding),
+        logs_(logs) {}
+  void save();                                   // at the end of the plugin's part of a step; forces are complete
+  void resume(const std::string &state_file);    // every rank reads the same file, before the first step
+  bool restore_forces();                         // in the set-up of a run that goes on; false: of another
+
+ private:
+  World &world_;
+  Films &films_;
+  Standing &standing_;
+  EnergyBook &energy_;
+  Wires &wires_;
+  Weight &weight_;
+  Shedding &shedding_;
+  Logs &logs_;
+  std::vector<double> forces_;                   // 6 numbers an id, of the step the run is resumed at
+};
+
+}  // namespace pywet

@@ -1,0 +1,37 @@
+// The present step, and what happens at which: all of it is known before the run.
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace pywet {
+
+class Clock {
+ public:
+  std::vector<int64_t> output_steps, window_first, window_last;
+  int64_t checkpoint_every = 0;         // steps; 0: none
+  int64_t drop_every = 0;               // steps between looks at what drips
+  int bridges_every = 1;                // steps from one evaluation of the bridges to the next
+
+  int64_t now = -1;
+  double time = 0;
+  bool first = false;                   // of the run
+  bool again = false;                   // the set-up of a further run repeats the last step: forces only, nothing is booked twice
+
+  void go(int64_t step) {
+    first = now < 0;
+    again = step == now;
+    now = step;
+  }
+  bool bridges_act() const { return now % bridges_every == 0; }
+  bool drops_fall() const { return !again && now % drop_every == 0; }
+  bool logs_contacts() const {
+    for (size_t k = 0; k < window_first.size() && !again; k++)
+      if (now >= window_first[k] && now < window_last[k]) return true;
+    return false;
+  }
+  bool output() const { return !again && std::binary_search(output_steps.begin(), output_steps.end(), now); }
+  bool checkpoint() const { return !again && checkpoint_every > 0 && now > 0 && now % checkpoint_every == 0; }
+};
+
+}  // namespace pywet

@@ -1,0 +1,62 @@
+// All that is asked of the engine: arrays, neighbour lists, motion of the meshes, its dry contact with a wall.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "ranks.h"
+#include "spheres.h"
+#include "walls.h"
+
+namespace LAMMPS_NS {
+class LAMMPS;
+class FixMeshSurface;
+class FixWallGran;
+}  // namespace LAMMPS_NS
+
+namespace pywet {
+
+const double INF = std::numeric_limits<double>::infinity();
+
+// What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
+struct View {
+  double **x = nullptr, **v = nullptr, **omega = nullptr, **f = nullptr, **torque = nullptr;
+  double *mass = nullptr;
+  int *tag = nullptr, *mask = nullptr;
+  int nlocal = 0, nall = 0, free_group = 0;
+  double dt = 0;
+  bool free(int a) const { return mask[a] & free_group; }  // moved by its forces, not driven
+  bool owned(int a) const { return a >= 0 && a < nlocal; }
+};
+
+class Engine {
+ public:
+  View at;
+
+  // Finds the meshes of the walls; `presses`: its dry contact with walls will be asked for.
+  void attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses);
+  void look();
+
+  int local(int id) const;                              // index of a sphere on this rank, -1: not here
+  double skin() const;
+  double thickest_film(double radius) const;            // that the neighbour list sees
+  bool lists_are_new(int64_t step) const;
+  std::vector<std::pair<int, int> > neighbours() const;
+  void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
+
+  // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
+  double read_meshes(Walls &walls, const Ranks &ranks, bool all) const;
+
+  // The engine's own dry contact of sphere a with a wall whose closest point is at x - d; returns the force on the sphere.
+  Vec press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) const;
+
+ private:
+  LAMMPS_NS::LAMMPS *lmp_ = nullptr;
+  std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;   // in the order of Walls::meshes
+  LAMMPS_NS::FixWallGran *wall_law_ = nullptr;
+
+  bool read_mesh(size_t m, const Walls &walls, double *out) const;
+};
+
+}  // namespace pywet

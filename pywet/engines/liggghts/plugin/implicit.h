@@ -1,0 +1,35 @@
+// Bridges whose viscous forces wait for all other forces.
+#pragma once
+#include <vector>
+
+#include "impulses.h"
+#include "logs.h"
+#include "single.h"
+
+namespace pywet {
+
+class Implicit {
+ public:
+  Implicit(const World &world, const Standing &standing, Single &single, Impulses &impulses, Logs &logs)
+      : world_(world), standing_(standing), single_(single), impulses_(impulses), logs_(logs) {}
+  void clear() { waiting_.clear(); }
+  void wait(const Bridge &b, const Geometry &g, const Terms &t) { waiting_.push_back(Waiting{&b, g, t}); }
+  void act();                            // called by every rank once all other forces are known
+
+ private:
+  struct Waiting {
+    const Bridge *bridge;
+    Geometry geometry;
+    Terms terms;
+  };
+  const World &world_;
+  const Standing &standing_;
+  Single &single_;
+  Impulses &impulses_;
+  Logs &logs_;
+  std::vector<Waiting> waiting_;
+
+  double kick_of(const Bridge &b, Terms &t) const;
+};
+
+}  // namespace pywet

@@ -1,0 +1,123 @@
+#include "logs.h"
+
+#include <cstdio>
+
+namespace pywet {
+
+void Logs::open(const std::string &directory) {
+  directory_ = directory;
+  const std::string end = "." + std::to_string(world_.ranks.me) + ".bin";
+  contacts_.open(directory + "/contacts" + end);
+  bridges_.open(directory + "/bridges" + end);
+  wires_.open(directory + "/wire_springs" + end);
+  if (!world_.ranks.first()) return;
+  events_.open(directory + "/events" + end);
+  drops_.open(directory + "/drops" + end);
+  ledger_.open(directory + "/ledger" + end);
+  film_.open(directory + "/films" + end);
+  wall_film_.open(directory + "/wall_films" + end);
+  energies_.open(directory + "/energy" + end);
+}
+
+void Logs::write(const Event &e) {
+  if (world_.ranks.first()) events_.write(e);
+}
+
+void Logs::write(const Drop &d) {
+  if (world_.ranks.first()) drops_.write(d);
+}
+
+void Logs::write(const WireContact &c) { wires_.write(c); }
+
+void Logs::contact(const Bridge &b, const Geometry &g, const Terms &t, double weight) {
+  const Vec turn = cross(g.n, t.tangential);
+  Contact c = {};
+  c.step = world_.clock.now; c.time = world_.clock.time; c.partner_kind = b.kind; c.i = b.i; c.j = b.j; c.triangle = g.triangle;
+  store(g.xi, c.xi); store(g.vi, c.vi); store(g.wi, c.wi);
+  store(g.xj, c.xj); store(g.vj, c.vj); store(g.wj, c.wj);
+  c.volume = b.volume; c.separation = g.separation; c.rupture_distance = standing_.rupture_limit(b, g);
+  c.capillary = t.capillary; c.viscous_normal = t.viscous; c.viscous_law = t.viscous_law;
+  c.factor_normal = t.factor_normal; c.factor_tangential = t.factor_tangential;
+  c.sharing_i = t.sharing_i; c.sharing_j = t.sharing_j;
+  store(t.push, c.push); store(t.spin_push, c.spin_push);
+  c.weight = weight;
+  store(t.tangential, c.viscous_tangential);
+  store((t.viscous - t.capillary) * g.n + t.tangential, c.force_i);
+  store((-g.radius_i) * turn, c.torque_i);
+  store(b.kind == SPHERE ? (-g.radius_j) * turn : Vec(), c.torque_j);
+  contacts_.write(c);
+}
+
+void Logs::ledger() {
+  Ledger l = {};
+  l.step = world_.clock.now; l.time = world_.clock.time; l.initial = films_.initial;
+  long double films = 0, standing = 0, wall = 0;
+  for (size_t id = 1; id < films_.volume.size(); id++)
+    if (world_.spheres.exists(id)) films += films_.volume[id];
+  for (const Bridge &b : standing_.bridges) standing += b.volume;
+  for (double w : films_.wall) wall += w;
+  l.films = double(films); l.bridges = double(standing); l.walls = double(wall); l.left = films_.left;
+  l.spheres = world_.spheres.count();
+  l.bridge_count = int64_t(standing_.bridges.size());
+  l.formations = standing_.formations; l.ruptures = standing_.ruptures;
+  ledger_.write(l);
+}
+
+void Logs::energies() {
+  if (!world_.rules.energy) return;
+  double mine[EFFECTS + 4] = {}, all[EFFECTS + 4] = {};
+  for (int e = 0; e < EFFECTS; e++) mine[e] = energy_.sums.work[e];
+  double *rest = mine + EFFECTS;
+  rest[0] = energy_.kinetic; rest[1] = energy_.spin; rest[2] = energy_.sums.half_kick;
+  for (size_t k = 0; k < standing_.bridges.size(); k++) {
+    Bridge &b = standing_.bridges[k];
+    if (world_.engine.at.owned(b.a)) rest[3] += energy_.stored(k, standing_.geometry(b).separation);
+  }
+  MPI_Reduce(mine, all, EFFECTS + 4, MPI_DOUBLE, MPI_SUM, 0, world_.ranks.all);
+  if (!world_.ranks.first()) return;
+  const double *w = all, *t = all + EFFECTS;
+  energies_.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], energy_.formed, energy_.ruptured, w[GRAVITY],
+                         w[CONTACT], w[CAPILLARY], w[VISCOUS_NORMAL], w[VISCOUS_TANGENTIAL], w[WALL], w[DRIVE], t[2]});
+}
+
+void Logs::snapshot() {
+  const int64_t now = world_.clock.now;
+  for (Bridge &b : standing_.bridges) {
+    if (!world_.engine.at.owned(b.a)) continue;
+    const Geometry g = standing_.geometry(b);
+    BridgeSnapshot s = {};
+    s.step = now; s.partner_kind = b.kind; s.i = b.i; s.j = b.j; s.triangle = g.triangle;
+    s.volume = b.volume; s.share_i = standing_.share(b); s.separation = g.separation;
+    store(g.xi, s.xi); store(g.xj, s.xj);
+    bridges_.write(s);
+  }
+  energies();
+  if (world_.ranks.first()) {
+    ledger();
+    for (size_t id = 1; id < films_.volume.size(); id++)
+      if (world_.spheres.exists(id)) film_.write(Film{now, int32_t(id), 0, films_.volume[id]});
+    for (size_t k = 0; k < films_.wall.size(); k++)
+      if (films_.wall[k] > 0) wall_film_.write(Film{now, int32_t(k), 0, films_.wall[k]});
+  }
+  flush();
+}
+
+void Logs::flush() {
+  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &ledger_, &film_, &wall_film_, &energies_})
+    log->flush();
+}
+
+void Logs::stop(const std::string &why) const {
+  FILE *file = fopen((directory_ + "/stopped." + std::to_string(world_.ranks.me) + ".csv").c_str(), "w");
+  if (!file) return;
+  fprintf(file, "# step %lld: %s\nid,x,y,z,vx,vy,vz,film\n", static_cast<long long>(world_.clock.now), why.c_str());
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) {
+    const double *x = at.x[a], *v = at.v[a];
+    fprintf(file, "%d,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", at.tag[a], x[0], x[1], x[2], v[0], v[1], v[2],
+            films_.volume[at.tag[a]]);
+  }
+  fclose(file);
+}
+
+}  // namespace pywet

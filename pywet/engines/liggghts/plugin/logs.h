@@ -1,0 +1,39 @@
+// Logs: events always, contacts in windows, the rest at output steps. Files of records.h, some on every rank, some on the first.
+#pragma once
+#include <string>
+
+#include "energy.h"
+#include "films.h"
+#include "records.h"
+
+namespace pywet {
+
+class Logs {
+ public:
+  Logs(const World &world, const Films &films, Standing &standing, const EnergyBook &energy)
+      : world_(world), films_(films), standing_(standing), energy_(energy) {}
+  void open(const std::string &directory);
+  const std::string &directory() const { return directory_; }
+  void write(const Event &e);
+  void write(const Drop &d);
+  void write(const WireContact &c);
+  void contact(const Bridge &b, const Geometry &g, const Terms &t, double weight);
+  void snapshot();                       // films, bridges, ledger, energy; every rank takes part
+  void flush();
+
+  // Where every sphere of this rank was when the run stopped: stopped.<rank>.csv, for a look at the cause.
+  void stop(const std::string &why) const;
+
+ private:
+  const World &world_;
+  const Films &films_;
+  Standing &standing_;                   // closest points at walls are remembered when they are asked for
+  const EnergyBook &energy_;
+  std::string directory_;
+  RecordFile contacts_, bridges_, wires_, events_, drops_, ledger_, film_, wall_film_, energies_;
+
+  void ledger();
+  void energies();
+};
+
+}  // namespace pywet

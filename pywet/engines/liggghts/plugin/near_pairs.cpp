@@ -1,0 +1,207 @@
+#include "near_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pywet {
+
+static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: numerical zero, 1e-4 of the radius in size
+
+static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair looked at
+
+// A film that was drawn dry may be below zero by the last digit; it has nothing to give.
+static double held(double volume) { return std::max(volume, 0.0); }
+
+void NearPairs::find() {
+  travel_ = wall_travel_ = 0;
+  awake_ = 0;
+  shift_before_.clear();
+  for (const Mesh &mesh : world_.walls.meshes) shift_before_.push_back(mesh.shift);
+  pairs_.clear();
+  for (const auto &[a, b] : world_.engine.neighbours()) add(a, b);
+  std::stable_sort(pairs_.begin(), pairs_.end(), [](const Pair &a, const Pair &b) { return a.gap < b.gap; });
+  rest_.clear();
+  for (const Pair &pair : pairs_) rest_.push_back(pair.gap);
+  find_walls();
+  auto mark = [&](int kind, int i, int j, int pair) {
+    const int k = standing_.find(kind, i, j);
+    if (k < 0) return;
+    rest_of(kind, pair) = INF;
+    standing_.bridges[k].candidate = pair;
+  };
+  for (size_t c = 0; c < pairs_.size(); c++) mark(SPHERE, pairs_[c].i, pairs_[c].j, int(c));
+  for (size_t c = 0; c < wall_pairs_.size(); c++) mark(LARGE_WALL, wall_pairs_[c].i, wall_pairs_[c].j, int(c));
+}
+
+void NearPairs::bridged(Bridge &b) {
+  const auto pair = proposed_.find(key_of(b.kind, b.i, b.j));
+  if (pair == proposed_.end()) return;
+  b.candidate = pair->second;
+  rest_of(b.kind, b.candidate) = INF;
+}
+
+void NearPairs::wake(const Bridge &b) {
+  if (b.candidate >= 0) rest_of(b.kind, b.candidate) = 0;
+}
+
+// The owner of the lower id decides about a pair; `a`, `b` are local indices.
+void NearPairs::add(int a, int b) {
+  const View &at = world_.engine.at;
+  if (at.tag[b] < at.tag[a]) std::swap(a, b);
+  if (!at.owned(a)) return;
+  const int i = at.tag[a], j = at.tag[b];
+  const double radii = world_.spheres.radius(i) + world_.spheres.radius(j);
+  const double reach = radii + films_.thickness(i) + films_.thickness(j);
+  pairs_.push_back(Pair{i, j, a, b, radii, norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii});
+}
+
+// What sphere and wall may move and their films grow before they touch, seen from when the candidates were found; `distance` of
+// the centre from the part now, or less.
+double NearPairs::rest(const WallPair &pair, double distance) const {
+  if (world_.walls.mesh_of(pair.j).turns) return 0;
+  const double reach =
+      world_.spheres.radius(pair.i) * (1 + ROUND_OFF) + films_.thickness_then[pair.i] + films_.part_thickness_then[pair.j];
+  return distance - reach + travel_ + wall_travel_;
+}
+
+void NearPairs::find_walls() {
+  const View &at = world_.engine.at;
+  const Walls &walls = world_.walls;
+  std::unordered_map<uint64_t, Site> known;  // closest points outlive the list
+  for (WallPair &pair : wall_pairs_)
+    if (pair.site.distance_then >= 0) known[key_of(LARGE_WALL, pair.i, pair.j)] = std::move(pair.site);
+  wall_pairs_.clear();
+  wall_rest_.clear();
+  // sphere and mesh may each move half the skin before the next rebuild; films may grow meanwhile: one skin more
+  const double thickest = films_.thickest_part();
+  std::vector<Vec> y(walls.meshes.size());
+  std::vector<char> here(walls.meshes.size());
+  for (int a = 0; a < at.nlocal; a++) {
+    const int i = at.tag[a];
+    const double far = films_.reach(i) + 2 * world_.engine.skin();
+    for (size_t m = 0; m < walls.meshes.size(); m++) {
+      y[m] = walls.meshes[m].to_rest(Vec(at.x[a]));
+      here[m] = Walls::outside(walls.meshes[m].bounds, y[m]) < far + thickest;
+    }
+    for (size_t p = 0; p < walls.parts.size(); p++) {
+      const size_t m = walls.parts[p].mesh;
+      if (!here[m]) continue;
+      double distance = Walls::outside(walls.parts[p].bounds, y[m]);
+      if (distance >= far + films_.part_thickness(int(p))) continue;
+      const auto site = known.find(key_of(LARGE_WALL, i, int(p)));
+      wall_pairs_.push_back(WallPair{i, int(p), a, site == known.end() ? Site() : std::move(site->second)});
+      const Site &then = wall_pairs_.back().site;
+      if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
+      wall_rest_.push_back(rest(wall_pairs_.back(), distance));
+    }
+  }
+}
+
+// A way of a tenth of the radius in one step is no
+// motion that a contact could follow.
+void NearPairs::move_on(double moved) {
+  const View &at = world_.engine.at;
+  double fastest = 0;
+  int which = -1;
+  for (int a = 0; a < at.nall; a++) {
+    const double *v = at.v[a];
+    const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (!(square <= fastest)) {
+      fastest = square;
+      which = a;
+      if (std::isnan(square)) break;
+    }
+  }
+  const double way = at.dt * std::sqrt(fastest);
+  if (which >= 0 && !(way <= 0.1 * world_.spheres.radius(at.tag[which])))
+    throw std::runtime_error("sphere " + std::to_string(at.tag[which]) + " moves at " + number(std::sqrt(fastest)) +
+                             " m/s at step " + std::to_string(world_.clock.now) +
+                             ", more than a tenth of its radius in one step; likely an unstable run: lower the time step");
+  travel_ += moved < INF ? moved : way;
+  double furthest = 0;
+  for (size_t m = 0; m < shift_before_.size(); m++) {
+    furthest = std::max(furthest, norm(world_.walls.meshes[m].shift - shift_before_[m]));
+    shift_before_[m] = world_.walls.meshes[m].shift;
+  }
+  wall_travel_ += furthest;
+}
+
+void NearPairs::form(std::vector<Event> &events, int kind, int i, int j, int pair, const Geometry &g, double drawn_i,
+                     double drawn_j) {
+  const double r = kind == SPHERE ? 2 * g.radius_i * g.radius_j / (g.radius_i + g.radius_j) : g.radius_i;
+  if (!(drawn_i >= 0) || !(drawn_j >= 0))
+    throw std::runtime_error("the formation law draws a share below zero from " +
+                             std::string(drawn_i >= 0 ? "the partner of sphere " : "sphere ") + std::to_string(i) + " at step " +
+                             std::to_string(world_.clock.now) + "; expected zero or more: mend the law");
+  if (!(drawn_i + drawn_j > SMALLEST_BRIDGE * r * r * r)) return;
+  Event e = {};
+  e.step = world_.clock.now; e.time = world_.clock.time; e.kind = FORMATION; e.partner_kind = kind;
+  e.i = i; e.j = j; e.triangle = g.triangle;
+  e.share_i = drawn_i; e.share_j = drawn_j;
+  e.separation = g.separation;
+  e.speed = norm(g.vi - g.vj);
+  proposed_[key_of(kind, i, j)] = pair;
+  events.push_back(e);
+}
+
+void NearPairs::propose(std::vector<Event> &events) {
+  proposed_.clear();
+  propose_pairs(events);
+  propose_walls(events);
+}
+
+void NearPairs::propose_pairs(std::vector<Event> &events) {
+  const View &at = world_.engine.at;
+  const Laws &laws = world_.laws;
+  const double way = 2 * (travel_ + films_.thicker);
+  while (awake_ < pairs_.size() && pairs_[awake_].gap <= way) awake_++;
+  for (size_t c = 0; c < awake_; c++) {
+    if (rest_[c] > way) continue;
+    const Pair &pair = pairs_[c];
+    const double *x = at.x[pair.a], *y = at.x[pair.b];
+    const double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
+    const double square = dx * dx + dy * dy + dz * dz;
+    const double touch = pair.radii + films_.thickness(pair.i) + films_.thickness(pair.j);
+    if (square >= touch * touch) {
+      const double then = pair.radii * (1 + ROUND_OFF) + films_.thickness_then[pair.i] + films_.thickness_then[pair.j];
+      rest_[c] = std::sqrt(square) - then + 2 * travel_;
+      continue;
+    }
+    const Geometry g = between_spheres(world_, pair.a, pair.b, world_.spheres.radius(pair.i), world_.spheres.radius(pair.j));
+    check_overlap(world_, g, SPHERE, pair.i, pair.j);
+    form(events, SPHERE, pair.i, pair.j, int(c), g, laws.from_sphere(held(films_.volume[pair.i]), g.radius_i, g.radius_j),
+         laws.from_sphere(held(films_.volume[pair.j]), g.radius_j, g.radius_i));
+  }
+}
+
+void NearPairs::propose_walls(std::vector<Event> &events) {
+  const View &at = world_.engine.at;
+  const Walls &walls = world_.walls;
+  const Laws &laws = world_.laws;
+  const double way = travel_ + wall_travel_ + films_.thicker + films_.wall_thicker;
+  for (size_t c = 0; c < wall_rest_.size(); c++) {
+    if (wall_rest_[c] > way) continue;
+    WallPair &pair = wall_pairs_[c];
+    const Part &part = walls.parts[pair.j];
+    const double far = Walls::outside(part.bounds, walls.mesh_of(pair.j).to_rest(Vec(at.x[pair.a])));
+    if (far >= films_.reach(pair.i) + films_.part_thickness(pair.j) && far > 0) {
+      wall_rest_[c] = rest(pair, far);
+      continue;
+    }
+    const Closest near = walls.closest(pair.j, Vec(at.x[pair.a]), pair.site);
+    const double w = held(films_.wall[near.triangle]) / walls.area[near.triangle];
+    if (near.distance >= films_.reach(pair.i) + w) {
+      wall_rest_[c] = rest(pair, near.distance);
+      continue;
+    }
+    const Geometry g = at_wall(world_, pair.a, world_.spheres.radius(pair.i), pair.j, near);
+    check_overlap(world_, g, LARGE_WALL, pair.i, pair.j);
+    const bool wire = part.half_width < g.radius_i;
+    const double drawn = wire ? laws.from_sphere_at_wire(held(films_.volume[pair.i]), g.radius_i, part.half_width)
+                              : laws.from_sphere(held(films_.volume[pair.i]), g.radius_i, INF);
+    const double drawn_w = wire ? laws.from_wire(w, g.radius_i, part.half_width) : laws.from_wall(w, g.radius_i);
+    form(events, wire ? SMALL_WALL : LARGE_WALL, pair.i, pair.j, int(c), g, drawn, drawn_w);
+  }
+}
+
+}  // namespace pywet

@@ -1,0 +1,17 @@
+// What a scene asks of the plugin, set once before the run.
+#pragma once
+#include "vec.h"
+
+namespace pywet {
+
+struct Rules {
+  Vec gravity;
+  double largest_overlap = 0.5;         // of the smaller radius; beyond, the run stops
+  bool moist = true;                    // false: nothing but contacts with prisms
+  bool semi_implicit = false;
+  bool energy = true;                   // works are added up and logged
+  bool weighs = false;                  // the liquid has mass
+  double density = 0;                   // of the liquid
+};
+
+}  // namespace pywet

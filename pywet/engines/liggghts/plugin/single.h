@@ -1,0 +1,22 @@
+// The forces of one bridge outside of the batches: of those that have just formed, and those whose drag waits.
+#pragma once
+#include "energy.h"
+
+namespace pywet {
+
+class Single {
+ public:
+  Single(const World &world, const Standing &standing, EnergyBook &energy) : world_(world), standing_(standing), energy_(energy) {}
+  Terms laws(size_t bridge, const Geometry &g) const;  // as in a batch
+  // With t.kick = 0 at the present speeds; else at those of the end of the step, see implicit.cpp.
+  void add_viscous(const Bridge &b, const Geometry &g, Terms &t) const;
+  void act(const Bridge &b, const Geometry &g, const Terms &t);
+  [[noreturn]] void not_finite(const Bridge &b, double separation) const;
+
+ private:
+  const World &world_;
+  const Standing &standing_;
+  EnergyBook &energy_;
+};
+
+}  // namespace pywet

@@ -1,0 +1,130 @@
+#include "standing.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace pywet {
+
+Bridge Standing::made(int kind, int i, int j, double volume) const {
+  const Spheres &spheres = world_.spheres;
+  Bridge b{kind, i, j, volume, 0.0};
+  b.radius_i = spheres.radius(i);
+  b.angle_i = spheres.angle(i);
+  b.radius_j = kind == SPHERE ? spheres.radius(j) : INF;
+  b.angle_j = kind == SPHERE ? spheres.angle(j) : world_.walls.parts[j].contact_angle;
+  if (kind != SPHERE) b.site.reset(new Site());
+  return b;
+}
+
+void Standing::place(Bridge &b) const {
+  const Engine &engine = world_.engine;
+  b.candidate = -1;
+  b.a = engine.local(b.i);
+  b.b = b.kind == SPHERE ? engine.local(b.j) : -1;
+  b.here = engine.at.owned(b.a) || engine.at.owned(b.b);
+  if (b.here && b.kind == SPHERE && (b.a < 0 || b.b < 0))
+    throw std::runtime_error("the bridge between spheres " + std::to_string(b.i) + " and " + std::to_string(b.j) + " at step " +
+                             std::to_string(world_.clock.now) +
+                             " reaches beyond the ghost cut-off of this rank; enlarge ghost_cutoff in the deck");
+}
+
+void Standing::add(Bridge b) {
+  const Laws &laws = world_.laws;
+  on_.resize(world_.spheres.ids());
+  index_[key_of(b.kind, b.i, b.j)] = int(bridges.size());
+  on_[b.i]++;
+  if (b.kind == SPHERE) on_[b.j]++;
+  prepared_.resize(prepared_.size() + laws.lines);
+  if (laws.lines > 0)
+    laws.prepare(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, prepared_[prepared_.size() - laws.lines].number);
+  bridges.push_back(std::move(b));
+  enter(bridges.size() - 1);
+}
+
+void Standing::remove(size_t k) {
+  const int lines = world_.laws.lines;
+  const Bridge &b = bridges[k];
+  index_.erase(key_of(b.kind, b.i, b.j));
+  on_[b.i]--;
+  if (b.kind == SPHERE) on_[b.j]--;
+  if (k != bridges.size() - 1) {
+    bridges[k] = std::move(bridges.back());
+    std::copy(prepared_.end() - lines, prepared_.end(), prepared_.begin() + k * lines);
+    index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(k);
+    enter(k);
+  }
+  bridges.pop_back();
+  prepared_.resize(prepared_.size() - lines);
+}
+
+// Those of this rank first, with the prepared numbers beside them.
+void Standing::sort() {
+  for (Bridge &b : bridges) place(b);
+  std::vector<int> order(bridges.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int p, int q) {
+    const Bridge &a = bridges[p], &b = bridges[q];
+    if (a.here != b.here) return a.here;
+    if (a.a != b.a) return a.a < b.a;
+    if (a.b != b.b) return a.b < b.b;
+    return a.i != b.i ? a.i < b.i : a.j < b.j;
+  });
+  std::vector<Bridge> sorted;
+  std::vector<Line> lines;
+  sorted.reserve(order.size());
+  lines.reserve(prepared_.size());
+  index_.clear();
+  for (int k : order) {
+    lines.insert(lines.end(), prepared(k), prepared(k + 1));
+    index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(sorted.size());
+    sorted.push_back(std::move(bridges[k]));
+  }
+  bridges.swap(sorted);
+  prepared_.swap(lines);
+  for (size_t k = 0; k < bridges.size(); k++) enter(k);
+}
+
+void Standing::enter(size_t k) {
+  if (blocks.size() * BATCH <= k) blocks.resize(k / BATCH + 1);
+  const Bridge &b = bridges[k];
+  Block &block = blocks[k / BATCH];
+  const int at = int(k % BATCH);
+  block.row[VOLUME][at] = b.volume;
+  block.row[RADIUS_I][at] = b.radius_i;
+  block.row[RADIUS_J][at] = b.radius_j;
+  block.row[ANGLE_I][at] = b.angle_i;
+  block.row[ANGLE_J][at] = b.angle_j;
+  block.spin_j[at] = b.kind == SPHERE ? b.radius_j : 0.0;
+  block.deepest[at] = -world_.rules.largest_overlap * std::min(b.radius_i, b.radius_j);
+  block.longest[at] = b.rupture_distance;
+  block.a[at] = b.here ? b.a : -1;
+  block.b[at] = b.here ? b.b : -1;
+}
+
+int Standing::find(int kind, int i, int j) const {
+  const auto it = index_.find(key_of(kind, i, j));
+  return it == index_.end() ? -1 : it->second;
+}
+
+Geometry Standing::geometry(Bridge &b) const {
+  if (b.kind == SPHERE) return between_spheres(world_, b.a, b.b, b.radius_i, b.radius_j);
+  const Closest near = world_.walls.closest(b.j, Vec(world_.engine.at.x[b.a]), *b.site);
+  b.triangle = near.triangle;
+  return at_wall(world_, b.a, b.radius_i, b.j, near);
+}
+
+double Standing::share(const Bridge &b) const {
+  const Spheres &spheres = world_.spheres;
+  const double ri = spheres.radius(b.i);
+  const double r = b.kind == SPHERE ? 2 * ri * spheres.radius(b.j) / (ri + spheres.radius(b.j)) : ri;
+  const int other = b.kind == SPHERE ? spheres.type_of[b.j] : world_.walls.parts[b.j].group;
+  return b.volume * world_.transfer.ratio(b.kind, spheres.type_of[b.i], other, b.volume / (r * r * r));
+}
+
+double Standing::rupture_limit(const Bridge &b, const Geometry &g) const {
+  const Laws &laws = world_.laws;
+  if (!laws.dynamic_rupture) return b.rupture_distance;
+  return b.rupture_distance * laws.dynamic_rupture(norm(g.vi - g.vj), laws.viscosity, laws.surface_tension);
+}
+
+}  // namespace pywet

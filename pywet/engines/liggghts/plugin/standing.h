@@ -1,0 +1,41 @@
+// Bridges that stand. The same on every rank; in the order of their ends in memory since the engine last made its lists.
+#pragma once
+#include <unordered_map>
+#include <vector>
+
+#include "bridge.h"
+#include "together.h"
+
+namespace pywet {
+
+class Standing {
+ public:
+  std::vector<Bridge> bridges;
+  std::vector<Block> blocks;             // what the loops of a step know of them, BATCH each
+  int64_t formations = 0, ruptures = 0;  // since the start
+
+  explicit Standing(const World &world) : world_(world) {}
+  Bridge made(int kind, int i, int j, double volume) const;
+  void place(Bridge &b) const;           // where its ends are on this rank
+  void add(Bridge b);
+  void remove(size_t k);                 // the last one takes its place
+  void sort();
+
+  int find(int kind, int i, int j) const;  // its index, or -1
+  int on(int id) const { return on_[id]; }  // how many a sphere has
+  Geometry geometry(Bridge &b) const;
+  double share(const Bridge &b) const;   // of i, by the transfer ratio
+  double rupture_limit(const Bridge &b, const Geometry &g) const;
+  // What the capillary law has prepared for a bridge.
+  const Line *prepared(size_t k) const { return prepared_.data() + k * world_.laws.lines; }
+
+ private:
+  const World &world_;
+  std::vector<Line> prepared_;           // Laws::lines a bridge, in the order of `bridges`
+  std::unordered_map<uint64_t, int> index_;  // key -> bridge
+  std::vector<int> on_;                  // index: sphere id
+
+  void enter(size_t k);
+};
+
+}  // namespace pywet

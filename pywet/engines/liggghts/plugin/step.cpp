@@ -1,0 +1,72 @@
+#include "step.h"
+
+#include <algorithm>
+
+namespace pywet {
+
+void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory) {
+  const std::vector<double> &radii = world.spheres.type_radius;
+  world.ranks.join(comm);
+  world.walls.finish(0.05 * *std::min_element(radii.begin(), radii.end()));
+  world.engine.attach(lmp, world.walls, !wires.prisms.empty());
+  world.engine.look();
+  films.begin();
+  wires.arrange();
+  weight.begin();
+  logs.open(directory);
+}
+
+void Plugin::resume(const std::string &state_file) {
+  checkpoint.resume(state_file);
+  weight.begin();
+}
+
+// Dry contacts with prisms, bridges, and what forms and ruptures.
+void Plugin::act(bool fresh) {
+  const Clock &clock = world.clock;
+  const bool bridges_act = clock.bridges_act();
+  wires.touch(fresh);
+  if (fresh && wet()) {
+    films.mark();
+    standing.sort();
+    near.find();
+  }
+  if (world.rules.moist && (fresh || bridges_act)) near.move_on(impulses.on() ? impulses.moved(fresh) : INF);
+  if (!wet() || !bridges_act) return;
+  forces.act(booking.events);
+  if (!clock.again) near.propose(booking.events);
+}
+
+void Plugin::step(int64_t n) {
+  Clock &clock = world.clock;
+  Engine &engine = world.engine;
+  const Rules &rules = world.rules;
+  clock.go(n);
+  const bool fresh = clock.first || clock.again || engine.lists_are_new(n);
+  if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && wires.prisms.empty()) return;
+  engine.look();
+  clock.time = n * engine.at.dt;
+  if (fresh) engine.check_box(world.spheres, world.ranks, n);
+  energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
+  weight.weigh(fresh);
+  booking.events.clear();
+  std::string problem;
+  try {
+    act(fresh);
+  } catch (const std::exception &e) {
+    problem = e.what();
+  }
+  booking.gather(problem);
+  if (rules.semi_implicit && wet() && clock.bridges_act()) implicit.act();
+  if (clock.again && checkpoint.restore_forces()) return;
+  if (!booking.events.empty()) {
+    booking.book();
+    forces.act_new(booking.events);
+  }
+  energy.add_up();
+  shedding.shed();
+  if (rules.moist && clock.output()) logs.snapshot();
+  if (clock.checkpoint()) checkpoint.save();
+}
+
+}  // namespace pywet

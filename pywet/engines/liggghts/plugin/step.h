@@ -1,0 +1,43 @@
+// The plugin: its parts, and the order of things in one step.
+//
+// The state of the liquid is the same on every rank. Each step, the rank that owns sphere i of a pair decides about it; the
+// events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
+#pragma once
+#include <string>
+
+#include "booking.h"
+#include "checkpoint.h"
+#include "forces.h"
+
+namespace pywet {
+
+class Plugin {
+ public:
+  World world;
+  Films films{world};
+  Standing standing{world};
+  EnergyBook energy{world, standing};
+  Logs logs{world, films, standing, energy};
+  Wires wires{world, energy, logs};
+  Single single{world, standing, energy};
+  Impulses impulses{world, energy};
+  Implicit implicit{world, standing, single, impulses, logs};
+  Forces forces{world, standing, energy, single, impulses, implicit, logs};
+  NearPairs near{world, films, standing};
+  Weight weight{world, films, standing, energy};
+  Booking booking{world, films, standing, near, energy, weight, logs};
+  Shedding shedding{world, films, weight, logs};
+  Checkpoint checkpoint{world, films, standing, energy, wires, weight, shedding, logs};
+
+  Plugin() = default;
+  Plugin(const Plugin &) = delete;       // the parts know each other by place
+  void attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory);
+  void resume(const std::string &state_file);
+  void step(int64_t n);
+
+ private:
+  bool wet() const { return films.initial > 0; }
+  void act(bool fresh);
+};
+
+}  // namespace pywet

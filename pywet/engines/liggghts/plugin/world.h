@@ -1,0 +1,25 @@
+// What every part of the plugin may read: the scene, the present step, the engine. Only the order of the step (step.cpp), the
+// set-up (plugin.cpp) and a resumption (checkpoint.cpp) change it.
+#pragma once
+#include "clock.h"
+#include "engine.h"
+#include "laws.h"
+#include "ranks.h"
+#include "rules.h"
+#include "spheres.h"
+#include "walls.h"
+
+namespace pywet {
+
+struct World {
+  Rules rules;
+  Clock clock;
+  Ranks ranks;
+  Spheres spheres;
+  Walls walls;
+  Laws laws;
+  TransferTables transfer;
+  Engine engine;
+};
+
+}  // namespace pywet

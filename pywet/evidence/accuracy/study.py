@@ -1,0 +1,132 @@
+"""The accuracy study: its rounds and their runs, its table, and the page.
+
+A round is a scene with one seed: all its settings in turn, the default first and last, so that whatever else the machine does
+meets all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pywet import config as settings
+from pywet.errors import PywetError
+from pywet.evidence import study
+from pywet.evidence.accuracy import choice, command, cost, knobs, measure, result, sieve
+from pywet.evidence.accuracy.knobs import KNOBS_OF, Level, Setting
+from pywet.evidence.accuracy.sieve import SCREENING, SEEDS
+from pywet.files import write_json
+
+ONCE = ("pair_dry", "pair_wet", "pull", "laws")
+"""Scenes without chance: one round."""
+
+
+@dataclass(frozen=True)
+class AccuracyStudy(study.Study):
+    """All knobs in all scenes, in one of the sizes of `sieve.SIZES`."""
+
+    folder: Path
+    size: str = "quick"
+    config_dir: Path = Path("config")
+
+    def __post_init__(self) -> None:
+        sieve.size_named(self.size)
+
+    def jobs(self) -> list[str]:
+        """The rounds; those of one scene are not neighbours."""
+        shape = sieve.size_named(self.size)
+        seeds = {"bed": shape.seeds, "moist": shape.seeds, "dry": shape.dry_seeds or shape.seeds}
+        rounds = [(scene, SEEDS[0]) for scene in ONCE]
+        rounds += [(scene, seed) for k, seed in enumerate(SEEDS) for scene in ("bed", *SCREENING) if k < seeds[scene]]
+        return [f"{self.size}/{scene}-{seed}" for scene, seed in rounds]
+
+    def runs(self, job: str) -> list[study.Run]:
+        """Default, every level of every knob but the default's (from another start each seed), and the default again."""
+        scene, _, seed = job.partition("/")[2].rpartition("-")
+        base = knobs.default(self.size)
+        turned: list[tuple[str, Level | None]] = [
+            (knob, level)
+            for knob in KNOBS_OF[scene]
+            for level in knobs.KNOBS[knob].levels(self.size)
+            if level != getattr(base, knob)
+        ]
+        shift = SEEDS.index(int(seed)) * len(turned) // len(SEEDS)
+        again: list[tuple[str, Level | None]] = [("again", None)] if scene in SCREENING else []
+        order = [("default", None), *turned[shift:], *turned[:shift], *again]
+        return [self._run(job, scene, int(seed), knob, level) for knob, level in order]
+
+    def _run(self, job: str, scene: str, seed: int, knob: str, level: Level | None) -> study.Run:
+        setting = self.setting(knob, level)
+        given = {
+            "scene": scene, "seed": seed, "knob": knob, "setting": asdict(setting), "size": self.size,
+            "configuration": self.configuration if scene in SCREENING else None,
+        }  # fmt: skip
+        return study.Run(
+            f"{job}-{knob}" + ("" if level is None else f"-{level}"),
+            given,
+            partial(measure.rows_of, scene, seed, knob, setting, self.size, self.config_dir),
+            {"scene": scene, "seed": seed, "knob": knob, "level": level},
+        )
+
+    def setting(self, knob: str, level: Level | None) -> Setting:
+        """The default with one knob turned."""
+        base = knobs.default(self.size)
+        return base if level is None else base.but(knob, level)
+
+    @cached_property
+    def configuration(self) -> list[dict[str, Any]]:
+        """All of the configuration that screening depends on and the study does not set itself."""
+        config = sieve.with_setting(settings.load(self.config_dir), Setting(), sieve.SIZES[self.size], seed=0)
+        return [study.configured(config, number, sieve.SCALE) for number in sieve.CASE.values()]
+
+    def table(self) -> dict[str, Any]:
+        """Prices and errors from the runs that are kept."""
+        runs = self.gather()
+        if runs.empty or not runs["scene"].isin(SCREENING).any():
+            raise PywetError(
+                f"no runs of size {self.size} in {self.folder}; expected some: run `pywet study accuracy --size {self.size}`"
+            )
+        return result.table(runs, self.size)
+
+    def show(self) -> Path:
+        """table.json in the folder, and the page."""
+        from pywet.evidence.accuracy import page
+
+        table = self.table()
+        write_json(self.folder / "table.json", result.rounded(table))
+        others = [held for held in choice.stored()["scales"].values() if held["provenance"]["size"] != self.size]
+        return page.write_page(self.page, table, self.gather(), self.size, others, self.times(command.habit(table)))
+
+    def times(self, habit: cost.Habit) -> pd.DataFrame | None:
+        """Measured and predicted processor time [s] of every screening run on one rank; None on an unmeasured machine."""
+        machine, runs = cost.kept(), self.gather()
+        if machine is None:
+            return None
+        runs = runs[runs["scene"].isin(SCREENING) & runs["failed"].isna() & (runs["knob"] != "ranks")]
+        predicted = [self.predict(labels, machine, habit) for labels in runs.to_dict("records")]
+        return pd.DataFrame({"scene": runs["scene"], "measured": runs["cpu_s"], "predicted": predicted})
+
+    def predict(self, run: Any, machine: cost.Coefficients, habit: cost.Habit) -> float:
+        """Processor time of a screening run [s], by its labels."""
+        setting = self.setting(run["knob"] if run["knob"] in knobs.KNOBS else "default", run["level"])
+        made = sieve.with_setting(settings.load(self.config_dir), setting, sieve.SIZES[self.size], run["seed"])
+        return cost.predict(made, sieve.CASE[run["scene"]], sieve.SCALE, machine, habit)[0]
+
+    def expected(self) -> float:
+        """Time of the runs that are missing on this machine [s]; small scenes are guessed at a few seconds each."""
+        machine = command.calibrated(self.config_dir)
+        habit, total = command.habit(choice.for_scale(sieve.SIZES[self.size].scale)[0]), 0.0
+        for run in self.missing():
+            if run.labels["scene"] not in SCREENING:
+                starts = machine.few.start_stock, machine.few.start_moist
+                total += 1.0 + starts[run.labels["scene"] != "pair_dry"]
+                continue
+            try:
+                total += self.predict(run.labels, machine, habit) + 0.5
+            except PywetError:
+                continue  # refused in no time
+        return total

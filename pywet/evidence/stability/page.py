@@ -1,0 +1,148 @@
+"""The page of the stability study: maps first, then hard scenes and cases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pywet.evidence.stability import figures
+from pywet.evidence.stability.maps import MAPS
+from pywet.report import page
+
+READS = {
+    "step_explicit": (
+        "The stable region ends where the advisor says: for thin liquids at the contact's limit, for thick ones at "
+        "the drag's, which falls with the viscosity. "
+    ),
+    "step_semi_implicit": (
+        "The viscosity no longer limits the step, and the thicker the liquid, the longer the step that still "
+        "holds; with thin liquids the last part before the limit makes some energy. "
+    ),
+    "stiffness": (
+        "Elastic spheres of 1 mm at a step of 10 µs. Beyond the line a contact blows up. Short of it a contact is "
+        "stable, but a collision that begins between two steps gives back up to k Δt²/(4 m) more or less than it "
+        "got: a tenth of the limit (dashed) keeps the energy to 1 %, and the default, a twentieth of the contact "
+        "time, lies below it. Spheres faster than a tenth of their radius a step, or pressed in by more than half "
+        "a radius, are stopped by name. "
+    ),
+    "ratio": (
+        "A thick liquid (0.1 Pa s), explicit drag, one step for all. The advisor takes the drag at contact: it is "
+        "sharp where the spheres meet, and cautious for thick films, where the drag stops them before they touch. "
+    ),
+    "angle": (
+        "Slow collisions in which the capillary force decides. The advisor's line is one of resolution: to its "
+        "left a bridge is passed in a few steps. Nothing becomes unstable there, since so small a bridge holds too "
+        "little energy. "
+    ),
+}
+
+
+def score(table: pd.DataFrame) -> dict[str, int]:
+    """Points inside and outside the advisor's line, and how many of each are stable."""
+    inside = table["limit"].astype(float) >= 1.0
+    good = table["state"] == "stable"
+    return {
+        "inside": int(inside.sum()), "inside_stable": int((inside & good).sum()),
+        "inside_stopped": int((inside & ~table["state"].isin(["stable", "energy"])).sum()),
+        "outside": int((~inside).sum()), "outside_stable": int((~inside & good).sum()),
+    }  # fmt: skip
+
+
+def said_of(score_: dict[str, int]) -> str:
+    """The score in one sentence."""
+    return (
+        f"Within the line {score_['inside_stable']} of {score_['inside']} points are stable to 1 % of energy, "
+        f"{score_['inside'] - score_['inside_stable'] - score_['inside_stopped']} make more, {score_['inside_stopped']} stop; "
+        f"beyond it {score_['outside_stable']} of {score_['outside']} are still stable."
+    )
+
+
+def map_sections(maps: dict[str, pd.DataFrame]) -> list[page.Section]:
+    """The maps, by time step and by the rest."""
+    others = "Stiffness and speed, film and size ratio, angle and volume"
+    groups = (
+        ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
+        (others, "Stiffness, film, angle", ("stiffness", "ratio", "angle")),
+    )
+    sections = []
+    for heading, short, names in groups:
+        charts = [(MAPS[n], maps[n]) for n in names]
+        drawn = figures.maps_figure(charts, len(charts))
+        picture = page.picture(drawn, "Each field is one point, judged in the engine")
+        words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(maps[n]))) for n in names]
+        sections.append(page.Section(heading, picture + "".join(words), short))
+    return sections
+
+
+def hard_section(table: pd.DataFrame) -> page.Section:
+    """Hard scenes, one row each."""
+    rows: list[list[page.Cell | str]] = []
+    for r in table.itertuples():
+        fine = str(r.state) in ("stable", "law", str(r.expected))
+        words = {"stable": "stable", "law": "energy by the tangential law", "stopped": "stopped by name"}
+        rows.append([
+            page.Cell(str(r.case), left=True),
+            page.Cell(words.get(str(r.state), str(r.state)), "bad" if not fine else "fair" if r.state == "law" else "good"),
+            f"{r.ledger:.0e}" if r.state != "stopped" else "", str(r.events), str(r.replay),
+            page.Cell(str(r.said), left=True),
+        ])  # fmt: skip
+    body = page.paragraph(
+        "What a scene may meet on a bad day, at small size; the same run in the tests. Each is finite, keeps its "
+        "liquid to round-off, makes no energy beyond the order of the method, and is recomputed by the independent "
+        "replay, or stops by a sentence that names the sphere and the cause."
+    )
+    body += page.table(["scene", "outcome", "ledger error", "events", "replay", "sentence of the guard"], rows)
+    return page.Section("Hard scenes", body, "Hard scenes")
+
+
+def case_section(cases: pd.DataFrame) -> page.Section:
+    """The random cases."""
+    counts = pd.crosstab(cases["kind"], cases["state"])
+    rows: list[list[page.Cell | str]] = [
+        [page.Cell(str(k), left=True), *(str(v) if v else "" for v in counts.loc[k])] for k in counts.index
+    ]
+    body = page.picture(figures.field(cases), "The cases: each point is one", vector=False)
+    body += page.paragraph(
+        "Random pairs, chains, packings, and spheres at plates, edges and wires: radii 20 µm to 10 mm, size ratio "
+        "to 10, surface tension 0 to 0.1 N/m, viscosity 0 to 10 Pa s, contact angles 0 to 89 degrees, V* from 1e-9 "
+        "to 0.5, speeds over three decades, presets paper and exact and seven other choices of laws, explicit and "
+        "semi-implicit drag within the advisor's limits, one or two ranks."
+    )
+    body += page.paragraph(
+        "Energy by the tangential law: Elskamp's (28), (29) drag sliding and spin with different coefficients, and "
+        "the torque is the force times its arm. Such a law is not passive: a sphere that slides along a plate ends "
+        "with up to 1.4 times its energy, whatever the step. The same case with the law `lian`, which has one "
+        "coefficient, makes none; that is how it is told from an error of the method."
+    )
+    body += page.table(["what", *map(str, counts.columns)], rows)
+    bad = cases[~cases["state"].isin(["stable", "law"])]
+    if len(bad):
+        listed: list[list[page.Cell | str]] = [
+            [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)] for r in bad.itertuples()
+        ]  # fmt: skip
+        body += page.table(["case", "what", "state", "sentence", "replay"], listed)
+    return page.Section(f"{len(cases)} hard cases", body, "Cases")
+
+
+def write_page(path: Path, maps: dict[str, pd.DataFrame], scenes: pd.DataFrame, cases: pd.DataFrame) -> Path:
+    """The page of the maps' points, the hard scenes and the random cases, a row each."""
+    by_law = int((cases["state"] == "law").sum())
+    unexplained = len(cases) - by_law - int((cases["state"] == "stable").sum())
+    fine = int(((scenes["state"] == scenes["expected"]) | (scenes["state"] == "law")).sum())
+    cards = [
+        page.Card(f"{unexplained}", f"of {len(cases)} hard cases without an explanation", "bad" if unexplained else "good"),
+        page.Card(f"{cases['ledger'].max():.0e}", "largest error of a cell's liquid ledger, over its liquid", "good"),
+        page.Card(f"{by_law}", "cases in which the paper's tangential law makes energy, whatever the step"),
+        page.Card(f"{fine} of {len(scenes)}", "hard scenes as they should be", "good" if fine == len(scenes) else "bad"),
+    ]  # fmt: skip
+    return page.write(
+        path,
+        "What stays stable",
+        "Where a run stays finite, keeps its liquid and makes no energy; where it does not, and whether the time "
+        "step advisor "
+        "knows it.",
+        [*map_sections(maps), hard_section(scenes), case_section(cases)],
+        cards,
+        f"{len(cases)} cases in {cases['wall_s'].sum() / 60.0:.0f} min of wall time; tables beside this page in {path.stem}/.",
+    )

@@ -1,0 +1,303 @@
+"""From a description to what an engine runs: classes, contacts, films, surfaces, first places, time step, run directory."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from pydantic import ValidationError
+from scipy.spatial import cKDTree
+
+from pywet import scene as typed
+from pywet.apparatus import Surface, fill, write_stl
+from pywet.apparatus.initial import write_initial
+from pywet.apparatus.motion import peak_speed
+from pywet.apparatus.surface import Floats
+from pywet.bench import bodies
+from pywet.bench.small import wall_mesh
+from pywet.config.loading import placed_laws
+from pywet.config.messages import mistake
+from pywet.errors import ConfigError
+from pywet.files import write_json, write_table
+from pywet.laws.contact import film_volume
+from pywet.own_scene.description import WALLS, Scene, Spheres
+from pywet.plan import EffectPlan, Surroundings
+from pywet.plan import plan as plan_effects
+from pywet.screening.amounts import common_film_thickness, liquid_volume
+
+MARGIN_M = 0.010
+"""Room between all that is there, wherever it moves, and the simulated box."""
+TOUCHING = 1.0 - 1e-6
+"""Part of the distance at touch from which on two bodies count as overlapping at the start."""
+
+
+@dataclass(frozen=True)
+class Building:
+    """What a description becomes; everything is made when it is asked for."""
+
+    said: Scene
+
+    @cached_property
+    def classes(self) -> tuple[typed.SphereClass, ...]:
+        """One class for each entry of `spheres`, in its order."""
+        return tuple(_sphere_class(k, s, self.said) for k, s in enumerate(self.said.spheres, start=1))
+
+    @cached_property
+    def pairs(self) -> tuple[typed.ContactPair, ...]:
+        """Dry contacts of all classes with each other and with the walls."""
+        kinds = range(1, len(self.classes) + 1)
+        return tuple(self._pair(a, b) for a in kinds for b in (0, *range(a, len(self.classes) + 1)))
+
+    def _pair(self, a: int, b: int) -> typed.ContactPair:
+        spheres = self.said.spheres
+        dry = self.said.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
+        assert dry is not None  # the description refuses what it has no data for
+        return bodies.contact(
+            a, b, dry.stiffness_N_per_m, friction=dry.friction, rolling_m=dry.rolling_friction_m, restitution=dry.restitution
+        )  # fmt: skip
+
+    @cached_property
+    def thickness(self) -> tuple[float, ...]:
+        """Thickness of the first film on each class [m]."""
+        liquid = self.said.liquid
+        if liquid is None:
+            return (0.0,) * len(self.classes)
+        common = [
+            c for c, s in zip(self.classes, self.said.spheres, strict=True) if s.percent is None and s.film_um is None
+        ]
+        of_all = _film(common, liquid.percent, liquid.film_um, liquid.density_kg_per_m3) if common else 0.0
+        return tuple(
+            of_all if c in common else _film([c], s.percent, s.film_um, liquid.density_kg_per_m3)
+            for c, s in zip(self.classes, self.said.spheres, strict=True)
+        )
+
+    @cached_property
+    def liquid(self) -> typed.Liquid | None:
+        """The liquid, with the thickest film: what the neighbour list and the plan must allow for."""
+        said = self.said.liquid
+        if said is None or not any(self.thickness):
+            return None
+        return typed.Liquid(
+            surface_tension_N_per_m=said.surface_tension_N_per_m, viscosity_Pa_s=said.viscosity_Pa_s,
+            density_kg_per_m3=said.density_kg_per_m3, initial_film_thickness_m=max(self.thickness),
+        )  # fmt: skip
+
+    @cached_property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The walls' triangles."""
+        return tuple(wall.surface(self.said.folder) for wall in self.said.walls)
+
+    @cached_property
+    def vibration(self) -> typed.Vibration | None:
+        """Of all walls that vibrate."""
+        return next((w.vibrates.vibration() for w in self.said.walls if w.vibrates), None)
+
+    @cached_property
+    def rotation(self) -> typed.Rotation | None:
+        """Of all walls that turn."""
+        return next((w.turns.rotation() for w in self.said.walls if w.turns), None)
+
+    @cached_property
+    def slide(self) -> typed.Slide | None:
+        """Of all walls that move or are removed."""
+        for wall, surface in zip(self.said.walls, self.surfaces, strict=True):
+            moving = wall.moves or wall.removed
+            if moving:
+                return moving.slide(surface.vertices)
+        return None
+
+    @cached_property
+    def spheres(self) -> pd.DataFrame:
+        """id, type, place, velocity and film of every sphere at the start; overlaps are refused."""
+        table = _first_places(self.said, self.classes)
+        films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
+        table["film"] = table["type"].map(dict(enumerate(films, start=1)))
+        _refuse_overlaps(self, table)
+        return table
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Corners of what is simulated: all spheres, and all walls wherever they move."""
+        corners = [self.spheres[[*"xyz"]].to_numpy()]
+        for surface in self.surfaces:
+            corners += [surface.vertices, *self._moved(surface)]
+        margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
+        everything = np.concatenate(corners)
+        return everything.min(axis=0) - margin, everything.max(axis=0) + margin
+
+    def _moved(self, surface: Surface) -> list[Floats]:
+        """Where a moving wall gets to."""
+        at = surface.vertices
+        if surface.motion == "slides" and self.slide:
+            return [at + self.slide.travel_s * np.array(self.slide.velocity_m_per_s)]
+        if surface.motion == "vibrates" and self.vibration:
+            return [at + sign * 2.0 * np.array(self.vibration.amplitude_m) for sign in (-1.0, 1.0)]
+        if surface.motion == "turns" and self.rotation:
+            reach = _far_from_axis(at, self.rotation)
+            along = _along_axis(at, self.rotation)
+            return [along + sign * reach * (1.0 - np.abs(np.array(self.rotation.axis))) for sign in (-1.0, 1.0)]
+        return []
+
+    @property
+    def speed(self) -> float:
+        """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
+        wall = [peak_speed(self.vibration)] if self.vibration else []
+        if self.slide:
+            wall.append(math.hypot(*self.slide.velocity_m_per_s))
+        for surface in self.surfaces:
+            if surface.motion == "turns" and self.rotation:
+                wall.append(2.0 * math.pi / self.rotation.period_s * _far_from_axis(surface.vertices, self.rotation))
+        low, high = self.box
+        fall = math.sqrt(2.0 * abs(float(np.dot(self.said.gravity_m_per_s2, high - low))))
+        thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
+        return max([*wall, fall, thrown])
+
+    @cached_property
+    def plan(self) -> EffectPlan:
+        """Which effects are on, and why."""
+        said = self.said
+        around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
+        laws = placed_laws(said.laws, said.folder)
+        return plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+
+    @property
+    def time_step(self) -> float:
+        """As given, or a share of the stable step of a packing [s]."""
+        how, liquid = self.said.time_step, self.liquid
+        drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
+        return how.time_step_s or bodies.packed_step(self.classes, self.pairs, how.share, drag)
+
+    def scene(self) -> typed.Scene:
+        """What an engine runs."""
+        said, (low, high), effects = self.said, self.box, self.plan.effects
+        given: dict[str, Any] = {
+            "name": said.name,
+            "seed": said.seed,
+            "classes": self.classes,
+            "pairs": self.pairs,
+            "liquid": self.liquid,
+            "walls": tuple(
+                wall_mesh(s, math.radians(w.contact_angle_deg)) for s, w in zip(self.surfaces, said.walls, strict=True)
+            ),
+            "vibration": self.vibration,
+            "slide": self.slide,
+            "rotation": self.rotation,
+            "effects": effects,
+            "viscous_integration": said.time_step.viscous_integration,
+            "gravity_m_per_s2": said.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
+            "box_low_m": tuple(low.tolist()),
+            "box_high_m": tuple(high.tolist()),
+            "spheres_file": Path("spheres.parquet"),
+            "time_step_s": self.time_step,
+            "duration_s": said.duration_s,
+            "output": typed.Output(
+                interval_s=said.results.interval_s or said.duration_s / 50.0,
+                contact_windows=said.results.windows,
+                contact_window_steps=said.results.window_steps,
+                checkpoints=said.results.checkpoints,
+                window_trajectories=said.results.windows > 0,
+            ),
+            "bin_z_m": float(low[2]),
+        }
+        try:
+            return typed.Scene(**given)
+        except ValidationError as error:
+            raise mistake(error, typed.Scene, f"scene {said.name}") from error
+
+
+def write(said: Scene, run_dir: Path) -> typed.Scene:
+    """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
+    made, run_dir = Building(said), Path(run_dir)
+    scene = made.scene()
+    for surface, wall in zip(made.surfaces, scene.walls, strict=True):
+        write_stl(surface, run_dir / wall.stl)
+    write_table(made.spheres.drop(columns="film"), run_dir / scene.spheres_file)
+    write_initial(scene, made.surfaces, made.spheres, run_dir)
+    write_json(run_dir / "plan.json", made.plan.as_dict())
+    write_json(run_dir / "description.json", said.model_dump(mode="json"))
+    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    (run_dir / "config.json").unlink(missing_ok=True)  # a screening case's, had one been built here before
+    return scene
+
+
+def _sphere_class(kind: int, spheres: Spheres, said: Scene) -> typed.SphereClass:
+    material = said.materials[spheres.material]
+    sphere_kg = material.density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
+    if spheres.at_mm is not None:
+        count = len(spheres.at_mm)
+    else:
+        count = spheres.count or max(1, round(1e-3 * (spheres.mass_g or 0.0) / sphere_kg))
+    return typed.SphereClass(
+        name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
+        contact_angle_rad=math.radians(material.contact_angle_deg), count=count,
+    )  # fmt: skip
+
+
+def _film(classes: list[typed.SphereClass], percent: float | None, film_um: float | None, density: float) -> float:
+    """Thickness [m] of the same film on all spheres of these classes."""
+    if film_um is not None:
+        return 1e-6 * film_um
+    return common_film_thickness(classes, liquid_volume(classes, percent or 0.0, density))
+
+
+def _first_places(said: Scene, classes: tuple[typed.SphereClass, ...]) -> pd.DataFrame:
+    """id, type, x to vz of every sphere: those of one region placed together, those with places where they are."""
+    regions: dict[Any, list[typed.SphereClass]] = defaultdict(list)
+    tables = []
+    for sphere, entry in zip(classes, said.spheres, strict=True):
+        if entry.at_mm is not None:
+            at = 1e-3 * np.array(entry.at_mm)
+            tables.append(pd.DataFrame({"type": sphere.type, "x": at[:, 0], "y": at[:, 1], "z": at[:, 2]}))
+        else:
+            regions[entry.box or entry.cylinder].append(sphere)
+    for number, (shape, inside) in enumerate(regions.items()):
+        tables.append(fill(inside, shape.region(), said.seed + number))
+    table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]]
+    table.insert(0, "id", np.arange(1, len(table) + 1))
+    thrown = np.array([s.velocity_m_per_s for s in said.spheres])[table["type"].to_numpy() - 1]
+    table[["vx", "vy", "vz"]], table[["wx", "wy", "wz"]] = thrown, 0.0
+    return table
+
+
+def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
+    """Refuse spheres that begin in each other or in a wall."""
+    at, kind = table[[*"xyz"]].to_numpy(), table["type"].to_numpy() - 1
+    radius = np.array([c.radius_m for c in made.classes])[kind]
+    names = [c.name for c in made.classes]
+    close = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
+    gap = np.linalg.norm(at[close[:, 0]] - at[close[:, 1]], axis=1) - TOUCHING * radius[close].sum(axis=1)
+    if (gap < 0.0).any():
+        a, b = close[int(np.argmin(gap))]
+        raise ConfigError(
+            f"scene {made.said.name}: {int((gap < 0).sum())} pairs of spheres overlap at the start, such as one of "
+            f"{names[kind[a]]} and one of {names[kind[b]]}; expected room between them: mend their regions or places"
+        )
+    import pyvista as pv
+
+    for surface in made.surfaces:
+        faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
+        distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
+        inside = np.asarray(distance) < TOUCHING * radius
+        if inside.any():
+            first = at[inside][0] * 1e3
+            raise ConfigError(
+                f"scene {made.said.name}: {int(inside.sum())} spheres begin in wall {surface.name}, such as one at "
+                f"{first[0]:.3g}, {first[1]:.3g}, {first[2]:.3g} mm; expected all outside: mend the region or the wall"
+            )
+
+
+def _along_axis(at: Floats, rotation: typed.Rotation) -> Floats:
+    """The closest points of an axis."""
+    origin, axis = np.array(rotation.origin_m), np.array(rotation.axis)
+    return np.asarray(origin + ((at - origin) @ axis)[:, None] * axis)
+
+
+def _far_from_axis(at: Floats, rotation: typed.Rotation) -> float:
+    """Largest distance from an axis [m]."""
+    return float(np.linalg.norm(at - _along_axis(at, rotation), axis=1).max())

@@ -1,0 +1,63 @@
+"""What is done with a scene of one's own: read, plan, run, load, replay, view. These are the functions of `import pywet`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pywet import stages
+from pywet.config.loading import read_yaml
+from pywet.errors import PywetError
+from pywet.own_scene import building, results
+from pywet.own_scene.description import Scene
+from pywet.plan import EffectPlan
+from pywet.runs.loaded import Run
+from pywet.screening import verdict
+
+
+def read_scene(file: Path | str) -> Scene:
+    """The scene of a YAML file, checked; STL files and laws in files are looked for in its folder."""
+    path = Path(file)
+    given = read_yaml(path, Scene)
+    return Scene(**{**given, "folder": path.parent, "file": path})
+
+
+def plan(scene: Scene) -> EffectPlan:
+    """Which effects a scene calls for, and why: `for line in pywet.plan(scene).lines: print(line)`."""
+    return building.Building(scene).plan
+
+
+def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> Run:
+    """Build, simulate, evaluate and replay a scene in a folder; a finished run of the same scene there is not simulated again.
+
+    Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees.
+    """
+    where = Path(folder)
+    building.write(scene, where)
+    stages.simulate(where, ranks, progress)
+    results.write(where)
+    stages.replay(where)
+    objections = verdict.objections(where)
+    if objections:
+        raise PywetError("; ".join(objections))
+    return load(where)
+
+
+def load(folder: Path | str) -> Run:
+    """A finished run as tables with units."""
+    return Run(Path(folder))
+
+
+def replay(folder: Path | str) -> dict[str, Any] | None:
+    """Recompute a run by the independent reference: what it compared, how far it is off; None where nothing can be replayed."""
+    return stages.replay(Path(folder))
+
+
+def view(folder: Path | str, step: int | None = None) -> Path:
+    """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture."""
+    from pywet.report import render
+
+    stages.vtk(Path(folder))
+    picture = Path(folder) / "picture.png"
+    render.write(Path(folder), picture, step)
+    return picture

@@ -1,0 +1,216 @@
+"""What a user says of a scene: materials, spheres, liquid, walls, motions. The YAML of `pywet run-scene` has the same keys.
+
+Lengths in mm, angles in degrees, all else in SI units, as the keys say. What becomes of it is in `building.py`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from pywet.apparatus.packing import FeedRegion
+from pywet.config.entries import Excusable
+from pywet.config.messages import mistake
+from pywet.config.settings import EffectSettings, LawSettings
+from pywet.own_scene.choices import chosen
+from pywet.own_scene.walls import MM, Wall
+from pywet.scene import NonNegative, Positive, Title, Vector
+
+WALLS = "walls"
+"""Of a contact: with every wall, which are one material in the engine."""
+PRESET = {"tolerance": {"value": 0.01, "source": "assumption", "reason": "one per cent of the larger"}}
+WATER = {"surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 1e-3, "density_kg_per_m3": 1000.0}
+Angle = Annotated[float, Field(ge=0, lt=90)]
+Percent = Annotated[float, Field(ge=0, le=100)]
+
+
+class Dry(Excusable):
+    """A dry contact: a linear spring with its dashpot, Coulomb friction, rolling friction as a length."""
+
+    stiffness_N_per_m: Positive = 2000.0
+    """Normal; soft springs are usual, as long as overlaps stay below some per cent of the radius (`contact_statistics` says)."""
+    friction: Annotated[float, Field(ge=0, le=10)] = 0.4
+    rolling_friction_m: NonNegative = 2e-5
+    restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
+
+
+class Material(Dry):
+    """A material of spheres; its dry contact is that with itself and, where `contacts` says nothing else, with walls."""
+
+    density_kg_per_m3: Positive
+    contact_angle_deg: Angle = 15.0
+
+
+class Contact(Dry):
+    """The dry contact between two materials, or between a material and `walls`."""
+
+    between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
+
+
+class Liquid(Excusable):
+    """The liquid (water, if not said otherwise) and how much of it: per cent of the spheres' mass, or the film's thickness."""
+
+    surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
+    viscosity_Pa_s: NonNegative = WATER["viscosity_Pa_s"]
+    density_kg_per_m3: Positive = WATER["density_kg_per_m3"]
+    percent: Percent | None = None
+    film_um: NonNegative | None = None
+
+    @model_validator(mode="after")
+    def _one_amount(self) -> Self:
+        chosen(self, "percent", "film_um", needed=False)
+        return self
+
+
+class Box(Excusable):
+    """A region between two corners."""
+
+    low_mm: Vector
+    high_mm: Vector
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not all(a < b for a, b in zip(self.low_mm, self.high_mm, strict=True)):
+            raise ValueError("each number of low_mm to be less than that of high_mm")
+        return self
+
+    def region(self) -> FeedRegion:
+        """As spheres are placed in it."""
+        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
+        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+
+
+class Cylinder(Excusable):
+    """An upright cylinder; `origin_mm` is the middle of its lower end."""
+
+    diameter_mm: Positive
+    height_mm: Positive
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+
+    def region(self) -> FeedRegion:
+        """As spheres are placed in it."""
+        x, y, z = (MM * c for c in self.origin_mm)
+        return FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
+
+
+class Spheres(Excusable):
+    """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
+
+    name: Title
+    material: str
+    diameter_mm: Positive
+    count: Annotated[int, Field(ge=1)] | None = None
+    mass_g: Positive | None = None
+    box: Box | None = None
+    cylinder: Cylinder | None = None
+    at_mm: tuple[Vector, ...] | None = None
+    velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    percent: Percent | None = None
+    """Liquid over the mass of these spheres, in place of the scene's amount."""
+    film_um: NonNegative | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        chosen(self, "box", "cylinder", "at_mm")
+        if self.at_mm is None:
+            chosen(self, "count", "mass_g")
+        elif self.count is not None or self.mass_g is not None:
+            raise ValueError(f"spheres {self.name}: no count and no mass_g beside at_mm, which says how many there are")
+        chosen(self, "percent", "film_um", needed=False)
+        return self
+
+    @property
+    def radius_m(self) -> float:
+        """Radius [m]."""
+        return 0.5 * MM * self.diameter_mm
+
+
+class TimeStep(Excusable):
+    """`time_step_s`, or a share of the largest stable step of a dense packing."""
+
+    time_step_s: Positive | None = None
+    share: Annotated[float, Field(gt=0, le=1)] = 0.1
+    viscous_integration: Annotated[str, Field(pattern="^(explicit|semi_implicit)$")] = "semi_implicit"
+
+
+class Results(Excusable):
+    """How often results are written, and in how many windows of steps every contact is recorded for the replay."""
+
+    interval_s: Positive | None = None
+    """If not given, a fiftieth of the duration."""
+    windows: Annotated[int, Field(ge=0, le=1000)] = 2
+    window_steps: Annotated[int, Field(ge=1, le=100_000)] = 20
+    checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
+
+
+class Scene(Excusable):
+    """A scene of one's own: `pywet.run(scene, folder)` simulates it, `pywet.plan(scene)` says which effects it calls for.
+
+    A mistake raises `pywet.errors.ConfigError`, all mistakes in one go, a sentence each.
+    """
+
+    name: Title
+    duration_s: Positive
+    materials: dict[str, Material]
+    contacts: tuple[Contact, ...] = ()
+    spheres: Annotated[tuple[Spheres, ...], Field(min_length=1)]
+    liquid: Liquid | None = None
+    walls: tuple[Wall, ...] = ()
+    gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
+    laws: LawSettings = LawSettings()
+    effects: EffectSettings = EffectSettings.model_validate(PRESET)
+    time_step: TimeStep = TimeStep()
+    results: Results = Results()
+    folder: Path = Path()
+    """Where STL files and files of laws are looked for; of a YAML file its own folder."""
+    file: Path | None = None
+    """The file that it was read from."""
+
+    def __init__(self, **given: Any) -> None:
+        try:
+            super().__init__(**given)
+        except ValidationError as error:
+            where = str(given.get("file") or f"scene {given.get('name') or ''}".strip())
+            raise mistake(error, Scene, where) from error
+
+    @model_validator(mode="after")
+    def _names(self) -> Self:
+        wrong = _doubled("spheres", [s.name for s in self.spheres]) + _doubled("walls", [w.name for w in self.walls])
+        known = ", ".join(self.materials) or "none"
+        named = [(f"spheres {s.name}", s.material) for s in self.spheres]
+        named += [("contacts", m) for c in self.contacts for m in c.between if m != WALLS]
+        wrong += [f"{where} to name a material ({known}), not {m}" for where, m in named if m not in self.materials]
+        used = sorted({s.material for s in self.spheres} & self.materials.keys())
+        pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
+        wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
+        for motion in (
+            {w.vibrates for w in self.walls},
+            {w.turns for w in self.walls},
+            {w.moves or w.removed for w in self.walls},
+        ):
+            if len(motion - {None}) > 1:
+                kind = type(next(iter(motion - {None}))).__name__.lower()
+                wrong.append(f"walls that move in one way of a kind ({kind}), as the engine has one of each")
+        if self.liquid is None and any((s.percent or s.film_um) for s in self.spheres):
+            wrong.append("the key liquid, as spheres have some")
+        if wrong:
+            raise ValueError("; ".join(wrong))
+        return self
+
+    def dry(self, a: str, b: str) -> Dry | None:
+        """The dry contact of two materials, or of one with `walls`; None where none is given."""
+        for contact in self.contacts:
+            if sorted(contact.between) == sorted((a, b)):
+                return contact
+        return self.materials[a] if b in (a, WALLS) else None
+
+
+def _doubled(what: str, names: list[str]) -> list[str]:
+    return [
+        f"{what} of different names ({n} is there {names.count(n)} times)"
+        for n in sorted(set(names))
+        if names.count(n) > 1
+    ]

@@ -1,0 +1,117 @@
+"""Results of a run of any scene: liquid by named wall, contact statistics, checks, summary."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from pywet.files import write_json, write_table
+from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.summary import general
+from pywet.screening.results import LIQUID_TOLERANCE, Check, at_end, column
+
+
+def liquid_by_wall(run: RunDir) -> pd.DataFrame:
+    """Liquid [m3] at the outputs on each class of spheres and each wall, standing bridges shared between their ends."""
+    scene, line = run.scene, run.timeline
+    frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
+    for kind in scene.classes:
+        frame[column("spheres", kind.name, "_m3")] = line.liquid[:, line.types == kind.type].sum(axis=1)
+    walls = _on_walls(run)
+    for wall in scene.walls:
+        frame[f"wall_{wall.name}_m3"] = walls[wall.name].to_numpy()
+    ledger = run.ledger.set_index("step").reindex(line.steps) if run.moist else None
+    frame["left_m3"] = 0.0 if ledger is None else ledger["left"].to_numpy()
+    frame["total_m3"] = frame.drop(columns=["step", "time_s"]).sum(axis=1)
+    frame["standing_bridges_m3"] = 0.0 if ledger is None else ledger["bridges"].to_numpy()
+    frame["initial_m3"] = line.initial_film.sum()
+    return frame
+
+
+def _on_walls(run: RunDir) -> pd.DataFrame:
+    """Liquid on each wall at the outputs [m3], a column for each name."""
+    table = pd.DataFrame(
+        0.0, index=pd.Index(run.timeline.steps, name="step"), columns=[w.name for w in run.scene.walls]
+    )
+    if not run.moist or not run.scene.walls:
+        return table
+    held = run.on_walls.assign(wall=run.holders(run.on_walls["triangle"].to_numpy(), "mesh"))
+    sums = held.pivot_table(index="step", columns="wall", values="volume", aggfunc="sum")
+    return sums.reindex(index=table.index, columns=table.columns).fillna(0.0)
+
+
+def contact_statistics(run: RunDir) -> pd.DataFrame:
+    """At the outputs: touching spheres per sphere, overlaps over the smaller radius, bridges per sphere, speeds, centre of mass.
+
+    Contacts with walls are not in the overlaps.
+    """
+    scene, rows = run.scene, []
+    radius_of = np.array([c.radius_m for c in scene.classes])
+    ledger = run.ledger.set_index("step")["bridge_count"] if run.moist else None
+    up = -np.array(scene.gravity_m_per_s2) / max(float(np.linalg.norm(scene.gravity_m_per_s2)), 1e-300)
+    mass = np.array([c.mass_kg for c in scene.classes])
+    for step in run.timeline.steps.tolist():
+        here = run.trajectory[run.trajectory["step"] == step]
+        at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1
+        speed = np.linalg.norm(here[["vx", "vy", "vz"]].to_numpy(), axis=1)
+        overlap = _overlaps(at, radius_of[kind])
+        rows.append(
+            {
+                "step": step,
+                "time_s": step * scene.time_step_s,
+                "contacts_per_sphere": 2.0 * len(overlap) / len(at),
+                "mean_overlap": float(overlap.mean()) if len(overlap) else 0.0,
+                "largest_overlap": float(overlap.max(initial=0.0)),
+                "bridges_per_sphere": 2.0 * float(ledger[step]) / len(at) if ledger is not None else 0.0,
+                "mean_speed_m_per_s": float(speed.mean()),
+                "largest_speed_m_per_s": float(speed.max()),
+                "centre_of_mass_height_m": float(np.average(at @ up, weights=mass[kind])),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _overlaps(at: Floats, radius: Floats) -> Floats:
+    """Overlap over the smaller radius of every pair of spheres that touches."""
+    pairs = cKDTree(at).query_pairs(2.0 * radius.max(), output_type="ndarray")
+    i, j = pairs.T
+    depth = (radius[i] + radius[j] - np.linalg.norm(at[i] - at[j], axis=1)) / np.minimum(radius[i], radius[j])
+    return np.asarray(depth[depth > 0.0])
+
+
+def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
+    """No sphere lost, all liquid is where the table says."""
+    line, initial = run.timeline, float(run.timeline.initial_film.sum())
+    missing = int((~line.present).sum(axis=1).max())
+    error = float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0 else 0.0
+    return [
+        Check("no_particle_lost", missing == 0, missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
+        Check(
+            "liquid_accounted_for",
+            error <= LIQUID_TOLERANCE,
+            error,
+            LIQUID_TOLERANCE,
+            f"spheres and walls together differ from the liquid put in by {error:.3g} of it at most",
+        ),
+    ]
+
+
+def write(run_dir: Path) -> dict[str, Any]:
+    """Write results/liquid_by_wall and results/contact_statistics (Parquet and CSV) and summary.json; returns the summary."""
+    run = RunDir(Path(run_dir))
+    liquid, touching = liquid_by_wall(run), contact_statistics(run)
+    write_table(liquid, run.path / "results" / "liquid_by_wall.parquet", csv=True)
+    write_table(touching, run.path / "results" / "contact_statistics.parquet", csv=True)
+    summary = {
+        **general(run),
+        "liquid_end_m3": at_end(liquid),
+        "contacts_end": {str(k): float(v) for k, v in touching.iloc[-1].drop(["step", "time_s"]).items()},
+        "checks": [asdict(c) for c in checks(run, liquid)],
+    }
+    write_json(run.path / "summary.json", summary)
+    return summary

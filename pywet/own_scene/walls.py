@@ -1,0 +1,248 @@
+"""Walls of a scene of one's own: an STL file or one of a few solids, fixed or moving."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pywet.apparatus.solids import Part, bin_solid, plate, polygon, tube, wire
+from pywet.apparatus.stl import read_stl
+from pywet.apparatus.surface import Floats, Motion, Surface, make_surface
+from pywet.config.entries import Excusable
+from pywet.own_scene.choices import chosen
+from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
+
+MM = 1e-3
+Axis = Literal["x", "y", "z"]
+Sides = Annotated[int, Field(ge=3, le=96)]
+ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
+"""Coordinates of a solid drawn along z, put along another axis."""
+
+
+class Block(Excusable):
+    """A solid cuboid between two corners."""
+
+    low_mm: Vector
+    high_mm: Vector
+
+    def parts(self) -> list[Part]:
+        """Its faces."""
+        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
+        if not (x < u and y < v and z < w):
+            raise ValueError("each number of low_mm to be less than that of high_mm")
+        return plate(np.array([[x, y], [u, y], [u, v], [x, v]]), z, w)
+
+    @model_validator(mode="after")
+    def _solid(self) -> Self:
+        self.parts()
+        return self
+
+
+class Tube(Excusable):
+    """An open tube along an axis, round (many sides) or square (4); `origin_mm` is the middle of its lower end."""
+
+    inner_diameter_mm: Positive
+    length_mm: Positive
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    axis: Axis = "z"
+    thickness_mm: Positive = 3.0
+    sides: Sides = 32
+
+    def parts(self) -> list[Part]:
+        """Its inner and outer face and rims."""
+        solid = tube(0.5 * MM * self.inner_diameter_mm, MM * self.thickness_mm, self.sides, 0.0, MM * self.length_mm)
+        return _placed(solid, self.axis, self.origin_mm)
+
+
+class Disc(Excusable):
+    """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
+
+    diameter_mm: Positive
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    axis: Axis = "z"
+    thickness_mm: Positive = 3.0
+    sides: Sides = 32
+
+    def parts(self) -> list[Part]:
+        """Its faces and edge."""
+        solid = plate(polygon(0.5 * MM * self.diameter_mm, self.sides), 0.0, MM * self.thickness_mm)
+        return _placed(solid, self.axis, self.origin_mm)
+
+
+class Vessel(Excusable):
+    """An open-topped upright vessel, square (4 sides) or round; `origin_mm` is the middle of its floor's upper face."""
+
+    inner_width_mm: Positive
+    height_mm: Positive
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    thickness_mm: Positive = 3.0
+    sides: Sides = 4
+
+    def parts(self) -> list[Part]:
+        """Floor, sides, rim."""
+        solid = bin_solid(0.5 * MM * self.inner_width_mm, MM * self.thickness_mm, self.sides, 0.0, MM * self.height_mm)
+        return _placed(solid, "z", self.origin_mm)
+
+
+class Bars(Excusable):
+    """Parallel round bars in a horizontal plane, along x or y: a slotted deck. `origin_mm` is the middle of the plane."""
+
+    diameter_mm: Positive
+    pitch_mm: Positive
+    length_mm: Positive
+    count: Annotated[int, Field(ge=1, le=1000)]
+    axis: Literal["x", "y"] = "x"
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    sides: Annotated[int, Field(ge=4, le=32, multiple_of=2)] = 8
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        if self.pitch_mm <= self.diameter_mm:
+            raise ValueError(
+                f"pitch_mm more than diameter_mm ({self.pitch_mm:g} is not more than {self.diameter_mm:g})"
+            )
+        return self
+
+    def parts(self) -> list[Part]:
+        """One part for each bar."""
+        along = 0 if self.axis == "x" else 1
+        found: list[Part] = []
+        for k in range(self.count):
+            start, end = (MM * np.array(self.origin_mm) for _ in range(2))
+            start[along] -= 0.5 * MM * self.length_mm
+            end[along] += 0.5 * MM * self.length_mm
+            for point in (start, end):
+                point[1 - along] += (k - 0.5 * (self.count - 1)) * MM * self.pitch_mm
+            radius = 0.5 * MM * self.diameter_mm
+            found.append((wire(start, end, radius, self.sides, 1.1), radius))
+        return found
+
+
+class Vibrates(Excusable):
+    """x_k(t) = amplitude_k (sin(2 pi f t + phase_k) - sin(phase_k)), k = x, y, z."""
+
+    amplitude_mm: Vector
+    frequency_Hz: Positive
+    phase_deg: Vector = (0.0, 0.0, 0.0)
+
+    def vibration(self) -> Vibration:
+        """In SI units."""
+        x, y, z = (MM * a for a in self.amplitude_mm)
+        p, q, r = (math.radians(a) for a in self.phase_deg)
+        return Vibration(amplitude_m=(x, y, z), phase_rad=(p, q, r), frequency_Hz=self.frequency_Hz)
+
+
+class Turns(Excusable):
+    """Turns from the start, right-handed about an axis through `origin_mm`."""
+
+    turns_per_minute: Positive
+    axis: Vector
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _axis(self) -> Self:
+        _direction(self.axis, "axis")
+        return self
+
+    def rotation(self) -> Rotation:
+        """In SI units."""
+        x, y, z = (MM * c for c in self.origin_mm)
+        return Rotation(origin_m=(x, y, z), axis=_direction(self.axis, "axis"), period_s=60.0 / self.turns_per_minute)
+
+
+class Moves(Excusable):
+    """Moves at constant velocity, from a time on, for a time; then it rests where it is."""
+
+    velocity_m_per_s: Vector
+    from_s: NonNegative = 0.0
+    for_s: Positive
+
+    def slide(self, corners: Floats) -> Slide:
+        """As the engine takes it."""
+        return Slide(velocity_m_per_s=self.velocity_m_per_s, opens_at_s=self.from_s, travel_s=self.for_s)
+
+
+class Removed(Excusable):
+    """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
+
+    at_s: NonNegative
+    towards: Vector
+    speed_m_per_s: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _towards(self) -> Self:
+        _direction(self.towards, "towards")
+        return self
+
+    def slide(self, corners: Floats) -> Slide:
+        """As the engine takes it, for the corners (n, 3) of the wall [m]."""
+        way = _direction(self.towards, "towards")
+        travel = 2.0 * float(np.ptp(corners @ np.array(way)))
+        x, y, z = (self.speed_m_per_s * c for c in way)
+        return Slide(velocity_m_per_s=(x, y, z), opens_at_s=self.at_s, travel_s=travel / self.speed_m_per_s)
+
+
+SHAPES = ("stl", "block", "tube", "disc", "vessel", "bars")
+MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves": "slides", "removed": "slides"}
+"""Key of a motion -> the engine's word for it."""
+
+
+class Wall(Excusable):
+    """A wall: its shape (one of `SHAPES`), its contact angle, how it moves (one of `MOTIONS`, or none: it is fixed)."""
+
+    name: Identifier
+    stl: Path | None = None
+    stl_unit: Literal["mm", "m"] = "mm"
+    half_width_mm: Positive | None = None
+    """Of an STL file whose parts are thin, such as a wire; without it a sphere meets a large wall."""
+    block: Block | None = None
+    tube: Tube | None = None
+    disc: Disc | None = None
+    vessel: Vessel | None = None
+    bars: Bars | None = None
+    contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
+    vibrates: Vibrates | None = None
+    turns: Turns | None = None
+    moves: Moves | None = None
+    removed: Removed | None = None
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        chosen(self, *SHAPES)
+        chosen(self, *MOTIONS, needed=False)
+        return self
+
+    @property
+    def motion(self) -> Motion:
+        """How it moves, in the engine's word."""
+        key = chosen(self, *MOTIONS, needed=False)
+        return MOTIONS[key] if key else "fixed"
+
+    def surface(self, folder: Path) -> Surface:
+        """Its triangles; an STL file is looked for in `folder`."""
+        if self.stl is not None:
+            half = None if self.half_width_mm is None else MM * self.half_width_mm
+            unit = MM if self.stl_unit == "mm" else 1.0
+            return read_stl(folder / self.stl, "wall", self.name, self.motion, half, unit)
+        shape = self.block or self.tube or self.disc or self.vessel or self.bars
+        assert shape is not None
+        return make_surface(self.name, "wall", shape.parts(), self.motion)
+
+
+def _placed(parts: Sequence[Part], axis: Axis, origin_mm: Vector) -> list[Part]:
+    """A solid drawn along z from the origin, along another axis and elsewhere."""
+    return [(corners[..., ORDER[axis]] + MM * np.array(origin_mm), half) for corners, half in parts]
+
+
+def _direction(given: Vector, key: str) -> Vector:
+    """A vector of length one."""
+    length = math.hypot(*given)
+    if length == 0.0:
+        raise ValueError(f"{key} to be a direction, not 0, 0, 0")
+    x, y, z = (c / length for c in given)
+    return x, y, z
