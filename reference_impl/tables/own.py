@@ -120,50 +120,11 @@ def slug(name: str) -> str:
     return re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")
 
 
-<<<<<<< HEAD
-def go_through(folder: Path, scene: Mapping[str, Any]) -> Own:
-    """Read all outputs of a run once."""
-    of, moist = Bodies.of(folder, scene), bool(scene["effects"]["bridges"])
-    names = LOGS if moist else ("trajectory",)
-    logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in names}
-    outputs, passed, back = plans.plan(folder).outputs, np.zeros(len(of.ids), bool), np.zeros(len(of.ids), bool)
-    ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last") if moist else None
-    left = (
-        ledger.set_index("step")["left"].reindex(outputs).fillna(0.0).to_numpy()
-        if ledger is not None
-        else np.zeros(len(outputs))
-    )
-    rows: list[tuple[dict[str, float], dict[str, float]]] = []
-    opening = scene["slide"]["opens_at_s"] if scene["slide"] else 0.0
-    for step, gone in zip(outputs, left, strict=True):
-        places = logs["trajectory"].until(int(step))
-        at = of.at(places["id"], where(folder, "trajectory"))
-        below = np.zeros(len(of.ids), bool)
-        here = np.zeros(len(of.ids), bool)
-        here[at], below[at] = True, places["z"].to_numpy() < scene["bin_z_m"]
-        passed |= below
-        back |= passed & here & ~below
-        on, walls, standing = _liquid(folder, of, logs, int(step)) if moist else (of.film, np.zeros(len(of.walls)), 0.0)
-        time = {
-            "step": float(step),
-            "time_s": step * scene["time_step_s"],
-            "time_since_opening_s": step * scene["time_step_s"] - opening,
-        }
-        rows.append(
-            ({**time, **_retained(of, on, walls, here, passed)},
-             {**time, **_held(of, scene, on, walls, here, passed, float(gone), standing)})
-        )  # fmt: skip
-    retained, liquid = (pd.DataFrame([row[k] for row in rows]) for k in (0, 1))
-    counts = {name: int((of.kind == kind).sum()) for kind, name in of.names.items()}
-    own = Own(retained, liquid, int(back.sum()), float(of.mass.sum()), float(of.film.sum()), counts)
-    _check(own, of)
-    return own
-=======
 def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequence[str]) -> Iterator[Output]:
     """Every output of a run once; `columns` of the trajectory besides its step and id."""
     moist, path = bool(scene["effects"]["bridges"]), where(folder, "trajectory")
     logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in (LOGS if moist else ())}
-    trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), whole.plan(folder).outputs
+    trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), plans.plan(folder).outputs
     left = np.zeros(len(steps))
     if moist:
         ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last").set_index("step")
@@ -175,7 +136,6 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
         dry = (of.film, np.zeros(len(of.walls)), 0.0, 0)
         on, walls, standing, bridges = _liquid(folder, of, logs, step) if moist else dry
         yield Output(step, places, at, here, on, walls, standing, bridges, gone)
->>>>>>> main
 
 
 def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tuple[Floats, Floats, float, int]:

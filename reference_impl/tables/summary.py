@@ -11,13 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-<<<<<<< HEAD
-from reference_impl.diagnosis.held import MISSING, Held
-from reference_impl.replay import io, plans
-=======
 from reference_impl.diagnosis.held import MISSING, NONE, Held
-from reference_impl.replay import io, whole
->>>>>>> main
+from reference_impl.replay import io, plans
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import BATCH, Rows
 from reference_impl.tables.own import Own

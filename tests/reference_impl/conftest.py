@@ -7,15 +7,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-<<<<<<< HEAD
-from tests.reference_impl import planted_log, yard
-=======
 from pywet import config, stages
 from pywet.bench.subset import with_spheres
 from pywet.screening import cases
 from pywet.shipped import place
-from tests.reference_impl import planted_log
->>>>>>> main
+from tests.reference_impl import planted_log, yard
 
 
 @pytest.fixture(scope="session")
@@ -24,12 +20,6 @@ def heap_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return planted_log.heap(tmp_path_factory.mktemp("heap"))
 
 
-<<<<<<< HEAD
-@pytest.fixture(scope="session")
-def yard_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A heap on a shaken screen, a drawn plate, a floor, pairs in flight."""
-    return yard.yard(tmp_path_factory.mktemp("yard"))
-=======
 def _screened(case: int, folder: Path, duration_s: float) -> Path:
     """Sixteen spheres of a screening case at smoke scale, from configuration to results and replay."""
     scene = cases.build(config.load(place("config")), case, "smoke", folder)
@@ -52,4 +42,9 @@ def screened_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def dry_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A dry one."""
     return _screened(1, tmp_path_factory.mktemp("dry"), 0.6)
->>>>>>> main
+
+
+@pytest.fixture(scope="session")
+def yard_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A heap on a shaken screen, a drawn plate, a floor, pairs in flight."""
+    return yard.yard(tmp_path_factory.mktemp("yard"))
