@@ -191,7 +191,7 @@ def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> L
     """The liquid as the same film on every sphere; None for a dry case."""
     if case.liquid_percent == 0:
         return None
-    data = config.materials.liquid
+    data = config.materials.liquid_named(case.liquid)
     volume = amounts.liquid_volume(classes, case.liquid_percent, data.density_kg_per_m3.value)
     return Liquid(
         surface_tension_N_per_m=data.surface_tension_N_per_m.value,
