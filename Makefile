@@ -12,7 +12,7 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup peers lint test run full bench report clean
+.PHONY: help setup peers lint test run full bench docs report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
@@ -44,9 +44,13 @@ full: setup  ## the 18 cases at full scale, days on two cores; goes on where it 
 	$(PYTHON) -m pywet.evidence.full_scale.campaign --cores $(CORES)
 	$(PYTHON) -m pywet.evidence.full_scale.page
 
+docs: setup  ## the documentation as a site, docs/_build/html; its notebooks are executed
+	$(PYTHON) -m sphinx -q -W --keep-going -b html docs docs/_build/html
+	@echo "The documentation is in docs/_build/html/index.html"
+
 bench: setup  ## cost of a step, side by side; collisions per second
 	$(PYTHON) benchmarks/step_cost.py
 	$(PYTHON) benchmarks/collisions.py
 
 clean:  ## results and caches; keeps .venv
-	rm -rf results .snakemake .cache .pytest_cache .mypy_cache .ruff_cache
+	rm -rf results docs/_build .snakemake .cache .pytest_cache .mypy_cache .ruff_cache

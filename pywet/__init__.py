@@ -1,6 +1,6 @@
 """Moist particles in LIGGGHTS, with force laws in Python and an independent reference that checks every run.
 
-A scene is described, run and read back:
+A scene is described, run and read back::
 
     import pywet
 

@@ -167,13 +167,13 @@ INTEGER, NUMBER, ANY = "integer", "number", "anything"
 
 def _columns(record: np.dtype) -> dict[str, str]:
     """Columns of the table of a record type."""
-    found = {}
+    kinds = {}
     for name in record.names or ():
         field = record[name]
         kind = INTEGER if field.base.kind == "i" else NUMBER
-        found.update({f"{name}_{axis}": kind for axis in "xyz"} if field.shape else {name: kind})
-    found.pop("pad", None)
-    return found
+        kinds.update({f"{name}_{axis}": kind for axis in "xyz"} if field.shape else {name: kind})
+    kinds.pop("pad", None)
+    return kinds
 
 
 def _all(kind: str, *names: str) -> dict[str, str]:

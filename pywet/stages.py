@@ -66,23 +66,11 @@ def _run(work: Callable[[], Any]) -> str | None:
     return None
 
 
-def build(
-    config_dir: Path, case: int, scale: str, run_dir: Path, preset: str | None = None, engine: str = "liggghts",
-    seed: int | None = None,
-) -> None:  # fmt: skip
-    """Stage scene: configuration -> run directory; `preset` replaces the configured laws, `seed` the configured seed.
+def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
+    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed.
 
     Rolling resistance is off for an engine that does not have it as the scene means it.
     """
-    from pywet.screening import cases, identity
-
-    loaded = resolved(config_dir, preset, engine, seed)
-    cases.build(loaded, case, scale, run_dir)
-    identity.leave(run_dir, f"{engine} {identity.identity(loaded, case, scale)}")
-
-
-def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
-    """The configuration as a run takes it."""
     from pywet import config
 
     loaded = config.load(config_dir)
@@ -92,17 +80,22 @@ def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggght
     return loaded.with_preset(preset) if preset else loaded
 
 
-def same_run(
-    config_dir: Path, case: int, scale: str, run_dir: Path, engine: str = "liggghts", seed: int | None = None
-) -> bool:
+def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
+    """Stage scene: configuration -> run directory."""
+    from pywet.screening import cases, identity
+
+    cases.build(config, case, scale, run_dir)
+    identity.leave(run_dir, f"{engine} {identity.identity(config, case, scale)}")
+
+
+def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
     """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
     from pywet.screening import identity
 
     left = [status_path(run_dir, stage) for stage in ("simulate", "replay", "results")]
     if not all(path.exists() and Status.read(path).ok for path in left):
         return False
-    word = identity.identity(resolved(config_dir, None, engine, seed), case, scale)
-    return identity.left(run_dir) == f"{engine} {word}"
+    return identity.left(run_dir) == f"{engine} {identity.identity(config, case, scale)}"
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
@@ -126,11 +119,11 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         if command.nothing_to_replay(folder):
             whole.check(folder)
             return None
-        found: dict[str, Any] = recompute(folder)
+        replayed: dict[str, Any] = recompute(folder)
     except ReplayError as error:
         raise PywetError(str(error)) from error
     audit.write(folder)
-    return found
+    return replayed
 
 
 def results(run_dir: Path) -> None:

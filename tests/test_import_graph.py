@@ -25,7 +25,7 @@ def test_a_circle_would_be_noticed(tmp_path: Path) -> None:
         "__init__": "",
         "a": "def f():\n    from pywet.b import c\n",
         "b": "import pywet.a\n",
-        "d": "import pywet.a\n",
+        "d": "import_module('pywet.a')\n",
     }
     (tmp_path / "pywet").mkdir()
     for name, text in texts.items():
@@ -53,3 +53,12 @@ def test_what_is_looked_for_is_where_the_page_says(file: str, name: str) -> None
 
 def test_ten_things_are_looked_for() -> None:
     assert len(HOMES) == 10
+
+
+def test_every_file_that_the_page_names_is_there() -> None:
+    paths = [
+        path.relative_to(ROOT) for room in ("pywet", "reference_impl", "tests") for path in (ROOT / room).rglob("*")
+    ]
+    named = set(re.findall(r"`([\w./]+\.(?:py|cpp|h))`", PAGE))
+    assert len(named) > 40
+    assert {name for name in named if not any(f"/{path}".endswith(f"/{name}") for path in paths)} == set()

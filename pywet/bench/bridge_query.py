@@ -17,7 +17,7 @@ from pywet.config.messages import mistake
 from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.laws import exact_bridge as young_laplace
-from pywet.laws import registry
+from pywet.laws import own, registry
 from pywet.laws.contact import bridge_radius
 from pywet.laws.kinds import PRESETS
 from pywet.schema import LARGE_WALL, SPHERE
@@ -27,6 +27,9 @@ EXACT = "young_laplace"
 DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_normal", "rupture")}
 """Laws of each kind where the file names none."""
 
+
+BESIDE = ("viscous_tangential", "dynamic_rupture")
+"""Kinds that are answered where a law of them is named."""
 
 LENGTH = {"ge": 1e-9, "le": 10.0}
 """From the size of molecules to beyond every grain [m]."""
@@ -86,10 +89,10 @@ class Query(Excusable):
 
     def named(self, kind: str) -> list[str]:
         """Laws of a kind that are asked for."""
-        wanted = [
-            name for name in self.laws if name in registry.names(kind) or (kind == "capillary" and ".py:" in name)
-        ]
-        return wanted or ([*registry.BUILT_IN[kind]] if not self.laws else [DEFAULT[kind]])
+        wanted = [n for n in self.laws if (own.kind_of(n) == kind if own.is_own(n) else n in registry.names(kind))]
+        if wanted or kind not in DEFAULT:
+            return wanted
+        return [DEFAULT[kind]] if self.laws else [*registry.BUILT_IN[kind]]
 
     @property
     def rule(self) -> str:
@@ -105,9 +108,15 @@ def read(path: Path) -> Query:
         query = Query.model_validate(given)
     except ValidationError as error:
         raise mistake(error, Query, str(path)) from error
-    known = {name for kind in DEFAULT for name in registry.names(kind)}
+    query = query.model_copy(update={"laws": tuple(own.placed(name, Path(path).parent) for name in query.laws)})
+    known = {name for kind in (*DEFAULT, *BESIDE) for name in registry.names(kind)}
     for name in query.laws:
-        if name not in known and ".py:" not in name:
+        if own.is_own(name) and own.kind_of(name) not in (*DEFAULT, *BESIDE):
+            raise PywetError(
+                f"{path}: {name} is a law of {own.kind_of(name)}, which a standing bridge does not ask; expected one of "
+                f"{', '.join((*DEFAULT, *BESIDE))}: mend laws"
+            )
+        if name not in known and not own.is_own(name):
             raise PywetError(
                 f"{path}: there is no law named {name}; expected some of {', '.join(sorted(known))}: mend laws"
             )
@@ -140,7 +149,13 @@ def answer(query: Query) -> dict[str, Any]:
         law = registry.get("viscous_normal", name).functions[0]
         values = -law(gaps, volume, ri, rj, query.velocity_m_per_s, query.viscosity_Pa_s)
         viscous[name] = _until(distances[rule], gaps, values + 0.0, name)
-    factor = registry.get("dynamic_rupture", "pitois").functions[0]
+    stretch = (query.named("dynamic_rupture") or ["pitois"])[0]
+    factor = registry.get("dynamic_rupture", stretch).functions[0]
+    sliding = {
+        name: [[_finite(float(v), name) for v in law(gaps, ri, rj, query.viscosity_Pa_s) + 0.0 * gaps] for law in laws]
+        for name in query.named("viscous_tangential")
+        for laws in [registry.get("viscous_tangential", name).functions]
+    }
     return {
         "force_N": forces,
         "viscous_normal_N": viscous,
@@ -148,8 +163,9 @@ def answer(query: Query) -> dict[str, Any]:
         "rupture_kind": limit.kind,
         "rupture_used_m": {name: distances[EXACT if name == EXACT else rule] for name in (*forces, *viscous)},
         "dynamic_rupture_factor": _finite(
-            float(factor(abs(query.velocity_m_per_s), query.viscosity_Pa_s, sigma)), "of dynamic rupture"
+            float(factor(abs(query.velocity_m_per_s), query.viscosity_Pa_s, sigma)), stretch
         ),
+        **({"viscous_tangential_kg_per_s": sliding} if sliding else {}),
         "transfer_ratio": {name: _share(query, name) for name in registry.TRANSFER},
         "half_filling_angle_deg": {
             "body_1": [_degrees(a) for a, _ in angles],

@@ -76,12 +76,11 @@ def init(
 
 
 @app.command()
-def doctor() -> None:
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False) -> None:
     """Say what was found on this machine, in which version, and what is missing."""
     from pywet.cli import doctor as module
 
-    code = module.main()
-    raise typer.Exit(int(code or 0))
+    raise typer.Exit(module.main(as_json))
 
 
 @app.command()
@@ -89,6 +88,7 @@ def laws(
     atlas: Annotated[bool, typer.Option("--atlas", help="Judge every law against the exact bridge; one page.")] = False,
     folder: Annotated[Path, typer.Option("--out", help="Folder of the atlas.")] = Path("results/atlas"),
     stock: Annotated[bool, typer.Option(help="Measure stock LIGGGHTS and YADE as well.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
 ) -> None:
     """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
@@ -97,12 +97,18 @@ def laws(
         return
     from pywet.laws import registry
 
-    table = Table("kind", "law", "what it gives", box=None, header_style="bold")
+    rows = []
     for kind in registry.BUILT_IN:
         for name in registry.names(kind):
             functions = registry.get(kind, name).functions
             said = (functions[0].__doc__ or "").strip() if functions else "tabulated, see pywet.laws.transfer"
-            table.add_row(kind, name, said.partition("\n")[0])
+            rows.append((kind, name, said.partition("\n")[0]))
+    if as_json:
+        out.print_json(data=[dict(zip(("kind", "law", "gives"), row, strict=True)) for row in rows])
+        return
+    table = Table("kind", "law", "what it gives", box=None, header_style="bold")
+    for row in rows:
+        table.add_row(*row)
     out.print(table)
 
 

@@ -64,7 +64,7 @@ def run_scene(
 
     description = commands.read_scene(file)
     folder = out_dir or Path("results") / "scenes" / file.stem
-    for line in commands.plan(description).lines:
+    for line in commands.plan(description).table:
         out.print(line, soft_wrap=True, markup=False)
     commands.run(description, folder, ranks, progress=True)
     picture = commands.view(folder)
@@ -87,14 +87,14 @@ def bridge(
     own.trust(query.laws if trust else ())
     machine_code.say_wait()
     if engine is None:
-        found = bridge_query.answer(query)
+        answer = bridge_query.answer(query)
     elif engine == "liggghts":
         from pywet.bench import bridge_engine
 
-        found = bridge_engine.measured(query)
+        answer = bridge_engine.measured(query)
     else:
         raise PywetError(f"there is no engine {engine}; expected liggghts")
-    typer.echo(json.dumps(found, indent=2, allow_nan=False))
+    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
 @collide.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -24,14 +25,17 @@ def plan(
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
     of: Annotated[list[str] | None, typer.Option("--of", help="Quantity that counts; may be repeated.")] = None,
     write: Annotated[Path | None, typer.Option("--write", metavar="DIR", help="Copy the config with them.")] = None,
+    why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
 ) -> None:
-    """Say which effects a case calls for, and why; with --accuracy which settings it needs and how long it takes."""
+    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes."""
     from pywet import config as settings
     from pywet.screening import cases
 
     loaded = settings.load(config)
     name = loaded.settings.scale if scale is None else scale
-    lines = cases.effect_plan(loaded, case, name).lines
+    made = cases.effect_plan(loaded, case, name)
+    lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
     if accuracy is not None:
         from pywet.evidence.accuracy import command
 
@@ -53,22 +57,24 @@ def run(
     ] = None,
 ) -> None:
     """Run one case: build, simulate, results, replay."""
-    from pywet import config as settings
     from pywet import stages
     from pywet.engines.choice import chosen
+    from pywet.screening import cases
 
     chosen(engine, ranks)
-    loaded = settings.load(config)
+    loaded = stages.resolved(config, engine=engine, seed=seed)
     name = loaded.settings.scale if scale is None else scale
     loaded.scale(name)
     suffix = "" if engine == "liggghts" else f"_{engine}"
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
-    if stages.same_run(config, case, name, folder, engine=engine, seed=seed):
+    if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
     else:
-        showing.stage(folder, "scene", lambda: stages.build(config, case, name, folder, engine=engine, seed=seed))
+        showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
         if engine == "liggghts":
             showing.say_time(loaded, case, name)
+            if advice := cases.shorter_step(loaded, case, name):
+                showing.err.print(advice, soft_wrap=True)
         showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
         showing.stage(folder, "results", lambda: stages.results(folder))
         showing.stage(folder, "replay", lambda: stages.replay(folder))
@@ -94,13 +100,21 @@ def replay(
 
 @app.command()
 def view(
-    run_dir: RunFolder, step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None
+    run_dir: RunFolder,
+    step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None,
+    movie: Annotated[
+        bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp, nothing else.")
+    ] = False,
 ) -> None:
-    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it."""
+    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or a movie."""
     from pywet import stages
     from pywet.report import render, vtk
 
     showing.need_run(run_dir)
+    if movie:
+        for path in showing.movie(run_dir):
+            out.print(str(path), soft_wrap=True, markup=False)
+        return
     stages.vtk(run_dir)
     for kind in vtk.KINDS:
         out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)

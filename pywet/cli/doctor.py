@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import re
 import shutil
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 
@@ -69,8 +70,8 @@ def banner_version(program: str) -> str | None:
     """Version in the first line that the engine prints; None when it says something else."""
     with tempfile.TemporaryDirectory() as folder:  # it writes log.liggghts where it is
         said = process.said([program, "-log", "none"], "\n", Path(folder))
-    found = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", said)
-    return found.group(1) if found else None
+    named = re.search(r"LIGGGHTS[^,]*?(\d+\.\d+\.\d+)", said)
+    return named.group(1) if named else None
 
 
 def _engine() -> Check:
@@ -97,10 +98,10 @@ def _library() -> Check:
 
 def _headers() -> Check:
     version = process.package_version("libliggghts-dev")
-    found = str(build.INCLUDE) if build.INCLUDE.is_dir() else None
-    ok = found is not None and version is not None and version.startswith(build.ENGINE_VERSION)
+    headers = str(build.INCLUDE) if build.INCLUDE.is_dir() else None
+    ok = headers is not None and version is not None and version.startswith(build.ENGINE_VERSION)
     return Check(
-        "engine headers", found, version, build.ENGINE_VERSION, ok, _other("libliggghts-dev") if version else MEND
+        "engine headers", headers, version, build.ENGINE_VERSION, ok, _other("libliggghts-dev") if version else MEND
     )
 
 
@@ -139,19 +140,22 @@ def _disk() -> Check:
     return Check("free disk", f"{free:.1f} GB", None, f"{FREE_GB:g} GB", free >= FREE_GB, "free some space")
 
 
-def main() -> int:
+def main(as_json: bool = False) -> int:
     """Print the checks; 0 when nothing that is needed is missing or of another version."""
     from rich.console import Console
     from rich.table import Table
 
-    found = checks()
+    made = checks()
+    if as_json:
+        print(json.dumps([asdict(c) for c in made], indent=1))
+        return 0 if all(c.ok for c in made) else 1
     table = Table("", "what", "version", "needed", "found", box=None, header_style="bold")
-    for c in found:
+    for c in made:
         state = "ok" if c.ok else "WRONG" if c.found else "MISSING"
         table.add_row(state, c.name, c.version or "", c.needed, c.found or "", style=None if c.ok else "red")
     console = Console(highlight=False, width=max(Console().width, 120))  # whole paths in a pipe
     console.print(table)
-    bad = [c for c in found if not c.ok]
+    bad = [c for c in made if not c.ok]
     for c in bad:
         console.print(c.sentence(), soft_wrap=True, markup=False)
     return 1 if bad else 0

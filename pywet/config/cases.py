@@ -24,7 +24,13 @@ class Case(Limited):
     aperture_mm: Positive
     set_amplitude_mm: Positive
     liquid_percent: Annotated[float, Field(ge=0, le=100)]
-    source: Annotated[str, Field(min_length=5)]
+    source: Annotated[str, Field(min_length=1)]
+    class_mass_g: Positive | None = None
+    """Mass of each class on the sieve of `feed`, in place of its reference material's."""
+    class_volume_cm3: Positive | None = None
+    """The same as the solid volume of each class."""
+    liquid: Annotated[str, Field(min_length=1)] | None = None
+    """One of `liquids` in materials.yaml, in place of its `liquid`."""
 
     @property
     def name(self) -> str:
@@ -35,6 +41,17 @@ class Case(Limited):
     def diameters_mm(self) -> tuple[float, float, float]:
         """Diameters of the classes small, near_mesh, large [mm]."""
         return self.small_mm, self.near_mesh_mm, self.large_mm
+
+    @model_validator(mode="after")
+    def _one_feed(self) -> Case:
+        if self.class_mass_g is not None and self.class_volume_cm3 is not None:
+            raise ValueError("at most one of class_mass_g and class_volume_cm3")
+        return self
+
+    @property
+    def own_feed(self) -> bool:
+        """Whether it says itself how much is screened."""
+        return self.class_mass_g is not None or self.class_volume_cm3 is not None
 
     @model_validator(mode="after")
     def _ascending(self) -> Case:

@@ -11,7 +11,7 @@ from pywet.ranges import LIMITS
 from pywet.scene import NonNegative, Positive
 from pywet.strict import Strict
 
-Why = Annotated[str, Field(min_length=10)] | None
+Why = Annotated[str, Field(min_length=1)] | None
 """Why a value outside the range of its key is meant."""
 
 
@@ -41,20 +41,18 @@ class Excusable(Limited):
 
 
 class Sourced(Strict):
-    """With an origin: the paper (table or section of Elskamp & Kruggel-Emden 2018) or an assumption (reason)."""
+    """With an origin: the paper (its table or section), or that it was measured or assumed, and why where that is known."""
 
-    source: Literal["paper", "assumption"]
+    source: Literal["paper", "measured", "assumption"]
     table: Annotated[int, Field(ge=1)] | None = None
     section: str | None = None
-    reason: Annotated[str, Field(min_length=10)] | None = None
+    reason: Why = None
     unusual: Why = None
 
     @model_validator(mode="after")
     def _origin(self) -> Sourced:
         if self.source == "paper" and self.table is None and self.section is None:
             raise ValueError("an entry with `source: paper` and its `table` or `section`")
-        if self.source == "assumption" and self.reason is None:
-            raise ValueError("an entry with `source: assumption` and its `reason`")
         return self
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -84,11 +86,13 @@ class Config:
 
     def resolved(self, number: int, scale: str) -> dict[str, Any]:
         """What concerns one run, with the source of every number, as plain data."""
+        liquid = self.materials.liquid_named(self.case(number).liquid)
+        materials = self.materials.model_copy(update={"liquid": liquid, "liquids": {}})
         return {
-            "case": self.case(number).model_dump(mode="json"),
+            "case": self.case(number).model_dump(mode="json", exclude_none=True),
             "scale": {"name": scale, **self.scale(scale).model_dump(mode="json", exclude_none=True)},
             "apparatus": self.apparatus.model_dump(mode="json", exclude_none=True),
-            "materials": self.materials.model_dump(mode="json", exclude_none=True),
+            "materials": materials.model_dump(mode="json", exclude_none=True, exclude={"liquids"}),
             "settings": self.settings.model_dump(mode="json", exclude_none=True, exclude={"cases", "scale"}),
         }
 
@@ -106,18 +110,42 @@ def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, t
 
 def load(config_dir: Path) -> Config:
     """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake."""
-    folder = Path(config_dir)
-    config = Config(
-        folder=folder,
-        settings=_with_own_laws(_read_model(folder / settings.FILE, Settings)),
-        materials=_read_model(folder / materials.FILE, Materials),
-        scales=_read_model(folder / scales.FILE, Scales),
-        cases=_read_cases(folder / cases_module.FILE),
-    )
-    _check_choice(config)
-    for case in config.cases.values():
-        _check_references(case, config.materials, folder)
+    folder, wrong = Path(config_dir), Mistakes()
+    read = {
+        file: wrong.keep(partial(_read_model, folder / file, FILES[file]))
+        for file in FILES
+        if file != cases_module.FILE
+    }
+    cases = wrong.keep(lambda: _read_cases(folder / cases_module.FILE))
+    wrong.say()
+    config = Config(folder, _with_own_laws(read[settings.FILE], folder), read[materials.FILE], read[scales.FILE], cases)
+    wrong.keep(lambda: _check_choice(config))
+    wrong.keep(lambda: _check_references(config))
+    wrong.say()
     return config
+
+
+class Mistakes:
+    """Mistakes that do not keep others from being looked for."""
+
+    def __init__(self) -> None:
+        self._kept: list[ConfigError] = []
+
+    def keep(self, read: Callable[[], Any]) -> Any:
+        """What `read` gives; None where it raises, which is kept."""
+        try:
+            return read()
+        except ConfigError as error:
+            self._kept.append(error)
+            return None
+
+    def say(self) -> None:
+        """Raise all that were kept, a line each."""
+        if len(self._kept) == 1:
+            raise self._kept[0]
+        if self._kept:
+            lines = "\n".join(str(error) for error in self._kept)
+            raise ConfigError(lines, file=self._kept[0].file, key=self._kept[0].key) from self._kept[0]
 
 
 def parse(model: type[Model], data: Any, where: str) -> Model:
@@ -180,11 +208,12 @@ def read_yaml(path: Path, model: type[BaseModel]) -> dict[str, Any]:
 
 def _read_cases(path: Path) -> dict[int, Case]:
     found: dict[int, Case] = {}
-    wanted = ", ".join(Case.model_fields)
-    rows = csv.DictReader(_read_text(path).splitlines())
+    needed = [name for name, field in Case.model_fields.items() if field.is_required()]
+    wanted = f"{', '.join(needed)} (and {', '.join(sorted(Case.model_fields.keys() - needed))})"
+    rows, wrong = csv.DictReader(_read_text(path).splitlines()), Mistakes()
     try:
         header = [name.strip() for name in rows.fieldnames or ()]
-        if sorted(header) != sorted(Case.model_fields):
+        if not set(needed) <= set(header) <= Case.model_fields.keys() or len(set(header)) < len(header):
             raise ConfigError(
                 f"{path} has the columns {one_line(', '.join(header)) or 'none'}, expected {wanted}, each once, with commas "
                 "between them",
@@ -198,24 +227,33 @@ def _read_cases(path: Path) -> dict[int, Case]:
                     f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)",
                     file=path,
                 )
-            case = parse(Case, row, where)
-            if case.case in found:
+            given = {name: value for name, value in row.items() if value or name in needed}
+            case = wrong.keep(partial(parse, Case, given, where))
+            if case is not None and case.case in found:
                 raise ConfigError(
                     f"{where}: case {case.case} is given twice, expected another number for each row", file=path
                 )
-            found[case.case] = case
+            if case is not None:
+                found[case.case] = case
     except csv.Error as error:
         raise ConfigError(f"{path} line {rows.line_num} is not CSV ({error}); mend it there", file=path) from error
+    wrong.say()
     if not found:
         raise ConfigError(f"{path} has no case, expected one row for each", file=path)
     return found
 
 
-def _with_own_laws(read: Settings) -> Settings:
+def _with_own_laws(read: Settings, folder: Path) -> Settings:
     """The same with whole paths for the laws in files of the user's own, which may run from now on."""
-    named = {kind: own.placed(law) for kind, law in read.laws.model_dump(exclude={"preset"}, exclude_none=True).items()}
+    return read.model_copy(update={"laws": placed_laws(read.laws, folder)})
+
+
+def placed_laws(laws: LawSettings, folder: Path) -> LawSettings:
+    """The same laws with whole paths for files of the user's own, looked for in `folder`; they may run from now on."""
+    given = laws.model_dump(exclude={"preset"}, exclude_none=True)
+    named = {kind: own.placed(law, folder) for kind, law in given.items()}
     own.trust(named.values())
-    return read.model_copy(update={"laws": read.laws.model_copy(update=named)})
+    return laws.model_copy(update=named)
 
 
 def _check_choice(config: Config) -> None:
@@ -228,20 +266,33 @@ def _check_choice(config: Config) -> None:
         raise ConfigError(f"{config.folder / settings.FILE}: {error}", file=config.folder / settings.FILE) from error
 
 
-def _check_references(case: Case, data: Materials, folder: Path) -> None:
-    """What a case names must be in materials.yaml: material, sizes (the reference material's too), screen, stroke."""
-    try:
-        for diameter in case.diameters_mm:
-            data.size(case.material, diameter)
+def _check_references(config: Config) -> None:
+    """What cases name must be in materials.yaml; cases that cannot be built for the same reason stand on one line."""
+    path, cases_of = config.folder / cases_module.FILE, defaultdict(list)
+    for number, case in config.cases.items():
+        try:
+            _look_up(case, config.materials)
+        except PywetError as error:
+            cases_of[str(error)].append(str(number))
+    lines = [
+        f"{path}: case{'s' if len(numbers) > 1 else ''} {', '.join(numbers)} cannot be built: {reason}"
+        for reason, numbers in cases_of.items()
+    ]
+    if lines:
+        raise ConfigError("\n".join(lines), file=path)
+
+
+def _look_up(case: Case, data: Materials) -> None:
+    """Material, sizes (the reference material's too, unless the case has its own feed), liquid, screen, stroke, contacts."""
+    for diameter in case.diameters_mm:
+        data.size(case.material, diameter)
+        if not case.own_feed:
             data.size(data.feed.reference_material, diameter)
-        data.screen(case.aperture_mm)
-        data.stroke(case.set_amplitude_mm)
-        data.contact(case.material, case.material)
-        data.wall_contact(case.material)
-    except PywetError as error:
-        raise ConfigError(
-            f"{folder / cases_module.FILE}: case {case.case} cannot be built: {error}", file=folder / cases_module.FILE
-        ) from error
+    data.liquid_named(case.liquid)
+    data.screen(case.aperture_mm)
+    data.stroke(case.set_amplitude_mm)
+    data.contact(case.material, case.material)
+    data.wall_contact(case.material)
 
 
 def _join(names: Mapping[Any, Any]) -> str:

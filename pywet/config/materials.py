@@ -161,6 +161,8 @@ class Materials(Limited):
     contacts: tuple[Contact, ...]
     tangential_stiffness_ratio: PositiveEntry
     liquid: LiquidData
+    """Of every case that names none of `liquids`."""
+    liquids: dict[str, LiquidData] = Field(default_factory=dict)
     screens: tuple[Screen, ...]
     motion: Motion
     feed: Feed
@@ -180,6 +182,16 @@ class Materials(Limited):
         if material not in self.spheres:
             raise ConfigError(f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}")
         return self.spheres[material]
+
+    def liquid_named(self, name: str | None) -> LiquidData:
+        """One of `liquids` by name; None: the liquid of all other cases."""
+        if name is None:
+            return self.liquid
+        if name not in self.liquids:
+            raise ConfigError(
+                f"{FILE}: liquids has no {name}, expected one of {', '.join(sorted(self.liquids)) or 'none'}"
+            )
+        return self.liquids[name]
 
     def size(self, material: str, diameter_mm: float) -> Size:
         """The size of a material by diameter [mm]."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import ctypes
 import fcntl
 import os
+import re
 import resource
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,8 +92,8 @@ def _peak_memory(pid: int) -> int | None:
         lines = Path(f"/proc/{pid}/status").read_text().splitlines()
     except OSError:
         return None
-    found = next((line.split()[1] for line in lines if line.startswith("VmHWM:")), None)
-    return None if found is None else 1024 * int(found)
+    kilobytes = next((line.split()[1] for line in lines if line.startswith("VmHWM:")), None)
+    return None if kilobytes is None else 1024 * int(kilobytes)
 
 
 def _children_cpu() -> float:
@@ -144,6 +145,17 @@ def _line_reporter(scene: Scene) -> Report:
         notice.info(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}")
 
     return report
+
+
+def last_words(lines: Iterable[str], returncode: int) -> str:
+    """Why a program stopped, from the lines it wrote: the first with ERROR, else the signal, else the last with a word in it."""
+    said = [line.strip() for line in lines if re.search(r"\w", line)]
+    named = next((line for line in said if re.search(r"\bERROR\b", line)), None)
+    if named is not None:
+        return re.sub(r"^.*?ERROR[^:]*:\s*", "", named)
+    if returncode < 0:
+        return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
+    return said[-1] if said else "it wrote nothing"
 
 
 def attend(

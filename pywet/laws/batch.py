@@ -38,11 +38,11 @@ laws that have some; `out` gets BATCH numbers of each function."""
 TEXT = """def make(key):
     def batch(n, rows, surface_tension, viscosity, prepared, out):
         key
-        found = stack()  # that no law can point at: what a law reads from memory stays what it was
+        values = stack()  # that no law can point at: what a law reads from memory stays what it was
         for k in range(n):
 {body}
         for k in range({count}):
-            out[k] = found[k]
+            out[k] = values[k]
     return batch
 """
 
@@ -65,11 +65,11 @@ def batch(functions: tuple[ForceLaw, ...]) -> Batch:
     """The loop over functions of one bridge, each with its array of results."""
     digest = hashlib.sha256(Path(batch_math.__file__).read_bytes() + Path(memory.__file__ or "").read_bytes())
     try:
-        found = [_inlined(f.prepared.evaluate if f.prepared else f.python, digest) for f in functions]
+        laws = [_inlined(f.prepared.evaluate if f.prepared else f.python, digest) for f in functions]
         try:
-            return Batch(_compiled(functions, found, digest.hexdigest()), True)
+            return Batch(_compiled(functions, laws, digest.hexdigest()), True)
         except Exception:  # code that numba cannot keep, such as that of a law that raises
-            return Batch(_compiled(functions, found, digest.hexdigest(), keep=False), True)
+            return Batch(_compiled(functions, laws, digest.hexdigest(), keep=False), True)
     except Exception:  # whatever it is: by itself the law compiles, or is refused with a sentence
         return Batch(_compiled(functions, [f.compiled for f in functions], ""), False)
 
@@ -80,7 +80,7 @@ def _compiled(functions: tuple[ForceLaw, ...], laws: list[Any], key: str, keep: 
     for m, function in enumerate(functions):
         given = [f"rows[{BATCH * ROWS.index(name)} + k]" if name in ROWS else name for name in function.arguments]
         given += ["prepared[k]"] if key and function.prepared else []
-        lines.append(f"            found[{BATCH * m} + k] = law{m}({', '.join(given)})")
+        lines.append(f"            values[{BATCH * m} + k] = law{m}({', '.join(given)})")
     space: dict[str, Any] = {
         "__name__": __name__,
         "stack": memory.stack(BATCH * len(functions)),

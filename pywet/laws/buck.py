@@ -11,6 +11,8 @@ import math
 
 from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
+from pywet.laws.toroid import attraction, radii
+from pywet.laws.toroid import volume as toroid_volume
 
 GAP_MIN = 0.5e-6
 """Smallest gap of the viscous laws [m] (text after 28); no multiple of the radius."""
@@ -22,27 +24,30 @@ half_radius, reduced_radius = helper(contact.bridge_radius), helper(contact.redu
 
 
 @helper
-def toroid_volume(phi: float, theta: float) -> float:
-    """Volume over R³ of the toroid between touching sphere and plane, (39)-(43) at H = R(1 − cos φ), zero angle on the plane."""
-    a, cap = phi + theta, 1.0 - math.cos(phi)
-    rim, r_m, turn = math.sin(phi), cap / (1.0 + math.cos(a)), math.pi - a
-    axis, half = rim + r_m * math.sin(a), math.sin(0.5 * turn)
-    segment = math.pi * r_m * r_m * (turn * axis - 4.0 / 3.0 * r_m * half * half)
-    triangle = math.pi * r_m * r_m * math.sin(a) * math.cos(a) * (rim + 2.0 / 3.0 * r_m * math.sin(a))
-    return math.pi * axis * axis * cap - segment - triangle - math.pi / 3.0 * cap * cap * (3.0 - cap)
-
-
-@helper
 def half_filling(volume_over_cube: float, theta: float) -> float:
-    """Half-filling angle φ [rad] of a volume over R³ by bisection, between 1e-3 and 90°."""
+    """Half-filling angle φ [rad] of a volume over R³ between touching bodies, by bisection, between 1e-3 and 90°."""
     low, high = 1e-3, 0.5 * math.pi
     for _ in range(50):
         middle = 0.5 * (low + high)
-        if toroid_volume(middle, theta) < volume_over_cube:
+        if toroid_volume(1.0 - math.cos(middle), 1.0, middle, middle + theta, False, False) < volume_over_cube:
             low = middle
         else:
             high = middle
     return 0.5 * (low + high)
+
+
+@helper
+def _half(volume: float, radius_i: float, radius_j: float, theta: float) -> tuple[float, float, float]:
+    """Which part of a bridge is one toroid (two spheres have two), its radius R [m], and its φ [rad]."""
+    radius, share = half_radius(radius_i, radius_j), 1.0 if math.isinf(radius_j) else 0.5
+    return share, radius, half_filling(share * volume / radius**3, theta)
+
+
+@helper
+def _goldman(separation: float, radius_i: float, radius_j: float, viscosity: float) -> tuple[float, float]:
+    """6π η r [kg/s] and Λ = ln(r/S) ≥ 0, r = r_red."""
+    r = reduced_radius(radius_i, radius_j)
+    return 6.0 * math.pi * viscosity * r, max(math.log(r / max(separation, GAP_MIN)), 0.0)
 
 
 @force_law("capillary")
@@ -69,16 +74,12 @@ def buck(
     """
     if separation < 0.0 or volume <= 0.0:
         return 0.0
-    radius = half_radius(radius_i, radius_j)
-    share = 1.0 if math.isinf(radius_j) else 0.5
-    phi = half_filling(share * volume / radius**3, contact_angle_i)
-    a, rim = phi + contact_angle_i, radius * math.sin(phi)
-    r_m = (share * separation + radius * (1.0 - math.cos(phi))) / (1.0 + math.cos(a))
-    neck = rim + r_m * (math.sin(a) - 1.0)
-    if neck <= 0.0:
+    share, radius, phi = _half(volume, radius_i, radius_j, contact_angle_i)
+    height = share * separation + radius * (1.0 - math.cos(phi))
+    rim, angle = radius * math.sin(phi), phi + contact_angle_i
+    if radii(height, rim, angle, False)[1] <= 0.0:
         return 0.0
-    line = 2.0 * math.pi * surface_tension * rim * math.sin(a)
-    return max(line + math.pi * rim * rim * surface_tension * (1.0 / r_m - 1.0 / neck), 0.0)
+    return max(attraction(height, rim, angle, surface_tension, False, False), 0.0)
 
 
 @force_law("viscous_normal")
@@ -98,10 +99,8 @@ def buck_water(
     """
     if separation < 0.0 or volume <= 0.0:
         return 0.0
-    radius = half_radius(radius_i, radius_j)
-    share = 1.0 if math.isinf(radius_j) else 0.5
-    reduced = radius * share if not math.isinf(radius_j) else radius_i
-    rim = radius * math.sin(half_filling(share * volume / radius**3, 0.2617993877991494))
+    share, radius, phi = _half(volume, radius_i, radius_j, 0.2617993877991494)
+    reduced, rim = radius * share, radius * math.sin(phi)
     inertia = 2.0 * rim * abs(normal_velocity) * WATER_DENSITY
     if viscosity <= 0.0:  # what is left of the drag without viscosity
         return -math.pi / 10.0 * rim * inertia * normal_velocity
@@ -122,9 +121,8 @@ def buck_translation(separation: float, radius_i: float, radius_j: float, viscos
     """
     if separation < 0.0:
         return 0.0
-    r = reduced_radius(radius_i, radius_j)
-    log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
-    return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
+    scale, log = _goldman(separation, radius_i, radius_j, viscosity)
+    return scale * (8.0 / 15.0 * log + 0.9588)
 
 
 @force_law("viscous_tangential", "buck")
@@ -138,9 +136,8 @@ def buck_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     """
     if separation < 0.0:
         return 0.0
-    r = reduced_radius(radius_i, radius_j)
-    log = max(math.log(r / max(separation, GAP_MIN)), 0.0)
-    return 6.0 * math.pi * viscosity * r * (2.0 / 15.0 * log - 0.2526)
+    scale, log = _goldman(separation, radius_i, radius_j, viscosity)
+    return scale * (2.0 / 15.0 * log - 0.2526)
 
 
 @force_law("rupture", "buck")

@@ -10,7 +10,24 @@ import math
 from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
 
-effective_radius = helper(contact.effective_radius)
+effective_radius, bridge_radius = helper(contact.effective_radius), helper(contact.bridge_radius)
+
+
+@helper
+def _neck_and_ring(
+    separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float, small_gap: bool
+) -> float:
+    """Pull of the neck, in full or its limit for a small gap, and that of the ring at the contact line (Rabinovich)."""
+    s, r = max(separation, 0.0), bridge_radius(ri, rj)
+    spread = 1.0 if math.isinf(rj) else 2.0
+    limit = 2.0 / spread * math.pi * tension * r * (math.cos(ti) + math.cos(tj))
+    q = volume / (math.pi * r)
+    if q <= 0.0:
+        return limit if s == 0.0 else 0.0
+    d = q / (s + math.sqrt(s * s + spread * q))
+    phi = math.sqrt(2.0 * d / r)
+    neck = limit / (1.0 + (s / spread * math.sqrt(spread / q) if small_gap else s / spread / d))
+    return neck + 2.0 * math.pi * tension * r * math.sin(phi) * math.sin(phi + 0.5 * (ti + tj))
 
 
 @force_law("capillary")
@@ -41,20 +58,9 @@ def rabinovich(
     >>> f"{rabinovich(0.0, 0.0, 1e-3, 1e-3, 0.0, 0.0, 0.07):.6e}"
     '4.398230e-04'
     """
-    s = max(separation, 0.0)
-    theta = 0.5 * (contact_angle_i + contact_angle_j)
-    cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
-    if math.isinf(radius_j):
-        r, factor, spread, gap = radius_i, 2.0, 1.0, s
-    else:
-        r, factor, spread, gap = 2.0 * radius_i * radius_j / (radius_i + radius_j), 1.0, 2.0, 0.5 * s
-    q = volume / (math.pi * r)
-    if q <= 0.0:
-        return factor * math.pi * surface_tension * r * cosines if s == 0.0 else 0.0
-    d = q / (s + math.sqrt(s * s + spread * q))
-    phi = math.sqrt(2.0 * d / r)
-    neck = factor * math.pi * surface_tension * r * cosines / (1.0 + gap / d)
-    return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(phi + theta)
+    return _neck_and_ring(
+        separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension, False
+    )
 
 
 @force_law("capillary")
@@ -80,19 +86,9 @@ def rabinovich_small_gap(
     >>> f"{rabinovich_small_gap(1e-4, 1e-10, 1e-3, math.inf, 0.3, 0.3, 0.07):.5e}"
     '6.71890e-04'
     """
-    s = max(separation, 0.0)
-    theta = 0.5 * (contact_angle_i + contact_angle_j)
-    cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
-    if math.isinf(radius_j):
-        r, factor, spread, gap = radius_i, 2.0, 1.0, s
-    else:
-        r, factor, spread, gap = 2.0 * radius_i * radius_j / (radius_i + radius_j), 1.0, 2.0, 0.5 * s
-    q = volume / (math.pi * r)
-    if q <= 0.0:
-        return factor * math.pi * surface_tension * r * cosines if s == 0.0 else 0.0
-    phi = math.sqrt(2.0 * q / (r * (s + math.sqrt(s * s + spread * q))))
-    neck = factor * math.pi * surface_tension * r * cosines / (1.0 + gap * math.sqrt(spread / q))
-    return neck + 2.0 * math.pi * surface_tension * r * math.sin(phi) * math.sin(phi + theta)
+    return _neck_and_ring(
+        separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension, True
+    )
 
 
 @force_law("capillary")
@@ -118,20 +114,14 @@ def rabinovich_as_printed(
     >>> f"{rabinovich_as_printed(1e-4, 1e-10, 1e-3, 1e-3, 0.3, 0.3, 0.07):.5e}"
     '3.50482e-04'
     """
-    s = max(separation, 0.0)
+    s, r, wall = max(separation, 0.0), bridge_radius(radius_i, radius_j), math.isinf(radius_j)
     theta = 0.5 * (contact_angle_i + contact_angle_j)
     cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
-    if math.isinf(radius_j):
-        q = volume / (math.pi * radius_i)
-        phi = math.sqrt(2.0 * math.sqrt(s * s + q) / radius_i)
-        weaker = 1.0 if s == 0.0 else (math.inf if q <= 0.0 else 1.0 + s / math.sqrt(q))
-        neck = 2.0 * math.pi * surface_tension * radius_i * cosines / weaker
-        return neck + 2.0 * math.pi * surface_tension * radius_i * math.sin(theta) * math.sin(theta + phi)
-    r = 2.0 * radius_i * radius_j / (radius_i + radius_j)
-    q = volume / (math.pi * r)
-    d = q / (s + math.sqrt(s * s + 2.0 * q)) if q > 0.0 else 0.0
-    weaker = 1.0 if s == 0.0 else (math.inf if d <= 0.0 else 1.0 + 0.5 * s / d)
-    neck = math.pi * surface_tension * r * cosines / weaker
+    q = max(volume, 0.0) / (math.pi * r)
+    d = math.sqrt(s * s + q) if wall else q / max(s + math.sqrt(s * s + 2.0 * q), 1e-300)
+    length = math.sqrt(q) if wall else 2.0 * d
+    weaker = 1.0 if s == 0.0 else 1.0 + s / length if length > 0.0 else math.inf
+    neck = (2.0 if wall else 1.0) * math.pi * surface_tension * r * cosines / weaker
     return neck + 2.0 * math.pi * surface_tension * r * math.sin(theta) * math.sin(theta + math.sqrt(2.0 * d / r))
 
 

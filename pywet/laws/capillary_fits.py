@@ -77,6 +77,18 @@ def willett(
     return 2.0 * math.pi * r * surface_tension * math.exp(_willett_exponent(half_gap, volume / r**3, theta))
 
 
+@helper
+def _willett_simple(
+    separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float
+) -> float:
+    r, s = effective_radius(ri, rj), max(separation, 0.0)
+    limit = math.pi * r * tension * (math.cos(ti) + math.cos(tj))
+    if volume <= 0.0:
+        return limit if s == 0.0 else 0.0
+    half_gap = 0.5 * s / math.sqrt(volume / r)
+    return limit / (1.0 + 2.1 * half_gap + 10.0 * half_gap * half_gap)
+
+
 @force_law("capillary")
 def willett_simple(
     separation: float,
@@ -98,13 +110,7 @@ def willett_simple(
     >>> f"{willett_simple(1e-4, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '9.66644e-05'
     """
-    r = effective_radius(radius_i, radius_j)
-    s = max(separation, 0.0)
-    limit = math.pi * r * surface_tension * (math.cos(contact_angle_i) + math.cos(contact_angle_j))
-    if volume <= 0.0:
-        return limit if s == 0.0 else 0.0
-    half_gap = 0.5 * s / math.sqrt(volume / r)
-    return limit / (1.0 + 2.1 * half_gap + 10.0 * half_gap * half_gap)
+    return _willett_simple(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension)
 
 
 @force_law("capillary")
@@ -127,27 +133,26 @@ def willett_simple_as_printed(
     >>> f"{willett_simple_as_printed(1e-4, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '1.93329e-04'
     """
-    r = effective_radius(radius_i, radius_j)
-    s = max(separation, 0.0)
-    limit = 2.0 * math.pi * r * surface_tension * (math.cos(contact_angle_i) + math.cos(contact_angle_j))
-    if volume <= 0.0:
-        return limit if s == 0.0 else 0.0
-    half_gap = 0.5 * s / math.sqrt(volume / r)
-    return limit / (1.0 + 2.1 * half_gap + 10.0 * half_gap * half_gap)
+    return 2.0 * _willett_simple(
+        separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension
+    )
 
 
 @helper
-def _weigert(separation: float, volume: float, r: float, theta: float, share: float, mended: bool) -> float:
-    """F/σ of Weigert & Ripperger; `share` is the part of S in the meridian's height."""
+def _weigert(separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, printed: bool) -> float:
+    """F/σ of Weigert & Ripperger; `printed`: with the whole of S in the meridian's height and sin θ_m for sin φ."""
+    if volume <= 0.0:
+        return 0.0
+    r, theta, separation = effective_radius(ri, rj), 0.5 * (ti + tj), max(separation, 0.0)
     sine4 = volume / (0.12 * (2.0 * r) ** 3 * (1.0 + 3.0 * separation / r) * (1.0 + 1.1 * math.sin(theta)))
     phi = math.asin(min(sine4, 1.0) ** 0.25)
     opening = math.cos(phi + theta)
     sine = math.sin(phi + theta)
-    height = r * (1.0 - math.cos(phi)) + share * separation
+    height = r * (1.0 - math.cos(phi)) + (1.0 if printed else 0.5) * separation
     # R1 = height/opening; R1 (sin − 1) = −height opening/(1 + sin), finite where the meridian turns from hollow to full
     second = r * math.sin(phi) - height * opening / (1.0 + sine)
     pressure = opening / height - 1.0 / second
-    line = math.sin(phi) if mended else math.sin(theta)
+    line = math.sin(theta) if printed else math.sin(phi)
     return math.pi * r * r * pressure * math.sin(phi) ** 2 + 2.0 * math.pi * r * line * sine
 
 
@@ -173,11 +178,8 @@ def weigert(
     >>> f"{weigert(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.71106e-04'
     """
-    if volume <= 0.0:
-        return 0.0
-    r = effective_radius(radius_i, radius_j)
-    theta = 0.5 * (contact_angle_i + contact_angle_j)
-    return surface_tension * _weigert(max(separation, 0.0), volume, r, theta, 0.5, True)
+    force = _weigert(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, False)
+    return surface_tension * force
 
 
 @force_law("capillary")
@@ -201,11 +203,8 @@ def weigert_as_printed(
     >>> f"{weigert_as_printed(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.5e}"
     '3.26217e-04'
     """
-    if volume <= 0.0:
-        return 0.0
-    r = effective_radius(radius_i, radius_j)
-    theta = 0.5 * (contact_angle_i + contact_angle_j)
-    return surface_tension * _weigert(max(separation, 0.0), volume, r, theta, 1.0, False)
+    force = _weigert(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, True)
+    return surface_tension * force
 
 
 @force_law("capillary")

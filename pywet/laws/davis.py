@@ -1,17 +1,13 @@
-"""The law pair of Davis 2023 (finite-film lubrication, capillary suction) for bridges in the engine; at a wall
-radius_j is infinite.
+"""The law pair of Davis 2023 (finite-film lubrication, capillary suction) for bridges in the engine; radius_j infinite: wall.
 
-The paper's laws know the gap δ at which two films touch; a bridge of the engine knows its volume. The formation law
-here draws π a² h_i from each
-film h_i (a = r_red = r_i r_j/(r_i + r_j); wall: r_i), so that a bridge of volume V has δ = V/(π a²) exactly, and
-every law reads δ from V.
-What that costs: two equal spheres give 1/16 of their films to each bridge (the paper's films lose nothing), and the
-share each gets back is the
-transfer law's. The tangential laws of the engine are not told the volume: they are made for one stated δ by `tangential`.
+The paper's laws know the gap δ at which two films touch; a bridge of the engine knows its volume. The formation law here draws
+π a² h_i from each film h_i (a = r_red = r_i r_j/(r_i + r_j); wall: r_i), so that a bridge of volume V has δ = V/(π a²) exactly,
+and every law reads δ from V. What that costs: two equal spheres give 1/16 of their films to each bridge (the paper's films lose
+nothing), and the share each gets back is the transfer law's. The tangential laws of the engine are not told the volume: they
+are made for one stated δ by `tangential`.
 
-The paper's solid contact is at h = h_min, the engine's at S = 0: h = max(S, 0) + S_min with S_min = 0.001 r_eff plays
-h_min, and δ + S_min is the
-paper's δ.
+The paper's solid contact is at h = h_min, the engine's at S = 0: h = max(S, 0) + S_min with S_min = 0.001 r_eff plays h_min, and
+δ + S_min is the paper's δ.
 """
 
 from __future__ import annotations
@@ -51,15 +47,14 @@ def capillary(
     F = 8π a σ for S < δ, 0 beyond; a = r_red = r_i r_j/(r_i + r_j) (wall: r_i), δ = V/(π a²). Contact angles are not used.
 
     Arguments: separation S [m], volume V [m3], radii [m], contact angles [rad], surface_tension σ [N/m]. Returns F [N].
-    Valid for wetting films thin against the radius. S ≤ 0: the same. It is twice the exact limit 4π a σ of little
-    liquid with contact
-    angle 0. Source: Davis 2023 (3).
+    Valid for wetting films thin against the radius. S ≤ 0: the same. It is twice the exact limit 4π a σ of little liquid with
+    contact angle 0. Source: Davis 2023 (3).
 
     >>> f"{capillary(0.0, 1e-11, 1e-3, 1e-3, 0.0, 0.0, 0.07):.6e}"
     '8.796459e-04'
     """
     if separation >= film_gap(volume, radius_i, radius_j):
-        return 0.0 * (contact_angle_i + contact_angle_j)
+        return 0.0
     return 8.0 * math.pi * reduced_radius(radius_i, radius_j) * surface_tension
 
 
@@ -72,10 +67,9 @@ def normal(
     F = −6π η a² v_n [1 − h/(2δ' − h)]²/h for h < δ', 0 beyond; h = max(S, 0) + S_min, δ' = V/(π a²) + S_min,
     a = r_red = r_i r_j/(r_i + r_j) (wall: r_i), S_min = 0.001 r_eff (wall: 0.001 r_i).
 
-    Arguments: separation S [m], volume V [m3], radii [m], normal_velocity (v_i − v_j)·n [m/s] with n from j to i,
-    viscosity η [Pa s].
-    Returns the component along n of the force on i [N]. Valid for films thin against the radius. S ≤ 0: the value at S_min.
-    Source: Davis 2023 (3).
+    Arguments: separation S [m], volume V [m3], radii [m], normal_velocity (v_i − v_j)·n [m/s] with n from j to i, viscosity η
+    [Pa s]. Returns the component along n of the force on i [N]. Valid for films thin against the radius. S ≤ 0: the value at
+    S_min. Source: Davis 2023 (3).
 
     >>> f"{normal(1e-6, 1e-11, 1e-3, 1e-3, 0.1, 0.05):.6e}"
     '-1.000309e-02'
@@ -120,7 +114,7 @@ def rupture(volume: float, radius_i: float, radius_j: float, contact_angle_i: fl
     >>> f"{rupture(3.0e-12, 1e-3, 1e-3, 0.0, 0.0):.6e}"
     '3.819719e-06'
     """
-    return film_gap(volume, radius_i, radius_j) + 0.0 * (contact_angle_i + contact_angle_j)
+    return film_gap(volume, radius_i, radius_j)
 
 
 @force_law("formation", "davis")
@@ -146,7 +140,7 @@ def formation_sphere_wire(film_volume_i: float, radius_i: float, half_width: flo
     >>> f"{formation_sphere_wire(1.2566e-10, 1e-3, 1e-3):.6e}"
     '3.110599e-11'
     """
-    return math.pi * radius_i * radius_i * thickness(film_volume_i, radius_i) + 0.0 * half_width
+    return math.pi * radius_i * radius_i * thickness(film_volume_i, radius_i)
 
 
 @force_law("formation", "davis")
@@ -170,14 +164,14 @@ def formation_wire(film_thickness: float, radius_i: float, half_width: float) ->
     >>> f"{formation_wire(1e-5, 1e-3, 5e-4):.6e}"
     '3.141593e-11'
     """
-    return math.pi * radius_i * radius_i * film_thickness + 0.0 * half_width
+    return math.pi * radius_i * radius_i * film_thickness
 
 
 TANGENTIAL = tangential(NOMINAL_FILM)
 """The registered pair of tangential coefficients, for δ = NOMINAL_FILM · r_red."""
 TANGENTIAL[
     0
-].__doc__ = """Coefficient of the tangential lubrication of a film of finite extent, made for δ = 0.04 r_red (Davis 2023, 4).
+].__doc__ = """Coefficient of the tangential lubrication of a film of finite extent, for δ = 0.04 r_red (Davis 2023, 4).
 
     See `tangential`, which makes it for another δ.
 

@@ -60,9 +60,9 @@ class ForceLaw:
 
     def __call__(self, *arguments: Any) -> Any:
         """Evaluate; arrays are broadcast against each other."""
-        with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` looks at the result
-            result = self._ufunc(*arguments)
-        return float(result) if np.ndim(result) == 0 else result
+        with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` looks at the value
+            value = self._ufunc(*arguments)
+        return float(value) if np.ndim(value) == 0 else value
 
     @property
     def address(self) -> int:

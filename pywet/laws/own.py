@@ -7,6 +7,7 @@ once in a child process, because a law may loop for ever or end the program. Wha
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import signal
@@ -20,6 +21,7 @@ from typing import Any
 from pywet import caches
 from pywet.errors import LawError, one_line
 from pywet.files import read_bytes, read_json
+from pywet.laws.kinds import KINDS
 
 TRIAL_S = 60
 """Longest that a file and its law on the probe grid may take, compilation included: processor time [s], ten times that in all."""
@@ -41,7 +43,36 @@ def trust(names: Iterable[str | None]) -> None:
 def placed(name: str, folder: Path = Path()) -> str:
     """The name with its file's whole path, so that it holds in another working folder; `folder`: of who names it."""
     path, _, attribute = name.rpartition(":")
-    return f"{(Path(folder) / path).absolute()}:{attribute}" if is_own(name) else name
+    return f"{os.path.abspath(Path(folder) / path)}:{attribute}" if is_own(name) else name
+
+
+def kind_of(name: str) -> str:
+    """The kind of law whose arguments those of the file's function are, or come closest to; the file is read, not run."""
+    if not _path(name).is_file():
+        return next(iter(KINDS))  # it is refused when it is asked for
+    given = _arguments(read_bytes(_path(name), CURE), name.rpartition(":")[2])
+
+    def alike(kind: str) -> tuple[bool, float]:
+        wanted = [part.arguments for part in KINDS[kind].parts]
+        same, every = (len(set(sum(given, ())) & set(sum(wanted, ()))), len(set(sum(given, ())) | set(sum(wanted, ()))))
+        return given == wanted, same / max(every, 1)
+
+    return max(KINDS, key=alike)
+
+
+def _arguments(source: bytes, attribute: str) -> list[tuple[str, ...]]:
+    """Arguments of a function of a file, or of those of a tuple of functions, by its text."""
+    try:
+        body = ast.parse(source).body
+    except (SyntaxError, ValueError):
+        return []
+    known = {n.name: tuple(a.arg for a in n.args.args) for n in body if isinstance(n, ast.FunctionDef)}
+    for node in body:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Tuple):
+            together = [known.get(e.id, ()) for e in node.value.elts if isinstance(e, ast.Name)]
+            if any(isinstance(target, ast.Name) and target.id == attribute for target in node.targets):
+                return together
+    return [known[attribute]] if attribute in known else []
 
 
 def functions(kind: str, name: str) -> Any:

@@ -123,10 +123,10 @@ def _load(point: EntryPoint) -> Any:
 
 def _fits(kind: str, point: EntryPoint) -> bool:
     try:
-        found = _load(point)
+        published = _load(point)
     except PywetError:
         return False  # it is refused when it is asked for by name
-    functions = found if isinstance(found, tuple) else (found,)
+    functions = published if isinstance(published, tuple) else (published,)
     return [getattr(f, "arguments", ()) for f in functions] == [part.arguments for part in KINDS[kind].parts]
 
 

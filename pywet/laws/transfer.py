@@ -99,8 +99,8 @@ def solve(pair: Pair, volume: float, separation: float, guess: tuple[float, floa
     def equations(angles: Floats) -> tuple[float, float]:
         return residual(pair, shape(pair, float(angles[0]), float(angles[1]), separation), volume)
 
-    found = root(equations, guess, method="hybr", options={"xtol": 1e-13})
-    alpha_i, alpha_j = (float(x) for x in found.x)
+    angles = root(equations, guess, method="hybr", options={"xtol": 1e-13}).x
+    alpha_i, alpha_j = (float(x) for x in angles)
     if not (0 < alpha_i < math.pi / 2 and 0 < alpha_j < math.pi / 2):
         return None
     bridge = shape(pair, alpha_i, alpha_j, separation)

@@ -18,6 +18,14 @@ def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float
     return max(separation, 0.0) + 2e-3 * radius_i * radius_j / (radius_i + radius_j)
 
 
+@helper
+def _slide(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
+    """6π η r ((8/15) ln(r/S) + 0.9588), r = r_red, S → max(S, 0) + S_min."""
+    r = reduced_radius(radius_i, radius_j)
+    log = math.log(r / lubricated_gap(separation, radius_i, radius_j))
+    return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * log + 0.9588)
+
+
 @force_law("viscous_normal")
 def pitois(
     separation: float, volume: float, radius_i: float, radius_j: float, normal_velocity: float, viscosity: float
@@ -74,9 +82,7 @@ def goldman_translation(separation: float, radius_i: float, radius_j: float, vis
     >>> f"{goldman_translation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '4.02745e-05'
     """
-    r = reduced_radius(radius_i, radius_j)
-    s = lubricated_gap(separation, radius_i, radius_j)
-    return 6.0 * math.pi * viscosity * r * (8.0 / 15.0 * math.log(r / s) + 0.9588)
+    return _slide(separation, radius_i, radius_j, viscosity)
 
 
 @force_law("viscous_tangential", "goldman")
@@ -113,14 +119,7 @@ def lian_translation(separation: float, radius_i: float, radius_j: float, viscos
     >>> f"{lian_translation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '4.02745e-05'
     """
-    r = reduced_radius(radius_i, radius_j)
-    return (
-        6.0
-        * math.pi
-        * viscosity
-        * r
-        * (8.0 / 15.0 * math.log(r / lubricated_gap(separation, radius_i, radius_j)) + 0.9588)
-    )
+    return _slide(separation, radius_i, radius_j, viscosity)
 
 
 @force_law("viscous_tangential", "lian")
@@ -136,11 +135,4 @@ def lian_rotation(separation: float, radius_i: float, radius_j: float, viscosity
     >>> f"{lian_rotation(0.0, 1e-3, 1e-3, 1e-3):.5e}"
     '4.02745e-05'
     """
-    r = reduced_radius(radius_i, radius_j)
-    return (
-        6.0
-        * math.pi
-        * viscosity
-        * r
-        * (8.0 / 15.0 * math.log(r / lubricated_gap(separation, radius_i, radius_j)) + 0.9588)
-    )
+    return _slide(separation, radius_i, radius_j, viscosity)

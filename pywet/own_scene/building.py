@@ -21,10 +21,10 @@ from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Floats
 from pywet.bench import bodies
 from pywet.bench.small import wall_mesh
+from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
 from pywet.errors import ConfigError
 from pywet.files import write_json, write_table
-from pywet.laws import own
 from pywet.laws.contact import film_volume
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.plan import EffectPlan, Surroundings
@@ -162,13 +162,8 @@ class Building:
     def plan(self) -> EffectPlan:
         """Which effects are on, and why."""
         said = self.said
-        placed = {
-            kind: own.placed(law, said.folder)
-            for kind, law in said.laws.model_dump(exclude={"preset"}, exclude_none=True).items()
-        }
-        own.trust(placed.values())
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
-        laws = said.laws.model_copy(update=placed)
+        laws = placed_laws(said.laws, said.folder)
         return plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
 
     @property
@@ -227,6 +222,7 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))
     write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    (run_dir / "config.json").unlink(missing_ok=True)  # a screening case's, had one been built here before
     return scene
 
 

@@ -28,15 +28,15 @@ def plan(scene: Scene) -> EffectPlan:
 
 
 def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> Run:
-    """Build, simulate, replay and evaluate a scene in a folder; a finished run of the same scene there is not simulated again.
+    """Build, simulate, evaluate and replay a scene in a folder; a finished run of the same scene there is not simulated again.
 
     Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees.
     """
     where = Path(folder)
     building.write(scene, where)
     stages.simulate(where, ranks, progress)
-    stages.replay(where)
     results.write(where)
+    stages.replay(where)
     objections = verdict.objections(where)
     if objections:
         raise PywetError("; ".join(objections))

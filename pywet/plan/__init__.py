@@ -67,6 +67,15 @@ class EffectRow:
     cost: float | None = None
 
     @property
+    def short(self) -> str:
+        """The row in 80 columns: on or off, number and tolerance, share, cost, law; without quantity and reason."""
+        share = "-" if self.predicted_share is None else _percent(self.predicted_share).strip()
+        cost = "-" if self.cost is None else f"{100 * self.cost:+.0f} %"
+        state, law = ("on", self.law or "") if self.on else ("off", "")
+        number = f"{self.number:.2g}"
+        return f"{self.effect:<19}{state:<5}{number:>9}{self.threshold:>11g}{share:>8}{cost:>8}  {law}".rstrip()
+
+    @property
     def line(self) -> str:
         """The row as one line of text."""
         state = "on " if self.on else "off"
@@ -86,8 +95,14 @@ class EffectPlan:
 
     @property
     def lines(self) -> list[str]:
-        """One line per effect."""
+        """One line per effect, with quantity and reason."""
         return [row.line for row in self.rows]
+
+    @property
+    def table(self) -> list[str]:
+        """A head and one line per effect, in 80 columns."""
+        head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
+        return [head, *(row.short for row in self.rows)]
 
     def row(self, effect: str) -> EffectRow:
         """The row of an effect."""

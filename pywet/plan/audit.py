@@ -27,6 +27,8 @@ MEASURES = {
     "shedding": ("liquid_share", "liquid that let go as drops, over all"),
 }
 """Effect -> what of contributions.json is its measure; all others: their share of impulse."""
+WITHOUT_MEASURE = "formation"
+"""An effect that cannot be left out of a bridge's life: no share of it is measured."""
 IMPULSE = "share of impulse"
 OTHER_NAMES = {"gravity": "weight", "tangential_history": "contact_tangential"}
 Verdict = Literal["as planned", "small", "wrong", "not measured"]
@@ -88,6 +90,8 @@ def _measured(effect: str, measured: dict[str, Any]) -> tuple[float | None, str]
 def _judge(
     row: dict[str, Any], value: float | None, predicted: float | None, within: float | None, tolerance: float
 ) -> tuple[Verdict, str]:
+    if row["effect"] == WITHOUT_MEASURE:
+        return OK, "part of every bridge's life" if row["on"] else "no bridges"
     if value is None:
         return UNKNOWN, "the replay measured nothing of it"
     if not row["on"]:
@@ -125,11 +129,11 @@ def write(run_dir: Path) -> list[AuditRow] | None:
     )
     if plan is None or measured is None:
         return None
-    found = rows(plan, measured)
+    audited = rows(plan, measured)
     write_json(
-        folder / FILE, {"plan_right": all(r.verdict != WRONG for r in found), "rows": [asdict(r) for r in found]}
+        folder / FILE, {"plan_right": all(r.verdict != WRONG for r in audited), "rows": [asdict(r) for r in audited]}
     )
-    return found
+    return audited
 
 
 def read(run_dir: Path) -> list[AuditRow] | None:
@@ -138,12 +142,12 @@ def read(run_dir: Path) -> list[AuditRow] | None:
     return read_model(path, _Audit, f"run `pywet replay {run_dir}` again").rows if path.exists() else None
 
 
-def lines(found: list[AuditRow]) -> list[str]:
+def lines(audited: list[AuditRow]) -> list[str]:
     """One line of text per effect."""
     return [
         f"{r.effect:<19}{'on ' if r.on else 'off'}  predicted {_number(r.predicted):>8}  measured {_number(r.measured):>8}  "
         f"{'<-- ' if r.verdict == WRONG else ''}{r.text}"
-        for r in found
+        for r in audited
     ]
 
 

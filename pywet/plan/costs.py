@@ -15,8 +15,8 @@ def measured_costs() -> dict[str, float]:
     """Effect -> processor time it adds, over that of the same run without it; median over the scenes that use it."""
     if not STORED.exists():
         return {}
-    found: dict[str, float] = read_json(STORED)["added"]
-    return found
+    added: dict[str, float] = read_json(STORED)["added"]
+    return added
 
 
 def provenance() -> str:

@@ -124,17 +124,20 @@ def effect_numbers(
     """Effect -> what is compared, and its largest value over the classes present; zero without liquid."""
     s = surroundings or Surroundings()
     of = class_groups(classes, pairs, liquid, speed_m_per_s, s)
-    found = {
+    numbers = {
         effect: max((number(g, s) for g in of), key=lambda pair: pair[1]) for effect, number in OF_ONE_CLASS.items()
     }
     film = max(g.film / g.radius for g in of)
-    forces = sum(found[effect][1] for effect in FORCES)
-    found["bridges"] = ("film / radius", film) if s.liquid_wanted else ("sum of the numbers of its forces", forces)
-    found["formation"] = ("share of a film drawn into a bridge", BRIDGE_SHARE if film > 0 else 0.0)
-    found["sharing_by_size"] = _sharing([g.radius for g in of], s, film > 0)
-    found["shedding"] = ("part of a film that cannot hang under g + v/t of the film", max(_dripping(g, s) for g in of))
-    found["liquid_weight"] = ("mass of liquid / mass of solid", max(g.liquid_mass / g.mass for g in of))
-    return found
+    forces = sum(numbers[effect][1] for effect in FORCES)
+    numbers["bridges"] = ("film / radius", film) if s.liquid_wanted else ("sum of the numbers of its forces", forces)
+    numbers["formation"] = ("share of a film drawn into a bridge", BRIDGE_SHARE if film > 0 else 0.0)
+    numbers["sharing_by_size"] = _sharing([g.radius for g in of], s, film > 0)
+    numbers["shedding"] = (
+        "part of a film that cannot hang under g + v/t of the film",
+        max(_dripping(g, s) for g in of),
+    )
+    numbers["liquid_weight"] = ("mass of liquid / mass of solid", max(g.liquid_mass / g.mass for g in of))
+    return numbers
 
 
 def class_groups(

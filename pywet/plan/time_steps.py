@@ -130,10 +130,10 @@ def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, cro
 
 def advise(scene: Scene) -> Advice:
     """Every limit of a scene."""
-    found = _limits(scene)
-    if not found:
+    limits = _limits(scene)
+    if not limits:
         raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")
-    return Advice(scene.time_step_s, tuple(sorted(found, key=lambda limit: limit.time_step_s)))
+    return Advice(scene.time_step_s, tuple(sorted(limits, key=lambda limit: limit.time_step_s)))
 
 
 def refuse_unstable(scene: Scene) -> None:

@@ -30,6 +30,9 @@ class CaseResult:
     liquid: pd.DataFrame | None = None
     contributions: dict[str, Any] | None = None
     audit: tuple[audit.AuditRow, ...] = field(default=())
+    seeds: tuple[pd.DataFrame, ...] = field(default=())
+    """Fraction retained of the same case from other first arrangements, run in folders named CASE-SEED."""
+    folder: Path | None = None
 
     @property
     def done(self) -> bool:
@@ -67,14 +70,14 @@ def collect_run(run_dir: Path, case: Case) -> CaseResult:
     try:
         return _collect_run(Path(run_dir), case)
     except PywetError as error:
-        return CaseResult(case, (str(error),))
+        return CaseResult(case, (str(error),), folder=Path(run_dir))
 
 
 def _collect_run(run_dir: Path, case: Case) -> CaseResult:
     found = tuple(status.problems(run_dir))
     summary = _json(run_dir / "summary.json", Summary)
     if summary is None or not status.results_made(run_dir):
-        return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan))
+        return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan), folder=run_dir)
     if case.liquid_percent > 0 and (
         not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
     ):
@@ -90,7 +93,14 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
         liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
         contributions=_json(run_dir / "contributions.json", Contributions),
         audit=tuple(audit.read(run_dir) or ()),
+        seeds=tuple(read_table(path) for path in _other_seeds(run_dir)),
+        folder=run_dir,
     )
+
+
+def _other_seeds(run_dir: Path) -> list[Path]:
+    tables = run_dir.parent.glob(f"{run_dir.name}-*/results/fraction_retained.parquet")
+    return sorted(t for t in tables if t.parent.parent.name.removeprefix(f"{run_dir.name}-").isdigit())
 
 
 def _json(path: Path, shape: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ __all__ = [
     "SKY",
     "STYLE",
     "VIOLET",
+    "inline",
     "panels",
     "plt",
     "save_png",
@@ -73,6 +75,15 @@ def svg(figure: Figure, **how: Any) -> str:
     figure.savefig(text, format="svg", metadata={"Date": None}, **how)
     plt.close(figure)
     return text.getvalue()
+
+
+def inline(text: str, name: str) -> str:
+    """SVG text as part of a page: without a head of its own, and with names that cannot meet those of another picture."""
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+    text = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text)
+    return re.sub(
+        r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1), count=1
+    )
 
 
 def save_png(figure: Figure, path: Path, dpi: int = 130) -> None:

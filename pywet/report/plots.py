@@ -6,9 +6,13 @@ Panels follow from the cases given: one per material (dry), one per configuratio
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from pywet.report.collect import CaseResult
@@ -21,38 +25,56 @@ PLACES = {
     "coarse_material_large": ("on the screen: large", "#0b3c78"),
     "coarse_material_near_mesh": ("on the screen: near mesh", "#3b7fbf"),
     "coarse_material_small": ("on the screen: small", "#8fbfe3"),
-    "fines": ("fines in the bin", "#7fb8a4"),
+    "fines": ("fines in the bin", "#2a9d6f"),
     "wires": ("wires", "#d98032"),
-    "side_wall": ("side walls", "#edb67a"),
-    "feed_bin": ("feed bin and slide", "#c9bda8"),
-    "outlet": ("outlet", "#a79a86"),
-    "impact_plate": ("impact plate", "#7f7463"),
-    "collecting_bin": ("collecting bin", "#5b5347"),
+    "side_wall": ("side walls", "#f2c14e"),
+    "feed_bin": ("feed bin and slide", "#8b5fa5"),
+    "outlet": ("outlet", "#e07a9c"),
+    "impact_plate": ("impact plate", "#3d4650"),
+    "collecting_bin": ("collecting bin", "#8a5a33"),
 }
 """Column of the liquid table (without _m3) -> label and colour, from bottom to top of the stack."""
 Panel = tuple[str, Sequence[CaseResult]]
 Draw = Callable[[Axes, Sequence[CaseResult]], None]
 
 
-def dry_curves(results: Sequence[CaseResult]) -> str:
+@dataclass(frozen=True)
+class Sheet:
+    """Panels of one figure, how each is drawn, how many stand side by side, and what the axes are."""
+
+    panels: Sequence[Panel]
+    draw: Draw
+    columns: int
+    label: Callable[[Axes], None]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One panel as SVG text, with what its curves show: case, column of the table, label, colour, x, y."""
+
+    title: str
+    svg: str
+    curves: tuple[dict[str, Any], ...]
+
+
+def dry(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained of the dry cases, one panel per material (Fig. 10)."""
-    dry = [r for r in results if not r.moist]
-    return _grid(
-        _panels(dry, lambda r: r.case.material, lambda r: f"dry {r.case.material}"), _draw_dry, 2, _label_fraction
-    )
+    cases = [r for r in results if not r.moist]
+    panels = _panels(cases, lambda r: r.case.material, lambda r: f"dry {r.case.material}")
+    return Sheet(panels, _draw_dry, 2, _label_fraction)
 
 
-def moisture_curves(results: Sequence[CaseResult]) -> str:
+def moisture(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained for every liquid amount, one panel per configuration (Fig. 12)."""
-    return _grid(_panels(results, lambda r: r.configuration, title), _draw_moisture, 3, _label_fraction)
+    return Sheet(_panels(results, lambda r: r.configuration, title), _draw_moisture, 3, _label_fraction)
 
 
-def class_curves(results: Sequence[CaseResult]) -> str:
+def classes(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained of the small and the near mesh class at the larger amplitude (Fig. 13)."""
-    return _grid(_panels(_strong(results), lambda r: r.configuration, title), _draw_classes, 2, _label_fraction)
+    return Sheet(_panels(_strong(results), lambda r: r.configuration, title), _draw_classes, 2, _label_fraction)
 
 
-def liquid_curves(results: Sequence[CaseResult]) -> str:
+def liquid(results: Sequence[CaseResult]) -> Sheet:
     """Where the liquid is over time, lowest liquid amount, larger amplitude (Fig. 15)."""
     moist = [r for r in _strong(results) if r.moist]
     least = {
@@ -60,7 +82,58 @@ def liquid_curves(results: Sequence[CaseResult]) -> str:
     }
     shown = [r for r in moist if r.case.liquid_percent == least[r.configuration]]
     panels = _panels(shown, lambda r: r.configuration, lambda r: f"{title(r)}, M = {r.case.liquid_percent:g} %")
-    return _grid(panels, _draw_liquid, 2, _label_liquid)
+    return Sheet(panels, _draw_liquid, 2, _label_liquid)
+
+
+def dry_curves(results: Sequence[CaseResult]) -> str:
+    """Fig. 10 as one SVG."""
+    return _grid(dry(results))
+
+
+def moisture_curves(results: Sequence[CaseResult]) -> str:
+    """Fig. 12 as one SVG."""
+    return _grid(moisture(results))
+
+
+def class_curves(results: Sequence[CaseResult]) -> str:
+    """Fig. 13 as one SVG."""
+    return _grid(classes(results))
+
+
+def liquid_curves(results: Sequence[CaseResult]) -> str:
+    """Fig. 15 as one SVG."""
+    return _grid(liquid(results))
+
+
+def apart(sheet: Sheet) -> list[Drawn]:
+    """Every panel as a picture of its own, so that a narrow screen shows them one below the other."""
+    found = []
+    with plt.rc_context({**STYLE, "svg.fonttype": "none", "path.simplify": False}):
+        for name, group in sheet.panels:
+            figure, axes = plt.subplots(
+                figsize=(4.6, 3.5 if sheet.draw is not _draw_liquid else 4.6), layout="constrained"
+            )
+            _panel(axes, sheet, name, group)
+            if sheet.draw is _draw_liquid:
+                _legend_below(figure, 2)
+            curves = tuple(_data(artist) for artist in (*axes.get_lines(), *axes.collections) if artist.get_gid())
+            found.append(Drawn(name, svg(figure, transparent=True), curves))
+    return found
+
+
+def _data(artist: Any) -> dict[str, Any]:
+    """What a curve shows, in the numbers of its axes."""
+    case, column = artist.get_gid().split(":")
+    if isinstance(artist, PolyCollection):
+        corners: Any = artist.get_paths()[0].vertices
+        colour: Any = artist.get_facecolor()
+        half = (len(corners) - 1) // 2  # along the lower edge, back along the upper one
+        low, high = corners[1:half], corners[half + 1 : -1][::-1]
+        x, y, colour = low[:, 0], high[:, 1] - low[:, 1], colour[0]
+    else:
+        (x, y), colour = artist.get_data(), artist.get_color()
+    return {"case": case, "column": column, "label": artist.get_label(), "colour": to_hex(colour),
+            "x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist()}  # fmt: skip
 
 
 def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> str:
@@ -72,7 +145,7 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> str:
             _curve(axes, result, "fraction_retained_small", color=colour, linestyle=(0, (4, 2)), label=f"{name}, small")
         _end(axes, group)
 
-    return _grid([(title(usual), [usual, twin])], draw, 1, _label_fraction)
+    return _grid(Sheet([(title(usual), [usual, twin])], draw, 1, _label_fraction))
 
 
 def title(result: CaseResult) -> str:
@@ -97,36 +170,42 @@ def _panels(
     return [(f"({chr(97 + k)}) {name(group[0])}", group) for k, group in enumerate(groups.values())]
 
 
-def _grid(panels: Sequence[Panel], draw: Draw, columns: int, label: Callable[[Axes], None]) -> str:
-    """Draw every panel on a shared scale; failed cases are named in their panel. Empty text without panels."""
-    if not panels:
+def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> None:
+    """Draw one panel; failed cases are named in it."""
+    axes.set_title(name)
+    sheet.draw(axes, group)
+    _name_failed(axes, group)
+    sheet.label(axes)
+
+
+def _grid(sheet: Sheet) -> str:
+    """All panels on a shared scale. Empty text without panels."""
+    if not sheet.panels:
         return ""
-    columns = min(columns, len(panels))
-    rows = -(-len(panels) // columns)
+    columns = min(sheet.columns, len(sheet.panels))
+    rows = -(-len(sheet.panels) // columns)
     with plt.rc_context(STYLE):
         size = (12.0, 0.6 + 3.3 * rows)
         figure, axes = plt.subplots(
             rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
         )
-        for place, (name, group) in zip(axes.flat, panels, strict=False):
-            place.set_title(name)
-            draw(place, group)
-            _name_failed(place, group)
-            label(place)
-        for place in list(axes.flat)[len(panels) :]:
+        for place, (name, group) in zip(axes.flat, sheet.panels, strict=False):
+            _panel(place, sheet, name, group)
+            place.label_outer()
+        for place in list(axes.flat)[len(sheet.panels) :]:
             place.set_axis_off()
-        if draw is _draw_liquid:
-            _legend_below(figure)
+        if sheet.draw is _draw_liquid:
+            _legend_below(figure, 5)
         return svg(figure, transparent=True)
 
 
-def _legend_below(figure: Figure) -> None:
+def _legend_below(figure: Figure, columns: int) -> None:
     """One legend for all panels, below them."""
     found = {
         name: handle for axes in figure.axes for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)
     }
     if found:
-        figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=5)
+        figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=columns)
 
 
 def _name_failed(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -141,7 +220,6 @@ def _label_fraction(axes: Axes) -> None:
     axes.set_xlim(left=0.0)
     axes.set_ylabel("fraction retained Y")
     axes.set_xlabel("time since the slide opened in s")
-    axes.label_outer()
     _legend(axes)
 
 
@@ -150,7 +228,6 @@ def _label_liquid(axes: Axes) -> None:
     axes.set_xlim(left=0.0)
     axes.set_ylabel("liquid in % of what was put in")
     axes.set_xlabel("time since the slide opened in s")
-    axes.label_outer()
 
 
 def _legend(axes: Axes) -> None:
@@ -159,9 +236,17 @@ def _legend(axes: Axes) -> None:
 
 
 def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
+    """One curve, and behind it a band from the least to the most of all seeds of the case."""
     table = result.retained
-    if table is not None and column in table:
-        axes.plot(table["time_since_opening_s"], table[column], linewidth=1.7, **look)
+    if table is None or column not in table:
+        return
+    time = table["time_since_opening_s"]
+    axes.plot(time, table[column], linewidth=1.7, gid=f"{result.case.name}:{column}", **look)
+    if result.seeds:
+        every = [np.interp(time, seed["time_since_opening_s"], seed[column]) for seed in (table, *result.seeds)]
+        axes.fill_between(
+            time, np.min(every, axis=0), np.max(every, axis=0), color=look["color"], alpha=0.2, linewidth=0
+        )
 
 
 def _draw_dry(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -192,9 +277,12 @@ def _draw_liquid(axes: Axes, group: Sequence[CaseResult]) -> None:
     used = [name for name in PLACES if f"{name}_m3" in table]
     parts = [100.0 * table[f"{name}_m3"] / table["initial_m3"] for name in used]
     labels, colours = zip(*(PLACES[name] for name in used), strict=True)
-    axes.stackplot(
+    axes.grid(False)  # of lines through areas one cannot say which is which
+    stack = axes.stackplot(
         table["time_since_opening_s"], parts, labels=labels, colors=colours, edgecolor="white", linewidth=0.3
     )
+    for name, area in zip(used, stack, strict=True):
+        area.set_gid(f"{group[0].case.name}:{name}_m3")
 
 
 def _end(axes: Axes, group: Sequence[CaseResult]) -> None:

@@ -5,6 +5,7 @@ Gathers what the template `workflow/report/report.html.j2` shows; reads only wha
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report import contributed, page, plots, presets
+from pywet.report import answer, contributed, page, pictures, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
 
@@ -61,6 +62,7 @@ def write(
         text = environment.get_template(TEMPLATE).render(
             {
                 **context(config, scale, results, picture),
+                "files": _files(out, results),
                 "presets": presets.shown(pairs),
                 "table_of_agreement": _beside(out),
                 "pages": _pages(out),
@@ -91,6 +93,26 @@ def _pages(report: Path) -> list[tuple[str, str]]:
     return [(f"../{name}", title) for name, title in PAGES.items() if (folder / name).exists()]
 
 
+FILES = {
+    "results/fraction_retained.csv": "fraction retained",
+    "results/liquid_by_holder.csv": "liquid",
+    "summary.json": "summary",
+    "replay.json": "cross-check",
+    "vtk/particles.pvd": "VTK",
+    "engine/output.log": "log",
+}
+"""File of a run directory and what it is called."""
+
+
+def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[tuple[str, str]]]]:
+    """Of each case the files that are there, as links from the report's folder."""
+    return [
+        (r.case.case, [(f"{r.folder.name}/{name}", text) for name, text in FILES.items() if (r.folder / name).exists()])
+        for r in results
+        if r.folder is not None and r.folder.parent.resolve() == report.parent.resolve()
+    ]
+
+
 def _beside(out: Path) -> str | None:
     """Link to the table of agreement when it has been made beside the report's folder."""
     return "../agreement/index.html" if (out.parent.parent / "agreement" / "index.html").exists() else None
@@ -99,9 +121,15 @@ def _beside(out: Path) -> str | None:
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
     """What the template shows."""
     moist = [r for r in results if r.bridged]
+    passed, proof = answer.rows(results), answer.proof(results)
     replayed = [r for r in results if r.agreement]
     return {
         "scale": scale,
+        "passed": passed,
+        "answer": answer.sentence(passed),
+        "proof": proof[0],
+        "proven": proof[1],
+        "laws": answer.laws(results),
         "results": results,
         "moist": moist,
         "done": sum(r.done for r in results),
@@ -124,6 +152,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "assumptions": list(assumptions(config, scale)),
         "figures": _figures(results),
         "picture": _picture(picture),
+        "movie": _movie(results),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
         "version": pywet.__version__,
     }
@@ -198,15 +227,28 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
     return [{**first[name], "effect": name, "cells": [plan.get(name) for plan in plans]} for name in names]
 
 
-def _figures(results: Sequence[CaseResult]) -> dict[str, str]:
-    """The figures as data URIs; isolated images, so that names inside one SVG cannot meet those of another."""
-    drawn = {
-        "dry": plots.dry_curves(results),
-        "moisture": plots.moisture_curves(results),
-        "classes": plots.class_curves(results),
-        "liquid": plots.liquid_curves(results),
+def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
+    """The panels of each figure: title, picture, what it shows in words, and its curves as JSON."""
+    sheets = {"moisture": plots.moisture, "dry": plots.dry, "classes": plots.classes, "liquid": plots.liquid}
+    drawn = {name: plots.apart(sheet(results)) for name, sheet in sheets.items()}
+    return {
+        name: [
+            {
+                "svg": pictures.inline(panel.svg, f"{name}{k}"),
+                "alt": _said(panel),
+                "curves": json.dumps(panel.curves).replace("<", "\\u003c"),
+            }
+            for k, panel in enumerate(panels)
+        ]
+        for name, panels in drawn.items()
+        if panels
     }
-    return {name: page.uri(svg.encode(), "svg") for name, svg in drawn.items() if svg}
+
+
+def _said(panel: plots.Drawn) -> str:
+    """A panel in words, for those who do not see it."""
+    ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in panel.curves if c["y"]]
+    return f"{panel.title}: {'; '.join(ends) or 'nothing to show'}"
 
 
 def _picture(path: Path | None) -> str | None:
@@ -223,3 +265,9 @@ def _power(value: float | None) -> str:
     if value is None:
         return "–"
     return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
+
+
+def _movie(results: Sequence[CaseResult]) -> str | None:
+    """The loop of the first case that has one, as `pywet view --movie` makes it."""
+    loops = [r.folder / "movie.webp" for r in results if r.folder is not None]
+    return next((page.uri(loop.read_bytes(), "webp") for loop in loops if loop.exists()), None)

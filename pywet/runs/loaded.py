@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_json
-from pywet.runs.rundir import RunDir
+from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Scene
 from pywet.schema import meanings
@@ -86,6 +88,12 @@ class Run:
         """Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds."""
         return self._table("results/contact_statistics")
 
+    def angle_of_repose(self) -> float:
+        """Slope [deg] of the heap around the z axis at the end, see `heap_angle`; of one that has come to rest."""
+        radius = {c.type: c.radius_m for c in self.scene.classes}
+        last = self.trajectory[self.trajectory["step"] == self.trajectory["step"].max()]
+        return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), last["type"].map(radius).to_numpy(dtype=float))
+
     def _table(self, name: str) -> pd.DataFrame:
         if name.startswith("history/") and not self._run.moist:
             raise PywetError(f"{self.path} is a dry run and has no {name}; expected one with bridges: give it liquid")
@@ -94,6 +102,23 @@ class Run:
         table.attrs["units"] = {c: told[c][0] if c in told else unit(str(c)) for c in table.columns}
         table.attrs["meanings"] = {c: told[c][1] for c in table.columns if c in told}
         return table
+
+
+def heap_angle(at: Floats, radius: Floats) -> float:
+    """Slope [deg] of the surface of a heap of spheres around its own upright axis.
+
+    The surface is the top of the highest sphere of each ring, two radii wide; a straight line is put through it from the second
+    ring on, as far as the heap is higher than a layer. A heap of fewer than three such rings has no slope (NaN).
+    """
+    size = float(radius.max())
+    away = np.hypot(*(at[:, :2] - np.median(at[:, :2], axis=0)).T)
+    ring = (away // (2.0 * size)).astype(int)
+    top = pd.Series(at[:, 2] + radius).groupby(ring).max()
+    flank = top[(top - float((at[:, 2] - radius).min()) > 2.5 * size) & (top.index > 0)]
+    if len(flank) < 3:
+        return math.nan
+    slope = np.polyfit(2.0 * size * (flank.index.to_numpy(dtype=float) + 0.5), flank.to_numpy(dtype=float), 1)[0]
+    return math.degrees(math.atan(-float(slope)))
 
 
 UNITS = {"_m_per_s": "m/s", "_m3": "m3", "_kg": "kg", "_s": "s", "_m": "m"}

@@ -27,7 +27,8 @@ SORT = {
 
 OUTPUT = (
     "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
-    "contributions.json", "audit.json", "summary.json", "picture.png", "results", "vtk", "engine.partial.new",
+    "contributions.json", "audit.json", "summary.json", "picture.png", "movie.mp4", "movie.webp", "results", "vtk",
+    "engine.partial.new",
     *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
 )  # fmt: skip
 """All that follows from a run, by its path in the run directory."""
@@ -76,8 +77,8 @@ class _Log:
     def take(self, last: int) -> np.ndarray:
         """What is ready up to a step."""
         end = int(np.searchsorted(self.ready["step"], last, "right"))
-        found, self.ready = self.ready[:end], self.ready[end:]
-        return found
+        taken, self.ready = self.ready[:end], self.ready[end:]
+        return taken
 
 
 def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarray]:
@@ -90,10 +91,10 @@ def raw_parts(folder: Path, name: str, block: int = BLOCK) -> Iterator[np.ndarra
         for log in logs:
             log.fill(block)
         last = min((int(log.ready["step"][-1]) - 1 for log in logs if not log.ended), default=np.iinfo(np.int64).max)
-        found = np.concatenate([log.take(last) for log in logs])
-        if len(found) or (all(log.ended for log in logs) and not given):
+        records = np.concatenate([log.take(last) for log in logs])
+        if len(records) or (all(log.ended for log in logs) and not given):
             given = True
-            yield found
+            yield records
         elif all(log.ended for log in logs):
             return
         else:

@@ -13,17 +13,22 @@ from pywet.scene import ContactPair, SphereClass
 
 
 def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
-    """Number in each class: the reference material's class mass by sieve area; the same in any material.
+    """Number in each class, at least one: its mass or volume where the case says it, else the reference material's mass.
 
-    The same number of the same sizes is the same volume, as the paper chose glass (section 5.1). At least one each.
+    All for the sieve of `feed`, in proportion to the sieve's area. The same number of the same sizes as the reference material is
+    the same volume, as the paper chose glass (section 5.1).
     """
     screen = materials.screen(case.aperture_mm)
     pitch = 1e-3 * (screen.aperture_mm.value + screen.wire_diameter_mm.value)
     feed = materials.feed
-    reference_area = 0.25 * math.pi * (1e-3 * feed.sieve_diameter_mm.value) ** 2
-    class_mass = 1e-3 * feed.class_mass_g.value * scale.sieve_area_m2(pitch) / reference_area
-    masses = [materials.size(feed.reference_material, d).sphere_mass_kg for d in case.diameters_mm]
-    return tuple(max(1, round(class_mass / mass)) for mass in masses)
+    share = scale.sieve_area_m2(pitch) / (0.25 * math.pi * (1e-3 * feed.sieve_diameter_mm.value) ** 2)
+    if case.class_volume_cm3 is not None:
+        sizes = [4.0 / 3.0 * math.pi * (0.05 * d) ** 3 for d in case.diameters_mm]
+        return tuple(max(1, round(share * case.class_volume_cm3 / volume)) for volume in sizes)
+    material = feed.reference_material if case.class_mass_g is None else case.material
+    class_mass = 1e-3 * (feed.class_mass_g.value if case.class_mass_g is None else case.class_mass_g)
+    masses = [materials.size(material, d).sphere_mass_kg for d in case.diameters_mm]
+    return tuple(max(1, round(share * class_mass / mass)) for mass in masses)
 
 
 def liquid_volume(classes: Sequence[SphereClass], liquid_percent: float, density_kg_per_m3: float) -> float:

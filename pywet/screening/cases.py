@@ -18,6 +18,9 @@ from pywet.plan import plan as plan_effects
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
 from pywet.screening import amounts
 
+WORTH_SAYING = 1.5
+"""A run that could have steps this many times as long is told so."""
+
 
 @dataclass(frozen=True)
 class Ingredients:
@@ -46,6 +49,18 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
     step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
     return Ingredients(classes, pairs, liquid, vibration, chosen, step)
+
+
+def shorter_step(config: Config, case_number: int, scale_name: str) -> str | None:
+    """What to change where the viscous force makes the time step of a case much shorter than the collision does."""
+    made, fraction = ingredients(config, case_number, scale_name), config.settings.time_step.fraction.value
+    times = amounts.time_step(made.pairs, made.classes, fraction) / made.time_step_s
+    if times < WORTH_SAYING:
+        return None
+    return (
+        f"the viscous force governs the time step: `time_step.viscous_integration: semi_implicit` in config.yaml makes steps "
+        f"{times:.1f} times as long"
+    )
 
 
 def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
@@ -176,7 +191,7 @@ def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> L
     """The liquid as the same film on every sphere; None for a dry case."""
     if case.liquid_percent == 0:
         return None
-    data = config.materials.liquid
+    data = config.materials.liquid_named(case.liquid)
     volume = amounts.liquid_volume(classes, case.liquid_percent, data.density_kg_per_m3.value)
     return Liquid(
         surface_tension_N_per_m=data.surface_tension_N_per_m.value,

@@ -61,16 +61,18 @@ def objections(run_dir: Path) -> list[str]:
         return [str(unreadable)]
     if summary is None:
         return ["there is no summary.json"]
-    found = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
+    sentences = [f"check {c['name']} failed: {c['text']}" for c in summary["checks"] if not c["ok"]]
     error = summary["ledger_error"]
     if error is not None and not error <= LEDGER_TOLERANCE:
-        found.append(f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}")
+        sentences.append(
+            f"the liquid ledger is off by {error:.2g} of the initial liquid, allowed is {LEDGER_TOLERANCE:g}"
+        )
     rows = agreement(replay) if replay else []
     if summary["effects"]["bridges"] and not rows:
-        found.append("the run was not replayed")
-    found += [
+        sentences.append("the run was not replayed")
+    sentences += [
         f"the replay disagrees on {r.quantity}: {r.largest:.2g} relative, allowed is {r.limit:g}"
         for r in rows
         if not r.ok
     ]
-    return found
+    return sentences

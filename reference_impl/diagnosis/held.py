@@ -15,7 +15,7 @@ import pandas as pd
 
 from reference_impl.replay.compare import TOLERANCE, Deviations, Quantity, number
 
-MISSING = "nothing"
+MISSING, NONE = "missing", "none"
 SHOWN = 12
 """Findings of a quantity that are said one by one."""
 FACTORS = {
@@ -49,7 +49,8 @@ class Held:
         if _is_number(self.given) and _is_number(self.expected):
             size = self.scale if self.scale is not None else abs(self.expected) or 1.0
             apart = abs(float(self.given) - float(self.expected))
-            return max(0.0, apart - self.room) / size if math.isfinite(apart) else 1e300
+            off = max(0.0, apart - self.room) / size
+            return min(off, 1e300) if math.isfinite(apart) else 1e300
         return 0.0 if type(self.given) is type(self.expected) and self.given == self.expected else 1.0
 
     @property
@@ -132,12 +133,16 @@ def likeness(held: Sequence[Held]) -> Namer:
         if not _is_number(wrong.given) or not _is_number(wrong.expected):
             return ""
         stem, _, last = wrong.name.rpartition(".")
+        stem = "" if ": " in last else stem  # fields of a file itself are no family
         family = [h for h in held if h is not wrong and _is_number(h.expected)]
-        family = [h for h in family if h.name.rpartition(".")[2] == last or h.name.rpartition(".")[0] == stem]
+        family = [
+            h for h in family if h.name.rpartition(".")[2] == last or (stem and h.name.rpartition(".")[0] == stem)
+        ]
         same = [h for h in family if wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)]
         # where several have this value, the one that has this one's in turn
         same.sort(key=lambda h: h.wrong and _is_number(h.given) and h.given == wrong.expected, reverse=True)
-        ratio = of_factor(wrong.given / wrong.expected) if wrong.expected else ""
+        counts = isinstance(wrong.given, int) and isinstance(wrong.expected, int)
+        ratio = "" if counts or not wrong.expected else of_factor(wrong.given / wrong.expected)
         return f"it is what {same[0].name} should be" if same else ratio
 
     return name
@@ -166,8 +171,10 @@ def shown(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return [_plain(v) for v in value]
+    if isinstance(value, dict):
+        return str(value)
     return number(value.item() if hasattr(value, "item") else value)
 
 

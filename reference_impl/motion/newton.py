@@ -129,7 +129,7 @@ def _springs(
             before[at] = _beside(setup, log, plane, step[at] - 1, t.a[at], t.b[at])[0]
     elif not setup.moist and fresh.any():
         trial = dry.contacts(setup, window, t, before, given)
-        off = dry.size(trial.spring - now) > 1e-6 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
+        off = dry.size(trial.spring - now) > 1e-9 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
         left = fresh & there & off
         counts["springs_left_over"] = counts.get("springs_left_over", 0) + int(left.sum())
         given = given | left
@@ -211,13 +211,13 @@ SCALES = {
 def rounding(setup: Setup) -> float:
     """How far a wall's place may be off [m]: the engine adds up a moving wall's steps.
 
-    That is about sqrt(steps) roundings of its largest coordinate for a wall that vibrates. One that turns is turned in every step
-    by the same numbers, whose rounding, half of the last digit, adds up (a drum: 7e-12 of its radius after 74,000 steps).
+    That is about sqrt(steps) roundings of its largest coordinate, but for one that turns: it is turned in every step
+    by the same numbers: the rounding, half of the last digit, adds up (a drum: 7e-12 of its radius after 74,000 steps).
     """
     found = 4.0 * float(np.abs(setup.corners).max(initial=0.0))
     steps = setup.scene["duration_s"] / setup.step
     for wall in setup.walls:
-        if wall.motion in ("vibrates", "turns"):
+        if wall.motion != "fixed":
             place = float(np.abs(setup.corners[wall.first : wall.last]).max())
             found = max(found, place * (0.5 * steps if wall.motion == "turns" else np.sqrt(steps)))
     return found * float(np.finfo(float).eps)

@@ -27,9 +27,9 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     run = io.read(Path(run_dir))
     held = whole.check(Path(run_dir))
     whole.inputs(run)
-    beside = sections.check(Path(run_dir))
     tables = transfer.Tables(run.table("transfer"))
     looked = time.process_time() - cpu
+    beside = sections.check(Path(run_dir))
     found = spans.go_through(run, tables)
     io.note("transfer ratios and motion")
     moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))

@@ -34,22 +34,30 @@ class Class:
 
 
 def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
-    """The three classes: as many spheres as make up the class mass of the reference material on the sieve's area."""
+    """The three classes: as many spheres as make up a class on the sieve's area.
+
+    A class is the case's own mass or solid volume where it says one, else the class mass of the reference material.
+    """
     case, data = config["case"], config["materials"]
     feed, width = data["feed"], width_m(config)
     round_sieve = 0.25 * math.pi if config["scale"]["shape"] == "cylinder" else 1.0
     share = round_sieve * width**2 / (0.25 * math.pi * (1e-3 * number(feed, "sieve_diameter_mm")) ** 2)
-    wanted, found = share * 1e-3 * number(feed, "class_mass_g"), []
+    mass, volume, found = case.get("class_mass_g"), case.get("class_volume_cm3"), []
     for name in NAMES:
         diameter = float(case[f"{name}_mm"])
-        own, other = (
-            near(data["spheres"][m]["sizes"], "diameter_mm", diameter)
-            for m in (case["material"], feed["reference_material"])
-        )
+        own = near(data["spheres"][case["material"]]["sizes"], "diameter_mm", diameter)
         radius, dense = 0.5e-3 * number(own, "diameter_mm"), number(own, "density_kg_per_m3")
-        of_reference = Class(name, 0.5e-3 * number(other, "diameter_mm"), number(other, "density_kg_per_m3"), 1, True)
-        count = max(1, round(wanted / of_reference.mass))
-        found.append(Class(name, radius, dense, count, diameter < float(case["aperture_mm"])))
+        if volume is not None:
+            amount = 1e-6 * float(volume) / (math.pi / 6.0 * (1e-3 * diameter) ** 3)
+        elif mass is not None:
+            amount = 1e-3 * float(mass) / Class(name, radius, dense, 1, True).mass
+        else:
+            other = near(data["spheres"][feed["reference_material"]]["sizes"], "diameter_mm", diameter)
+            of_reference = Class(
+                name, 0.5e-3 * number(other, "diameter_mm"), number(other, "density_kg_per_m3"), 1, True
+            )
+            amount = 1e-3 * number(feed, "class_mass_g") / of_reference.mass
+        found.append(Class(name, radius, dense, max(1, round(share * amount)), diameter < float(case["aperture_mm"])))
     return tuple(found)
 
 

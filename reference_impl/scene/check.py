@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reference_impl.diagnosis.held import MISSING, Held, Section
+from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
 from reference_impl.replay import io
 from reference_impl.scene import configuration, deck, effects, numbers, start, walls
 
@@ -26,7 +26,7 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     scene = io.scene(run)
     try:
         _compare(section, run, dict(config), scene)
-    except (KeyError, TypeError, ValueError, StopIteration, IndexError, AttributeError, ZeroDivisionError) as error:
+    except (KeyError, TypeError, ValueError, StopIteration, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
             f"{run}: scene.json and {configuration.FILE} cannot be laid beside each other ({error!r}); expected both as "
             "`pywet run` writes them: build the run again"
@@ -39,7 +39,7 @@ def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[st
     wanted, given = numbers.scene(config, scene), numbers.flat(scene)
     kept = {path: value for path, value in wanted.items() if not _is_edited(path, edited)}
     held = [Held(path, given.get(path, MISSING), value, source) for path, (value, source) in kept.items()]
-    held += [Held(path, given[path], MISSING, "the scene of a case") for path in given if _beyond(path, wanted, edited)]
+    held += [Held(path, given[path], NONE, "the scene of a case") for path in given if _beyond(path, wanted, edited)]
     section.add("scene_numbers", "itself", held, f"numbers of scene.json against {configuration.FILE}")
     meshes = walls.read(run, scene)
     section.add("scene_walls", "itself", walls.measured(config, scene, meshes), "lengths measured on the STL files")

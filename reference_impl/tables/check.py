@@ -6,10 +6,10 @@ from pathlib import Path
 
 from reference_impl.diagnosis.held import MISSING, Held, Section
 from reference_impl.replay import io
-from reference_impl.tables import columns, own, summary
+from reference_impl.tables import any_scene, columns, screening, summary
+from reference_impl.tables.own import Own
 
 NAME = "results"
-TABLES = ("fraction_retained", "liquid_by_holder")
 KINDS = ("parquet", "csv")
 
 
@@ -26,7 +26,7 @@ def check(folder: Path) -> Section:
         return section
     scene = io.scene(run)
     try:
-        mine = own.go_through(run, scene)
+        mine = (any_scene if any_scene.written(run) else screening).tables(run, scene)
         if (run / "results").is_dir():
             _tables(section, run, mine)
         if (run / "summary.json").exists():
@@ -40,7 +40,7 @@ def check(folder: Path) -> Section:
             section.not_checked.append(f"results: of summary.json {', '.join(summary.NOT_COMPARED)}")
         else:
             section.not_checked.append("results: summary.json, which is not there")
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, ZeroDivisionError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
             f"{run}: its results and scene.json cannot be laid beside each other ({error!r}); expected both as `pywet run` "
             "writes them: make the results again"
@@ -48,10 +48,10 @@ def check(folder: Path) -> Section:
     return section
 
 
-def _tables(section: Section, run: Path, mine: own.Own) -> None:
+def _tables(section: Section, run: Path, mine: Own) -> None:
     liquid = mine.initial or 1.0
-    scales = {"step": 1.0, "time": max(abs(mine.retained["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
-    for name, table in zip(TABLES, (mine.retained, mine.liquid), strict=True):
+    scales = {"step": 1.0, "time": max(abs(mine.liquid["time_s"].iloc[-1]), 1e-300), "_m3": liquid}
+    for name, table in mine.tables.items():
         held, rows = [], 0
         for kind in KINDS:
             path = run / "results" / f"{name}.{kind}"
@@ -63,5 +63,7 @@ def _tables(section: Section, run: Path, mine: own.Own) -> None:
             held += columns.held(f"results/{path.name}", given, table, scales)
         section.add(f"results_{name}", "1, or the liquid put in", held, f"columns of {name} ({rows} values)")
     path = run / "results" / "checks.json"
+    if mine.ends is not None:
+        return  # a scene of one's own has its checks in the summary alone
     listed = summary.load(path) if path.exists() else None
     section.add("results_checks", "1", [*summary.checks("results/checks.json", listed, mine)], "numbers of checks.json")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.held import MISSING, Held, column, of_factor
+from reference_impl.diagnosis.held import MISSING, NONE, Held, column, of_factor
 from reference_impl.replay.compare import TOLERANCE, Floats
 from reference_impl.replay.io import ReplayError
 
@@ -30,7 +30,7 @@ def read(path: Path) -> pd.DataFrame:
 def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, float]) -> list[Held]:
     """Every value of a table, column by column; `scales`: size of a column's values by the first word of its name that fits."""
     found = [Held(f"{name}: column {c}", MISSING, "there", "docs/results.md") for c in own if c not in given]
-    found += [Held(f"{name}: column {c}", "there", MISSING, "docs/results.md") for c in given if c not in own]
+    found += [Held(f"{name}: column {c}", "there", NONE, "docs/results.md") for c in given if c not in own]
     if "step" not in given:
         return found
     steps, want = column(given, "step"), own["step"].to_numpy()
@@ -39,7 +39,7 @@ def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, fl
         for s in want[~np.isin(want, steps)]
     ]
     found += [
-        Held(f"{name}: row of step {s:g}", "there", MISSING, "output steps of scene.json")
+        Held(f"{name}: row of step {s:g}", "there", NONE, "output steps of scene.json")
         for s in steps[~np.isin(steps, want)]
     ]
     once, count = np.unique(steps, return_counts=True)

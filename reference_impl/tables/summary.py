@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.held import MISSING, Held
+from reference_impl.diagnosis.held import MISSING, NONE, Held
 from reference_impl.replay import io, whole
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import BATCH, Rows
@@ -35,7 +35,7 @@ def load(path: Path) -> Any:
 
 
 def checks(file: str, given: Any, own: Own) -> Iterator[Held]:
-    """Names, values, limits and verdicts of the three checks; the counts in the sentence on lost spheres."""
+    """Names, values, limits and verdicts of the checks; the counts in the sentence on lost spheres."""
     listed = {row.get("name"): row for row in given if isinstance(row, Mapping)} if isinstance(given, list) else {}
     for name, value in own.checks.items():
         row, limit = listed.get(name, {}), own.limits[name]
@@ -43,22 +43,17 @@ def checks(file: str, given: Any, own: Own) -> Iterator[Held]:
         yield Held(f"{file}: {name}.limit", row.get("limit"), limit, "docs/results.md", 1.0)
         yield Held(f"{file}: {name}.ok", row.get("ok"), value <= limit, "its value and limit")
     for other in [name for name in listed if name not in own.checks]:
-        yield Held(f"{file}: {other}", "there", MISSING, "docs/results.md")
+        yield Held(f"{file}: {other}", "there", NONE, "docs/results.md")
     said = re.findall(r"\d+", str(listed.get("no_particle_lost", {}).get("text", "")))
-    last, count = own.retained.iloc[-1], sum(own.counts.values())
-    want = [count, int(last["spheres_on_screen"] + last["spheres_in_bin"]), int(own.checks["no_particle_lost"])]
-    yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(said), ", ".join(map(str, want)), LOGS)
+    want = ", ".join(map(str, own.said))
+    yield Held(f"{file}: numbers in the sentence of no_particle_lost", ", ".join(said), want, LOGS)
 
 
 def held(given: Mapping[str, Any], own: Own, scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:
     """Every number of the summary that the logs, the scene and the engine's own report give."""
     path = folder / "engine" / "run.json"
     run = load(path) if path.exists() else {}
-    end, steps, wall = (
-        own.retained.iloc[-1],
-        round(scene["duration_s"] / scene["time_step_s"]),
-        float(run.get("wall_s") or 0.0),
-    )
+    steps, wall = round(scene["duration_s"] / scene["time_step_s"]), float(run.get("wall_s") or 0.0)
     done = steps - int(run.get("resumed_at_step") or 0)
     speed = done * sum(own.counts.values()) / wall if wall > 0.0 else None
     of = {
@@ -67,8 +62,7 @@ def held(given: Mapping[str, Any], own: Own, scene: Mapping[str, Any], folder: P
         "ranks": (run.get("ranks"), "engine/run.json"), "wall_s": (wall, "engine/run.json"),
         "resumed_at_step": (run.get("resumed_at_step"), "engine/run.json"), "particle_steps_per_s": (speed, "engine/run.json"),
         "mass_kg": (own.mass, LOGS), "initial_liquid_m3": (own.initial, LOGS),
-        "fraction_retained_end": (float(end["fraction_retained"]), LOGS), "coarse_share": (_coarse(scene), "scene.json"),
-        "spheres_that_came_back_from_the_bin": (own.came_back, LOGS),
+        **own.more,
     }  # fmt: skip
     for key, (value, source) in of.items():
         yield Held(f"summary.json: {key}", given.get(key, MISSING), value, source)
@@ -80,6 +74,8 @@ def held(given: Mapping[str, Any], own: Own, scene: Mapping[str, Any], folder: P
     amounts = {c.removesuffix("_m3"): float(v) for c, v in last.items() if c.endswith("_m3") and c != "initial_m3"}
     size = own.initial or 1.0
     yield from _group("liquid_end_m3", given, amounts, LOGS, size)
+    if own.ends is not None:
+        yield from _group("contacts_end", given, own.ends, LOGS, 1.0)
     yield from _group("spheres", given, own.counts, LOGS)
     yield from _group("effects", given, scene["effects"], "scene.json")
     yield from _of_ledger(given, scene, folder)
@@ -97,14 +93,7 @@ def _group(
         yield Held(f"summary.json: {name}.{key}", there.get(key, MISSING), value, source, scale)
     for key in there:
         if key not in want:
-            yield Held(f"summary.json: {name}.{key}", there[key], MISSING, source)
-
-
-def _coarse(scene: Mapping[str, Any]) -> float:
-    """Mass share of the classes that are larger than the aperture."""
-    mass = [c["count"] * c["density_kg_per_m3"] * c["radius_m"] ** 3 for c in scene["classes"]]
-    stays = [m for m, c in zip(mass, scene["classes"], strict=True) if not c.get("passes_aperture", True)]
-    return float(sum(stays) / sum(mass))
+            yield Held(f"summary.json: {name}.{key}", there[key], NONE, source)
 
 
 def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path) -> Iterator[Held]:

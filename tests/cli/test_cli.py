@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -12,7 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 import pywet
+from pywet import config
 from pywet.cli.app import app
+from pywet.screening import cases
 from tests.screening import synthetic
 
 CONFIG = Path(__file__).parent.parent.parent / "config"
@@ -84,14 +87,42 @@ def test_a_mistake_is_one_sentence_without_a_traceback(runner: CliRunner, comman
 
 def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
     lines = runner.invoke(app, ["plan", "1", "--config", str(CONFIG)]).output.strip().splitlines()
-    assert lines[0].split()[:2] == ["bridges", "off"]
-    switched = {line.split()[0]: line.split()[1] for line in lines}
+    assert lines[0].split() == ["effect", "number", "tolerance", "share", "cost", "law"]
+    assert lines[1].split()[:2] == ["bridges", "off"] and max(map(len, lines)) <= 80
+    switched = {line.split()[0]: line.split()[1] for line in lines[1:]}
     assert {effect for effect, state in switched.items() if state == "on"} == {
         "rolling",
         "tangential_history",
         "gravity",
     }
     assert set(switched.values()) == {"on", "off"} and len(switched) == 13
+
+
+def test_plan_fits_a_terminal_says_why_and_gives_json(runner: CliRunner) -> None:
+    short = runner.invoke(app, ["plan", "2", "--config", str(CONFIG)]).output
+    assert max(map(len, short.splitlines())) <= 80 and "Bond number" not in short
+    assert "1/Bond number" in runner.invoke(app, ["plan", "2", "--why", "--config", str(CONFIG)]).output
+    plan = json.loads(runner.invoke(app, ["plan", "2", "--json", "--config", str(CONFIG)]).output)
+    assert [row["effect"] for row in plan["rows"]] == [line.split()[0] for line in short.splitlines()[1:]]
+
+
+def test_lists_are_given_as_json(runner: CliRunner) -> None:
+    laws = json.loads(runner.invoke(app, ["laws", "--json"]).output)
+    assert {"capillary", "viscous_normal", "rupture", "formation", "transfer"} <= {row["kind"] for row in laws}
+    checks = json.loads(runner.invoke(app, ["doctor", "--json"]).output)
+    assert all(check["ok"] for check in checks if check["name"] == "liggghts")
+
+
+def test_a_step_that_the_viscous_force_makes_short_is_said_before_the_run() -> None:
+    """With water the collision governs; ten times a collision's fraction of glycerol's damping time does not."""
+    loaded = config.load(CONFIG)
+    assert cases.shorter_step(loaded, 2, "smoke") is None
+    liquid = loaded.materials.liquid
+    thick = liquid.model_copy(update={"viscosity_Pa_s": liquid.viscosity_Pa_s.model_copy(update={"value": 1.0})})
+    glycerol = replace(loaded, materials=loaded.materials.model_copy(update={"liquid": thick}))
+    said = cases.shorter_step(glycerol, 2, "smoke")
+    ratio = cases.ingredients(loaded, 2, "smoke").time_step_s / cases.ingredients(glycerol, 2, "smoke").time_step_s
+    assert said is not None and "semi_implicit" in said and f" {ratio:.1f} times" in said
 
 
 def test_laws_lists_the_registry(runner: CliRunner) -> None:

@@ -4,24 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pywet.collisions.wall import data
-from pywet.collisions.wall.problem import Problem
+from pywet.collisions.wall.curves import problem
 from pywet.collisions.wall.wall import collide
 
-
-def problem(particle: str = "glass_1.74mm", layer: tuple[str, int] | None = None, **given: Any) -> Problem:
-    """A particle of table 1 on a dry wall or on a layer of table 5."""
-    content = {
-        "particle": data.PARTICLES[particle],
-        "wall": data.GLASS_WALL,
-        "liquid": data.layer(particle, *layer) if layer else None,
-        "friction": data.FRICTION["dry"],
-        "normal_velocity_m_per_s": 1.0,
-        **given,
-    }
-    return Problem.model_validate(
-        {key: value for key, value in content.items() if value is not None or key == "liquid"}
-    )
+__all__ = ["normal", "problem", "run", "sticking_velocity"]
 
 
 def run(particle: str = "glass_1.74mm", layer: tuple[str, int] | None = None, **given: Any) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import fixed_quad
 
-from pywet.collisions.wall import adaptive, model, wall
+from pywet.collisions.wall import adaptive, forces, wall
 from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
 from tests.collisions.cases import problem, run
@@ -49,7 +49,7 @@ def test_works_are_those_of_the_forces_along_the_path(case: Problem) -> None:
         for a, b in itertools.pairwise(solved.t):
             works += fixed_quad(lambda t, f=phase, s=solved: powers(case, f, s.sol(t)), a, b, n=5)[0]
     assert works * p.mass == pytest.approx(
-        [x * p.mass for x in course.state[model.WORK :]], rel=0, abs=1e-7 * wall.energy(first) * p.mass
+        [x * p.mass for x in course.state[forces.WORK :]], rel=0, abs=1e-7 * wall.energy(first) * p.mass
     )
 
 
@@ -58,7 +58,7 @@ def powers(case: Problem, phase: int, y: np.ndarray) -> np.ndarray:
     particle, liquid, m = case.particle, case.liquid, case.mass
     r, h, u, slip, v, w = particle.radius_m, *y[:5]
     zero = np.zeros_like(h)
-    if phase == model.CONTACT:
+    if phase == forces.CONTACT:
         modulus = 1 / sum((1 - b.poisson_ratio**2) / b.youngs_modulus_Pa for b in (particle, case.wall) if b)
         shear = 1 / sum(
             (2 - b.poisson_ratio) * 2 * (1 + b.poisson_ratio) / b.youngs_modulus_Pa for b in (particle, case.wall) if b
@@ -77,7 +77,7 @@ def powers(case: Problem, phase: int, y: np.ndarray) -> np.ndarray:
     re = 2 * rim * np.abs(u) * liquid.density_kg_per_m3 / mu
     drag = 6 * math.pi * mu * rim * np.abs(u) * (1 + re / (4 * (1 + np.sqrt(re))) + re / 60)
     viscous = np.maximum(drag, 6 * math.pi * mu * r**2 * np.abs(u) / gap) * np.abs(u)
-    if phase != model.BRIDGE:
+    if phase != forces.BRIDGE:
         log = np.log(r / gap)
         force = 6 * math.pi * mu * r * ((8 / 15 * log + 0.9588) * v + (2 / 15 * log - 0.2526) * w)
         moment = 8 * math.pi * mu * r * ((log / 10 - 0.1895) * v + (2 / 5 * log + 0.3817) * w)
@@ -103,7 +103,7 @@ def test_a_wrong_work_opens_the_budget(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def wrong(*arguments: object) -> wall.Raw:
         raw = whole(*arguments)  # type: ignore[arg-type]
-        raw.state[model.WORK + 1] *= 1.0 - 1e-6
+        raw.state[forces.WORK + 1] *= 1.0 - 1e-6
         return raw
 
     monkeypatch.setattr(wall, "integrate", wrong)

@@ -1,4 +1,4 @@
-"""What section 3 of Buck et al. (2018) states of the model's lines, sentence by sentence, with the paper's own data."""
+"""What section 3 of Buck et al. (2018) states of the model's lines, sentence by sentence, with the paper's own buck_tables."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ import math
 import numpy as np
 import pytest
 
-from pywet.collisions.wall import data
+from pywet.collisions.wall import buck_tables
 from tests.collisions.cases import normal, problem, run, sticking_velocity
 
 GLASS, SMALL, ALUMINA = "glass_1.74mm", "glass_0.91mm", "alumina_1.74mm"
-TWEEN = {"layer": ("tween20", 100), "friction": data.FRICTION["tween20"]}
+TWEEN = {"layer": ("tween20", 100), "friction": buck_tables.FRICTION["tween20"]}
 WORKS = ("contact", "viscous", "capillary", "gravity")
 
 
-@pytest.mark.parametrize("particle", list(data.PARTICLES))
+@pytest.mark.parametrize("particle", list(buck_tables.PARTICLES))
 @pytest.mark.parametrize("velocity", [1e-6, 1e-3, 0.1, 1.0, 10.0, 100.0])
 def test_dry_restitution_is_the_input_at_all_velocities(particle: str, velocity: float) -> None:
     """3.3: an input of the model of Tsuji et al.; 1e-6 by the contract, gravity off."""
     e = normal(particle, None, velocity, gravity_m_per_s2=0.0)
-    assert e == pytest.approx(data.PARTICLES[particle]["restitution"], abs=1e-6)
+    assert e == pytest.approx(buck_tables.PARTICLES[particle]["restitution"], abs=1e-6)
 
 
 @pytest.mark.parametrize("layer", [("water", 100), ("water", 200), ("water", 400)])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pywet.collisions.wall import data
+from pywet.collisions.wall import buck_tables
 from pywet.collisions.wall.problem import Problem
 from pywet.collisions.wall.wall import CLOSURE, collide
 from pywet.config.loading import parse
@@ -46,7 +46,7 @@ CONTENT = st.fixed_dictionaries(
                 "restitution": st.one_of(st.sampled_from([0.0, 1e-300, 1e-6, 1 - 1e-9, 1.0]), st.floats(0, 1)),
             }
         ),
-        "wall": st.just(data.GLASS_WALL),
+        "wall": st.just(buck_tables.GLASS_WALL),
         "liquid": st.one_of(st.none(), LIQUID, LIQUID),
         "friction": st.one_of(st.just(0.0), log_uniform(1e-3, 10)),
         "normal_velocity_m_per_s": log_uniform(1e-6, 100),
@@ -120,10 +120,10 @@ def test_corners_of_the_liquid(corner: dict[str, float], velocity: float, gravit
 @pytest.mark.parametrize("gravity", [0.0, 9.81])
 def test_corners_of_restitution(restitution: float, gravity: float) -> None:
     """e → 0 comes to rest at the wall; without gravity anything below 1e-6 of the impact velocity counts as rest."""
-    particle = {**data.PARTICLES[GLASS], "restitution": restitution}
+    particle = {**buck_tables.PARTICLES[GLASS], "restitution": restitution}
     given = {
         "particle": particle,
-        "wall": data.GLASS_WALL,
+        "wall": buck_tables.GLASS_WALL,
         "liquid": None,
         "friction": 0.2,
         "normal_velocity_m_per_s": 1.0,
@@ -152,7 +152,7 @@ def test_whole_slip_can_give_energy() -> None:
     particle = {**soft, "poisson_ratio": 0.0, "restitution": 0.999999999}
     outside = {
         "particle": particle,
-        "wall": data.GLASS_WALL,
+        "wall": buck_tables.GLASS_WALL,
         "liquid": None,
         "friction": 1.0,
         "normal_velocity_m_per_s": 1.0,

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.collisions.wall import data, sweep, wall
+from pywet.collisions.wall import buck_tables, sweep, wall
 from pywet.collisions.wall.problem import VARIANTS, Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
@@ -168,7 +168,7 @@ def test_variant_as_printed_is_all_printed_readings() -> None:
 def test_two_spheres_by_reduced_mass_and_radius() -> None:
     """A partner as heavy as the sphere: dry restitution is the input; a very large partner is a wall."""
     dry = content(liquid=None, gravity_m_per_s2=0.0, wall=None, angle_deg=30.0)
-    equal = {"radius_m": 0.87e-3, "density_kg_per_m3": 2500, **data.GLASS_WALL}
+    equal = {"radius_m": 0.87e-3, "density_kg_per_m3": 2500, **buck_tables.GLASS_WALL}
     del dry["wall"]
     assert wall.collide(parse(Problem, {**dry, "partner": equal}, "x"))["e_n"] == pytest.approx(0.96, abs=1e-6)
     huge = {**equal, "radius_m": 1.0}
@@ -179,7 +179,7 @@ def test_two_spheres_by_reduced_mass_and_radius() -> None:
 
 def test_spin_of_the_striker_alone() -> None:
     """Equal spheres share the torque's impulse: the striker's spin changes by half of the pair's, total spin by F t R/I each."""
-    equal = {"radius_m": 0.87e-3, "density_kg_per_m3": 2500, **data.GLASS_WALL}
+    equal = {"radius_m": 0.87e-3, "density_kg_per_m3": 2500, **buck_tables.GLASS_WALL}
     case = content(liquid=None, wall=None, partner=equal, angle_deg=60.0)
     got = wall.collide(parse(Problem, case, "x"))
     mass = 4 / 3 * np.pi * 2500 * 0.87e-3**3
@@ -189,13 +189,13 @@ def test_spin_of_the_striker_alone() -> None:
 
 def test_tables_of_the_paper() -> None:
     """Counts and a few entries of tables 1 to 5, and what a pair without a half-filling angle is told."""
-    assert {k: v["radius_m"] for k, v in data.PARTICLES.items()} == pytest.approx(
+    assert {k: v["radius_m"] for k, v in buck_tables.PARTICLES.items()} == pytest.approx(
         {"glass_0.91mm": 0.455e-3, "glass_1.74mm": 0.87e-3, "alumina_1.74mm": 0.87e-3}
     )
-    assert [round(1e3 * x["viscosity_Pa_s"], 6) for x in data.LIQUIDS.values()] == [1.0, 1.0, 3.0, 6.7]
-    assert [len(x) for x in data.HALF_FILLING_DEG.values()] == [6, 2, 8]
-    assert data.HALF_FILLING_DEG["alumina_1.74mm"]["glycerol50", 200] == 43
-    assert data.FRICTION == {"dry": 0.195, "tween20": 0.160, "glycerol35": 0.140}
-    assert [x[50][0] for x in data.SPINS.values()] == [-2171, -1777, -2035, -2181]
+    assert [round(1e3 * x["viscosity_Pa_s"], 6) for x in buck_tables.LIQUIDS.values()] == [1.0, 1.0, 3.0, 6.7]
+    assert [len(x) for x in buck_tables.HALF_FILLING_DEG.values()] == [6, 2, 8]
+    assert buck_tables.HALF_FILLING_DEG["alumina_1.74mm"]["glycerol50", 200] == 43
+    assert buck_tables.FRICTION == {"dry": 0.195, "tween20": 0.160, "glycerol35": 0.140}
+    assert [x[50][0] for x in buck_tables.SPINS.values()] == [-2171, -1777, -2035, -2181]
     with pytest.raises(PywetError, match=r"table 5 has no half-filling angle for glass_0\.91mm on 400 µm of water"):
-        data.layer("glass_0.91mm", "water", 400)
+        buck_tables.layer("glass_0.91mm", "water", 400)

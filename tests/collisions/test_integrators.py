@@ -57,11 +57,11 @@ def test_toroid_in_a_thick_film_has_a_pole(rtol: float) -> None:
     (mended) the integrator stops there; pushing (printed sign) the sphere is held: no tolerance gives a converged rebound.
     """
     case = problem(GLASS, ("water", 400))
-    p = case.parameters()._replace(capillary_in_film=True)
+    p = case.parameters()._replace(other=case.parameters().other._replace(capillary=True))
     pole = p.layer - p.radius * (1.0 - np.cos(p.half_filling))
     assert pole == pytest.approx(29e-6, abs=0.5e-6)
     assert wall.integrate(p, wall.start(case, p), rtol, "RK45").code == compiled.TOO_SMALL
-    pushed = wall.integrate(p._replace(suction_printed=True), wall.start(case, p), 1e-6, "RK45")
+    pushed = wall.integrate(p._replace(other=p.other._replace(suction_sign=True)), wall.start(case, p), 1e-6, "RK45")
     assert pushed.log[-1][2] != 1  # not a rupture
 
 

@@ -9,14 +9,15 @@ import math
 import pytest
 from scipy.integrate import quad
 
-from pywet.collisions.wall import bridge, contact, drag
+from pywet.collisions.wall import contact, drag
+from pywet.laws import toroid
 
 LAWS = [
     getattr(module, name)
     for module, names in (
         (contact, "damping_constant effective_modulus effective_shear normal_force tangential_force"),
         (drag, "unbounded near_wall goldman_force goldman_moment"),
-        (bridge, "radii attraction volume pieces rupture_length"),
+        (toroid, "radii attraction volume pieces rupture_length"),
     )
     for name in names.split()
 ]
@@ -51,26 +52,26 @@ def test_volume_is_that_of_the_solid_of_revolution(phi_deg: float, theta_deg: fl
     """1e-12 of the largest piece: what round-off of four pieces that cancel leaves; beyond a = 90° as well."""
     radius, phi, angle = 8.7e-4, math.radians(phi_deg), math.radians(phi_deg + theta_deg)
     height = stretch * radius * (1.0 - math.cos(phi))
-    largest = max(bridge.pieces(height, radius, phi, angle, False))
-    got = bridge.volume(height, radius, phi, angle, False, False)
+    largest = max(toroid.pieces(height, radius, phi, angle, False))
+    got = toroid.volume(height, radius, phi, angle, False, False)
     assert got == pytest.approx(rotated(height, radius, phi, angle), rel=0, abs=1e-12 * largest)
 
 
 def test_volume_as_printed_lacks_pi() -> None:
     args = (3e-4, 8.7e-4, 0.6, 0.86)
-    assert bridge.volume(*args, False, True) * math.pi == pytest.approx(bridge.volume(*args, False, False), rel=1e-14)
+    assert toroid.volume(*args, False, True) * math.pi == pytest.approx(toroid.volume(*args, False, False), rel=1e-14)
 
 
 def test_printed_neck_only_differs_from_90_degrees_on() -> None:
     for angle, same in ((1.5, True), (1.6, False)):
-        assert (bridge.radii(3e-4, 5e-4, angle, True) == bridge.radii(3e-4, 5e-4, angle, False)) is same
+        assert (toroid.radii(3e-4, 5e-4, angle, True) == toroid.radii(3e-4, 5e-4, angle, False)) is same
 
 
 def test_attraction_of_a_short_bridge_is_that_of_its_suction() -> None:
     """r_m → 0: F → π r_c² σ/r_m; 1e-4 since the next terms are smaller by r_m/r_c."""
     height, rim, angle = 1e-8, 5e-4, 0.8
     r_m = height / (1.0 + math.cos(angle))
-    assert bridge.attraction(height, rim, angle, 0.07, False, False) == pytest.approx(
+    assert toroid.attraction(height, rim, angle, 0.07, False, False) == pytest.approx(
         math.pi * rim**2 * 0.07 / r_m, rel=1e-4
     )
 
@@ -78,12 +79,12 @@ def test_attraction_of_a_short_bridge_is_that_of_its_suction() -> None:
 def test_suction_as_printed_pushes() -> None:
     args = (3e-4, 5e-4, 1.0, 0.0728, False)
     line = 2.0 * math.pi * 0.0728 * 5e-4 * math.sin(1.0)
-    assert bridge.attraction(*args, False) + bridge.attraction(*args, True) == pytest.approx(2.0 * line, rel=1e-14)
+    assert toroid.attraction(*args, False) + toroid.attraction(*args, True) == pytest.approx(2.0 * line, rel=1e-14)
 
 
 def test_rupture_length_without_surface_tension() -> None:
-    assert math.isinf(bridge.rupture_length(1e-10, 1e-3, 0.2, 1e-3, 0.0))
-    assert bridge.rupture_length(1e-9, 0.0, 0.2, 1e-3, 0.0) == pytest.approx(1.1e-3, rel=1e-14)
+    assert math.isinf(toroid.rupture_length(1e-10, 1e-3, 0.2, 1e-3, 0.0))
+    assert toroid.rupture_length(1e-9, 0.0, 0.2, 1e-3, 0.0) == pytest.approx(1.1e-3, rel=1e-14)
 
 
 def test_drag_is_stokes_law_for_slow_flow_and_quadratic_for_fast() -> None:

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pywet.collisions.spheres import command as spheres
-from pywet.collisions.spheres import paper
+from pywet.collisions.spheres import davis_numbers
 from pywet.collisions.spheres.outcome import times
 
 
@@ -18,34 +18,38 @@ def half_digit(printed: float) -> float:
     return 0.5 * 10.0**-decimals / printed
 
 
-@pytest.mark.parametrize("number", paper.NUMBERS, ids=lambda n: f"{n.where}: {n.what}")
-def test_number_of_the_paper(number: paper.Number) -> None:
+@pytest.mark.parametrize("number", davis_numbers.NUMBERS, ids=lambda n: f"{n.where}: {n.what}")
+def test_number_of_the_paper(number: davis_numbers.Number) -> None:
     """Within 0.4 %, the scatter of the paper's own solution, or the rounding of the print where that is coarser."""
     ours = number.compute(1e-9)
     assert ours == pytest.approx(number.printed, rel=max(4e-3, half_digit(number.printed)))
 
 
-@pytest.mark.parametrize("number", paper.NUMBERS[:-2], ids=lambda n: f"{n.where}: {n.what}")
-def test_half_the_tolerance_moves_no_sixth_digit(number: paper.Number) -> None:
+@pytest.mark.parametrize("number", davis_numbers.NUMBERS[:-2], ids=lambda n: f"{n.where}: {n.what}")
+def test_half_the_tolerance_moves_no_sixth_digit(number: davis_numbers.Number) -> None:
     assert number.compute(5e-10) == pytest.approx(number.compute(1e-9), rel=1e-7)
 
 
 def test_jumps_are_where_the_solution_has_them() -> None:
     """Bisection to 1e-4; another tolerance finds the same interval."""
-    assert paper.jump(1e-9, 30.0, 8.0, 20.0) == pytest.approx(14.153, abs=2e-3)
-    assert paper.jump(1e-11, 45.0, 5.5, 10.0) == pytest.approx(paper.jump(1e-8, 45.0, 5.5, 10.0), rel=1e-4)
+    assert davis_numbers.jump(1e-9, 30.0, 8.0, 20.0) == pytest.approx(14.153, abs=2e-3)
+    assert davis_numbers.jump(1e-11, 45.0, 5.5, 10.0) == pytest.approx(
+        davis_numbers.jump(1e-8, 45.0, 5.5, 10.0), rel=1e-4
+    )
 
 
 def test_no_contact_below_1_80_not_2_4() -> None:
     """The paper says 2.4; the value for St_n = 2 in its own Fig. 7 and 14 needs the contact that this gives."""
-    assert paper.first_contact(1e-9) == pytest.approx(1.8044, abs=5e-4)
-    assert paper.first_contact(1e-9, h_min=0.025) == pytest.approx(2.427, abs=1e-3)  # 2.4 belongs to half the roughness
+    assert davis_numbers.first_contact(1e-9) == pytest.approx(1.8044, abs=5e-4)
+    assert davis_numbers.first_contact(1e-9, h_min=0.025) == pytest.approx(
+        2.427, abs=1e-3
+    )  # 2.4 belongs to half the roughness
 
 
 def test_collinear_critical_value_is_5_84_not_4_8() -> None:
     """An event count, insensitive to the tolerance; ĥ_m = 0.073 instead of 0.05 would give the printed 4.8."""
-    assert paper.collinear(1e-9) == pytest.approx(5.839, abs=2e-3)
-    assert paper.collinear(1e-9, h_min=0.0727) == pytest.approx(4.8, abs=0.02)
+    assert davis_numbers.collinear(1e-9) == pytest.approx(5.839, abs=2e-3)
+    assert davis_numbers.collinear(1e-9, h_min=0.0727) == pytest.approx(4.8, abs=0.02)
 
 
 @pytest.mark.parametrize(("ca", "arrested"), [(6.0, True), (10.0, False), (40.0, False)])
@@ -109,7 +113,7 @@ def test_mechanism_of_two_spheres() -> None:
         ({"St_n": 2.0, "t_end": 170.0}, ("FA", None)),
         ({"St_n": 2.0, "t_end": 500.0}, ("PA", "reverse Newton's cradle")),
         ({"St_n": 8.0, "theta12_deg": 0.0, "t_end": 400.0}, ("PA", "Newton's cradle")),
-        ({**paper.FIG15}, ("PA", "transfer")),
+        ({**davis_numbers.FIG15}, ("PA", "transfer")),
     ],
 )
 def test_outcomes_of_the_paper(given: dict[str, float], expected: tuple[str, str | None]) -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import pywet
+from reference_impl.tables import check as results
 from tests.own_scene.conftest import example
+from tests.reference_impl.planted_files import OWN
 
 pytestmark = pytest.mark.engine
 
@@ -39,3 +42,36 @@ def test_drum_lifts_its_bed(tmp_path: Path) -> None:
     assert run.replay["ok"]
     assert run.events.attrs["units"]["volume"] == "m3" and run.trajectory.attrs["units"]["vx"] == "m/s"
     assert run.contact_statistics["bridges_per_sphere"].iloc[-1] > 1.0
+    assert run.replay["results"]["ok"] and run.replay["scene"]["ok"] is None  # it has no configuration
+    for name, fault in OWN.items():
+        copy = Path(shutil.copytree(tmp_path, tmp_path.parent / name.replace(" ", "_")))
+        fault.change(copy)
+        found = results.check(copy)
+        assert [q.name for q in found.quantities if not q.ok] == [fault.quantity], name
+        assert [f for f in found.findings if fault.words in f["sentence"]], (
+            name,
+            [f["sentence"] for f in found.findings],
+        )
+
+
+def test_migration_wets_the_dry_layer_and_nothing_is_lost(tmp_path: Path) -> None:
+    """At first all liquid is on the wet class; then the dry one has some, and what it has the others have lost."""
+    low, high = {"low_mm": [-9, -9, 0.5], "high_mm": [9, 9, 14]}, {"low_mm": [-9, -9, 14], "high_mm": [9, 9, 30]}
+    scene = example("migration", {"count": 25}, duration_s=0.08)
+    layers = [s.model_copy(update={"box": pywet.Box(**box)}) for s, box in zip(scene.spheres, (low, high), strict=True)]
+    run = pywet.run(pywet.Scene(**{**dict(scene), "spheres": layers}), tmp_path)
+    share = run.liquid[["spheres_dry_m3", "spheres_wet_m3", "wall_vessel_m3"]].div(run.liquid["initial_m3"], axis=0)
+    assert share.iloc[0].tolist() == [0.0, 1.0, 0.0]
+    assert share["spheres_dry_m3"].iloc[-1] > 1e-3
+    assert np.abs(share.sum(axis=1) - 1).max() < 1e-12
+
+
+def test_repose_leaves_a_heap_when_its_tube_is_lifted(tmp_path: Path) -> None:
+    """The tube goes up as far as it was told and takes nobody along; the beads spread."""
+    scene = example("repose", {"count": 40, "cylinder": {"diameter_mm": 24, "height_mm": 40, "origin_mm": [0, 0, 0.1]}})
+    lifted = pywet.Moves(velocity_m_per_s=(0, 0, 1.0), from_s=0.05, for_s=0.08)
+    walls = [w.model_copy(update={"moves": lifted}) if w.moves else w for w in scene.walls]
+    run = pywet.run(pywet.Scene(**{**dict(scene), "walls": walls, "duration_s": 0.16}), tmp_path)
+    away = np.hypot(run.trajectory["x"], run.trajectory["y"]).groupby(run.trajectory["time"]).max()
+    assert away[away.index < 0.05].max() < 0.0125 - 0.0015 + 1e-4
+    assert away.iloc[-1] > 0.0112  # it kept centres within 11 mm

@@ -334,14 +334,14 @@ RESULTS: dict[str, Planted] = {
         "it is shifted by 0.01 s"),
     "time in ms": Planted(column(L, "time_s", lambda t: 1e3 * t["time_s"]), OF_L, "thousandths of the unit"),
     "steps counted from one": Planted(column(Y, "step", lambda t: t["step"] + 1), OF_Y,
-        "row of step 0 is nothing, expected there"),
-    "a row missing": Planted(table(f"results/{Y}", lambda t: t.drop(index=7), csv=True), OF_Y, "is nothing, expected there"),
+        "row of step 0 is missing, expected there"),
+    "a row missing": Planted(table(f"results/{Y}", lambda t: t.drop(index=7), csv=True), OF_Y, "is missing, expected there"),
     "a row twice": Planted(table(f"results/{L}", lambda t: pd.concat([t, t.iloc[[5]]]), csv=True), OF_L, "is there twice"),
-    "last row missing": Planted(table(f"results/{L}", lambda t: t.iloc[:-1], csv=True), OF_L, "is nothing, expected there"),
+    "last row missing": Planted(table(f"results/{L}", lambda t: t.iloc[:-1], csv=True), OF_L, "is missing, expected there"),
     "rows turned round": Planted(table(f"results/{Y}", lambda t: t.iloc[::-1], csv=True), OF_Y, "rows is in another order"),
     "a column missing": Planted(table(f"results/{L}", lambda t: t.drop(columns="outlet_m3"), csv=True), OF_L,
-        "column outlet_m3 is nothing"),
-    "a column besides": Planted(column(L, "wall_m3", lambda t: 0.0), OF_L, "column wall_m3 is there, expected nothing"),
+        "column outlet_m3 is missing"),
+    "a column besides": Planted(column(L, "wall_m3", lambda t: 0.0), OF_L, "column wall_m3 is there, expected none"),
     "holders exchanged": Planted(columns_exchanged(L, "wires_m3", "side_wall_m3"), OF_L,
         "it holds what side_wall_m3 should hold"),
     "coarse and fines exchanged": Planted(columns_exchanged(L, "coarse_material_m3", "fines_m3"), OF_L,
@@ -391,3 +391,27 @@ RESULTS: dict[str, Planted] = {
         "came_back_from_the_bin is 7"),
     "summary: speed": Planted(times("particle_steps_per_s", 1.001, "summary.json"), SUMMARY, "particle_steps_per_s"),
 }  # fmt: skip
+
+W, C = "liquid_by_wall", "contact_statistics"
+OWN: dict[str, Planted] = {
+    "own: liquid of two walls exchanged": Planted(columns_exchanged(W, "wall_front_m3", "wall_mantle_m3"), f"results_{W}",
+        "it holds what wall_mantle_m3 should hold"),
+    "own: a bridge counted once": Planted(column(C, "bridges_per_sphere", lambda t: t["bridges_per_sphere"] / 2), f"results_{C}",
+        "half of it"),
+    "own: overlaps over the diameter": Planted(column(C, "mean_overlap", lambda t: 0.5 * t["mean_overlap"]), f"results_{C}",
+        "half of it"),
+    "own: largest for mean speed": Planted(
+        column(C, "mean_speed_m_per_s", lambda t: t["largest_speed_m_per_s"]), f"results_{C}",
+        "it holds what largest_speed_m_per_s should hold"),
+    "own: height of the centre downwards": Planted(
+        column(C, "centre_of_mass_height_m", lambda t: -t["centre_of_mass_height_m"]), f"results_{C}", "the sign is turned"),
+    "own: contacts one output late": Planted(
+        column(C, "contacts_per_sphere", lambda t: t["contacts_per_sphere"].shift(1, fill_value=0.0)), f"results_{C}",
+        "it is 1 output late"),
+    "own: a row missing": Planted(table(f"results/{W}", lambda t: t.drop(index=3), csv=True), f"results_{W}", "is missing"),
+    "own: a table missing": Planted(lambda f: (f / "results" / f"{C}.csv").unlink(), f"results_{C}",
+        f"results/{C}.csv is missing, expected there"),
+    "own: contacts at the end": Planted(times("contacts_end.contacts_per_sphere", 1.001, "summary.json"), SUMMARY,
+        "contacts_end.contacts_per_sphere"),
+}  # fmt: skip
+"""Faults of the results of the shipped drum, a scene of one's own."""

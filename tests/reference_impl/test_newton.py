@@ -273,14 +273,18 @@ def test_near_pairs_are_all_found() -> None:
     assert set(zip(*near_pairs(x, reach), strict=True)) == set(zip(a, b, strict=True))
 
 
-def test_springs_that_the_engine_keeps(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("spin", "aside"), [(50.0, 0.0), (2000.0, 1e-8)])
+def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float) -> None:
     """Dry spheres that part and meet again before the neighbour list is made anew begin with the spring they parted with.
 
     A fact of the engine (a wet run clears it): counted and taken as logged, so that it is neither hidden nor called a fault.
+    The second pair slides, and what was kept turns its spring by a ten-thousandth only.
     """
     spheres = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
-        small.Sphere(1, (2 * scenes.R, 0.0, 0.0), spin=(0.0, 0.0, 50.0), driven=True, wiggle=((2e-5, 0.0, 0.0), 1e-3)),
+        small.Sphere(
+            1, (2 * scenes.R, 0.0, 0.0), spin=(0.0, 0.0, spin), driven=True, wiggle=((2e-5, 0.0, aside), 1e-3)
+        ),
     ]
     small.prepare(
         tmp_path, scenes.spheres_of(scenes.R), spheres, scenes.contacts(1), time_step_s=1e-5, steps=320,

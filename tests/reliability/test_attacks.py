@@ -174,12 +174,12 @@ def test_no_other_command_runs_a_law_of_a_run_directory(
 def test_a_law_of_the_configuration_runs_as_it_was_when_it_was_named(
     side: tuple[Path, Path], tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Named by a path beside the working folder, it is known from every other; a changed file has to be named anew."""
+    """Named by its way from the configuration, it is known from every folder; a changed file has to be named anew."""
     law, ran = side
     shutil.copytree(ROOT / "config", tmp_path / "config")
     text = (tmp_path / "config" / "config.yaml").read_text()
     (tmp_path / "config" / "config.yaml").write_text(
-        text.replace("  preset: paper", "  preset: paper\n  capillary: law.py:law", 1)
+        text.replace("  preset: paper", "  preset: paper\n  capillary: ../law.py:law", 1)
     )
     monkeypatch.chdir(tmp_path)
     name = config.load(Path("config")).settings.laws.capillary

@@ -22,6 +22,7 @@ import pytest
 
 from pywet.bench import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
+from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import NotWhole, PywetError
 from pywet.scene import Scene
 from tests.engines.liggghts import beds
@@ -331,10 +332,10 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     run_dir = tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
     engine = run_dir / newer.engine.relative_to(cut_off[1])
-    assert checkpoint.holds(engine.read_bytes(), 16) and not checkpoint.holds(engine.read_bytes(), 15)
+    assert holds(engine.read_bytes(), 16) and not holds(engine.read_bytes(), 15)
     size = engine.stat().st_size
     for cut in (size - 1, size - 8, size // 2, 0):
-        assert not checkpoint.holds(engine.read_bytes()[:cut], 16), cut
+        assert not holds(engine.read_bytes()[:cut], 16), cut
     os.truncate(engine, size - 400)
     sums = engine.with_name(f"sums.{newer.step}.json")
     name = f"{checkpoint.FOLDER}/{engine.name}"

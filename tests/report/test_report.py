@@ -115,10 +115,47 @@ def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config,
 def test_report_needs_no_other_file(config: settings.Config, folder: Path) -> None:
     (folder / "picture.png").write_bytes(b"\x89PNG stand-in")
     text = _write(config, folder, folder / "picture.png")
-    sources = re.findall(r'(?:src|href)="([^"#][^"]*)"', text)
+    sources = re.findall(r'src="([^"#][^"]*)"', text)
     assert sources
     assert all(source.startswith("data:image/") for source in sources)
     assert sum(source.startswith("data:image/png") for source in sources) == 1
+
+
+def test_links_lead_to_files_that_are_there(config: settings.Config, folder: Path) -> None:
+    links = re.findall(r'<a href="([^"#][^"]*)"', _write(config, folder))
+    assert "case02/results/fraction_retained.csv" in links and "case01/replay.json" not in links
+    assert all((folder / link).exists() for link in links)
+
+
+def test_seeds_of_a_case_become_a_band(config: settings.Config, folder: Path) -> None:
+    """Half of what case 2 retains, in a folder of another seed: the band spans both, the folder of a preset is none."""
+    table = pd.read_parquet(folder / "case02" / "results" / "fraction_retained.parquet")
+    for name in ("case02-10008", "case02-exact"):
+        other = folder / name / "results" / "fraction_retained.parquet"
+        other.parent.mkdir(parents=True)
+        table.assign(fraction_retained=table["fraction_retained"] / 2).to_parquet(other)
+    (result,) = collect(folder, [config.case(2)])
+    assert len(result.seeds) == 1
+    figure, axes = plots.plt.subplots()
+    plots._draw_moisture(axes, [result])
+    band = axes.collections[0].get_paths()[0].vertices[:, 1]
+    plots.plt.close(figure)
+    assert (band.min(), band.max()) == (table["fraction_retained"].min() / 2, table["fraction_retained"].max())
+
+
+def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None:
+    """Of what can pass has passed (1 - Y)/(1 - share that cannot pass); the answer comes first, the cross-check last."""
+    text = _write(config, folder)
+    summary = json.loads((folder / "case02" / "summary.json").read_text())
+    share = 100 * (1 - summary["fraction_retained_end"]) / (1 - summary["coarse_share"])
+    assert f"{share:.0f} % with 5 % liquid" in text.partition("<nav>")[0]
+    assert (
+        text.index('id="answer"')
+        < text.index('id="moisture"')
+        < text.index('id="cases"')
+        < text.index('id="agreement"')
+    )
+    assert "Not cross-checked: case 3." in text
 
 
 def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:

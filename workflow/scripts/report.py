@@ -3,7 +3,9 @@
 from pathlib import Path
 
 from pywet import config, stages
+from pywet.errors import PywetError
 from pywet.report import report
+from reference_impl.shown import report as shown
 
 out = Path(snakemake.output.report)
 with stages.logged(Path(snakemake.log[0])):
@@ -17,3 +19,7 @@ with stages.logged(Path(snakemake.log[0])):
         picture=Path(snakemake.input.picture),
         out=out,
     )
+    read = shown.check(out, Path(snakemake.params.config) / "cases.csv")
+    print(f"{read.curves} curves and {read.numbers} numbers of the report read back; {len(read.faults)} wrong")
+    if read.faults:
+        raise PywetError(f"{out} does not show what the tables hold: {'; '.join(read.faults)}")

@@ -6,9 +6,12 @@ from pywet import stages
 
 given = snakemake.params
 run_dir = Path(snakemake.output.status).parent.parent
+
+
+def build() -> None:
+    config = stages.resolved(Path(given.config), given.preset, seed=given.seed)
+    stages.build(config, given.number, given.scale, run_dir)
+
+
 with stages.logged(Path(snakemake.log[0])):
-    stages.attempt(
-        run_dir,
-        "scene",
-        lambda: stages.build(Path(given.config), given.number, given.scale, run_dir, given.preset, seed=given.seed),
-    )
+    stages.attempt(run_dir, "scene", build)

@@ -4,11 +4,11 @@ import tempfile
 from pathlib import Path
 
 from pywet import stages
-from pywet.collisions.spheres import cost, engine, plots
+from pywet.collisions.spheres import accuracy_cost, davis_figures, engine
 
 folder = Path(snakemake.output.figures[0]).parent
 with stages.logged(Path(snakemake.log[0])):
-    plots.single_collisions(folder)
-    cost.write(folder)
+    davis_figures.single_collisions(folder)
+    accuracy_cost.write_accuracy_cost(folder)
     with tempfile.TemporaryDirectory() as work:
         engine.compare(folder, Path(work))

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.collisions.spheres import sweeps
+from pywet.collisions.spheres import davis_figures
 
 with stages.logged(Path(snakemake.log[0])):
-    sweeps.sweeps(Path(snakemake.output.figures[0]).parent, snakemake.params.grid, snakemake.threads)
+    davis_figures.over_stokes(Path(snakemake.output.figures[0]).parent, snakemake.params.grid, snakemake.threads)

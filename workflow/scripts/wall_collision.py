@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.collisions.wall import page
+from pywet.collisions.wall import buck_page
 
 with stages.logged(Path(snakemake.log[0])):
-    page.write(Path(snakemake.output.page).parent)
+    buck_page.write_page(Path(snakemake.output.page).parent)

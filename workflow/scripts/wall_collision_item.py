@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from pywet import stages
-from pywet.collisions.wall import page
+from pywet.collisions.wall import buck_page
 
 out = Path(snakemake.output.table)
 with stages.logged(Path(snakemake.log[0])):
-    page.make(snakemake.params.item, out.parent)
+    buck_page.write_item(snakemake.params.item, out.parent)

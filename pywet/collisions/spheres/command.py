@@ -1,8 +1,7 @@
 """Collisions of N wet spheres in a plane after Davis 2023: the public face.
 
-Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts,
-every event located,
-a few spheres, adaptive steps.
+Model, contact law, accuracy and limits: docs/sphere_collisions.md. Not a discrete element engine: hard contacts, every event
+located, a few spheres, adaptive steps.
 """
 
 from __future__ import annotations
@@ -19,22 +18,9 @@ from pywet.errors import shown
 from pywet.files import read_json
 
 __all__ = [
-    "METHODS",
-    "Problem",
-    "Run",
-    "collide",
-    "collide_file",
-    "describe",
-    "head_on_restitution",
-    "mechanism",
-    "outcome",
-    "parse",
-    "read",
-    "run",
-    "stokes_to_rebound",
-    "three_equal_spheres",
-    "wet_restitution",
-]
+    "METHODS", "Problem", "Run", "collide", "collide_file", "describe", "head_on_restitution", "mechanism", "outcome", "parse",
+    "read", "run", "stokes_to_rebound", "three_equal_spheres", "wet_restitution",
+]  # fmt: skip
 
 
 def collide(description: dict[str, Any], where: str = "the description") -> dict[str, Any]:

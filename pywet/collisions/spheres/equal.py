@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pywet.collisions.spheres.problem import Problem, refuse
+from pywet.collisions.spheres.problem import NotNegative, Number, Positive, Problem, refuse
 
 
 def stokes_to_rebound(h_min: float, e_dry: float = 1.0) -> float:
@@ -39,23 +39,25 @@ def direction(angle_deg: float) -> np.ndarray:
 
 
 def three_equal_spheres(
-    St_n: float,
-    Ca: float | None = None,
-    h_a: float = 0.01,
-    h_min: float = 0.05,
-    theta12_deg: float = 45.0,
-    theta23_deg: float = 0.0,
-    h23_0: float | None = 1.0,
-    d23: float = 1.0,
-    d13: float = 1.0,
-    e_dry: float = 1.0,
-    mu_f: float = 0.0,
-    t_end: float = 400.0,
-    rtol: float = 1e-9,
+    St_n: Positive,
+    Ca: Positive | None = None,
+    h_a: Positive = 0.01,
+    h_min: Positive = 0.05,
+    theta12_deg: Number = 45.0,
+    theta23_deg: Number = 0.0,
+    h23_0: Positive | None = 1.0,
+    d23: Positive = 1.0,
+    d13: Positive = 1.0,
+    e_dry: Positive = 1.0,
+    mu_f: NotNegative = 0.0,
+    t_end: Positive = 400.0,
+    rtol: Positive = 1e-9,
+    reference_speed: Positive | None = None,
 ) -> Problem:
     """Sphere 1 flies along x at normal speed 1 onto sphere 2, whose films it touches at t = 0; sphere 3 rests beside sphere 2.
 
-    Units: length δ_12, speed v_n0, mass the reduced mass m. Ca = None: no capillary force; h23_0 = None: no third sphere.
+    Units: length δ_12, speed v_n0, mass the reduced mass m. Ca = None: no capillary force; h23_0 = None: no third sphere;
+    reference_speed: what e_wet refers to, None: v_n0. The JSON form has these keys, ranges and defaults.
     """
     refuse(St_n > 0.0, f"St_n is {St_n:g}; expected a positive number")
     refuse(Ca is None or Ca > 0.0, f"Ca is {Ca or 0:g}; expected a positive number, or null for no capillary force")
@@ -94,4 +96,5 @@ def three_equal_spheres(
         t_end=t_end,
         rtol=rtol,
         speed=1.0,
+        reference_speed=reference_speed,
     )

@@ -10,28 +10,27 @@ import math
 from typing import Any
 
 from pywet.collisions.spheres.contacts import CONTACT, OVERLAP, RELEASE, SEPARATION
-from pywet.collisions.spheres.dynamics import WORKS, H, U, compiled, pair_geometry
-from pywet.collisions.spheres.steppers import SIZE, TIME, step
+from pywet.collisions.spheres.dynamics import pair_geometry, place
+from pywet.collisions.spheres.state import H, U, compiled
+from pywet.collisions.spheres.steppers import step
 
 SAMPLES = 8
 """Points of a step at which the cubic is looked at."""
 
 
 @compiled
-def gap_of(y: Any, s: Any, w: Any, p: int, polar: bool, out: Any) -> tuple[float, float]:
+def gap_of(y: Any, s: Any, w: Any, p: int) -> tuple[float, float]:
     """Monitored gap of a pair and its rate: ln h of a pair in polar variables, else h."""
-    k = w.slot[p]
-    pair_geometry(y, s, p, k, polar, out)
-    if polar and k >= 0:
-        return y[5 * s.radius.size + WORKS + 4 * k], -out[U] / out[H]
-    return out[H], -out[U]
+    k, g = w.slot[p], w.seen[p]
+    pair_geometry(y, s, p, k, g)
+    return (y[place(s, k)], -g[U] / g[H]) if s.polar and k >= 0 else (g[H], -g[U])
 
 
 @compiled
-def level_of(s: Any, w: Any, p: int, kind: int, polar: bool) -> float:
+def level_of(s: Any, w: Any, p: int, kind: int) -> float:
     """Level of the monitored gap at which an event of that kind happens."""
-    level = s.h_min[p] if kind == CONTACT else s.film[p]
-    return math.log(level) if polar and w.slot[p] >= 0 else level
+    level = s.h_min if kind == CONTACT else s.film[p]
+    return math.log(level) if s.polar and w.slot[p] >= 0 else level
 
 
 @compiled
@@ -67,16 +66,16 @@ def crossing(a: float, da: float, b: float, db: float, slack: float) -> tuple[fl
 
 
 @compiled
-def value_at(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> float:
+def value_at(kind: int, p: int, s: Any, w: Any) -> float:
     """The quantity that rises through 0 at the event, at w.y_new."""
     if kind == RELEASE:
         return -w.lam_new[p]
     sign = 1.0 if kind == SEPARATION else -1.0
-    return sign * (gap_of(w.y_new, s, w, p, polar, out)[0] - level_of(s, w, p, kind, polar))
+    return sign * (gap_of(w.y_new, s, w, p)[0] - level_of(s, w, p, kind))
 
 
 @compiled
-def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, int, float, float]:
+def first_event(dt: float, s: Any, w: Any) -> tuple[int, int, float, float]:
     """Earliest suspected event of the step just made: kind (−1 none), pair, and the part of the step it is in."""
     kind, pair, low, high = -1, -1, 0.0, 2.0
     for p in range(s.first.size):
@@ -85,13 +84,13 @@ def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, 
             if w.lam_new[p] < 0.0 and high > 1.0:
                 kind, pair, low, high = RELEASE, p, 0.0, 1.0
             continue
-        a, da = gap_of(w.y, s, w, p, polar, out)
-        b, db = gap_of(w.y_new, s, w, p, polar, out)
-        slack = 1e-11 if polar and active else 2e-11
-        for one in (CONTACT, SEPARATION) if active else (OVERLAP, -1):
-            if one < 0:
+        a, da = gap_of(w.y, s, w, p)
+        b, db = gap_of(w.y_new, s, w, p)
+        slack = 1e-11 if s.polar and active else 2e-11
+        for one in (CONTACT, SEPARATION, OVERLAP):
+            if active == (one == OVERLAP):
                 continue
-            sign, level = (1.0 if one == SEPARATION else -1.0), level_of(s, w, p, one, polar)
+            sign, level = (1.0 if one == SEPARATION else -1.0), level_of(s, w, p, one)
             lo, hi = crossing(sign * (a - level), sign * da * dt, sign * (b - level), sign * db * dt, slack)
             if hi > 0.0 and (hi < high or (hi == high and lo < low)):
                 kind, pair, low, high = one, p, lo, hi
@@ -99,30 +98,27 @@ def first_event(dt: float, s: Any, w: Any, polar: bool, out: Any) -> tuple[int, 
 
 
 @compiled
-def locate(
-    dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any, tab: Any, polar: bool, out: Any
-) -> tuple[float, bool]:
+def locate(dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any) -> tuple[float, bool]:
     """Repeat the step with other lengths until the event is at its end; returns the length and whether there is an event."""
     x1 = high * dt
-    step(x1, s, w, tab, polar)
-    g1 = value_at(kind, p, s, w, polar, out)
+    step(x1, s, w)
+    g1 = value_at(kind, p, s, w)
     if g1 <= 0.0:
         return x1, False
-    x0, g0 = low * dt, -1e-300
+    x0 = low * dt
     if low > 0.0:
-        step(x0, s, w, tab, polar)
-        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
+        step(x0, s, w)
     else:
-        w.y_new[: w.number[SIZE]] = w.y[: w.number[SIZE]]
+        w.y_new[: w.count.size] = w.y[: w.count.size]
         w.lam_new[p] = w.lam[p]
-        g0 = min(value_at(kind, p, s, w, polar, out), -1e-300)
-    x, side, enough = x1, 0, 1e-13 if polar and w.slot[p] >= 0 else 1e-12
+    g0 = min(value_at(kind, p, s, w), -1e-300)
+    x, side, enough = x1, 0, 1e-13 if s.polar and w.slot[p] >= 0 else 1e-12
     for k in range(80):
         x = x0 + (x1 - x0) * (-g0 / (g1 - g0)) if k % 6 != 5 else 0.5 * (x0 + x1)
-        if x1 - x0 < 4e-16 * max(w.value[TIME], 1e-3 * dt) or not x0 < x < x1:
+        if x1 - x0 < 4e-16 * max(w.now.time, 1e-3 * dt) or not x0 < x < x1:
             x = x1
-        step(x, s, w, tab, polar)
-        g = value_at(kind, p, s, w, polar, out)
+        step(x, s, w)
+        g = value_at(kind, p, s, w)
         if abs(g) < enough or x == x1:
             break
         if g > 0.0:

@@ -2,61 +2,37 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import Field, create_model, model_validator
 
 from pywet.collisions.spheres.equal import three_equal_spheres
-from pywet.collisions.spheres.problem import MOST_SPHERES, Problem
+from pywet.collisions.spheres.problem import MOST_SPHERES, NotNegative, Number, Positive, Problem
+from pywet.config import loading
 from pywet.config.entries import Excusable
-from pywet.config.messages import mistake
 from pywet.errors import PywetError
 from pywet.ranges import LIMITS
 from pywet.strict import Strict
 
-LEAST, MOST = 1e-30, 1e12
-"""Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
+ARGUMENTS = inspect.signature(three_equal_spheres, eval_str=True).parameters.values()
+_Equal: Any = create_model(
+    "_Equal",
+    __base__=Strict,
+    **{a.name: (a.annotation, ... if a.default is a.empty else a.default) for a in ARGUMENTS},  # type: ignore[call-overload]
+)
 
 
-def _sized(value: float) -> float:
-    if value != 0.0 and not LEAST <= abs(value) <= MOST:
-        raise ValueError(f"0 or a number of size {LEAST:g} to {MOST:g}")
-    return value
-
-
-Number = Annotated[float, AfterValidator(_sized)]
-Positive = Annotated[Number, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
-
-
-class ThreeEqualSpheres(Strict):
-    """Dimensionless, as in Davis 2023, table I; times in t̂ = v_n0 t/δ_12. `h23_0` null: no third sphere.
-
-    `reference_speed`: what e_wet refers to, in v_n0; null: v_n0.
-    """
+class ThreeEqualSpheres(_Equal):  # type: ignore[misc]
+    """Dimensionless, as in Davis 2023, table I: the arguments of `three_equal_spheres`."""
 
     form: Literal["three_equal_spheres"]
-    St_n: Positive
-    Ca: Positive | None = None
-    h_a: Positive = 0.01
-    h_min: Positive = 0.05
-    theta12_deg: Number = 45.0
-    theta23_deg: Number = 0.0
-    h23_0: Positive | None = 1.0
-    d23: Positive = 1.0
-    d13: Positive = 1.0
-    e_dry: Positive = 1.0
-    mu_f: NotNegative = 0.0
-    t_end: Positive = 400.0
-    rtol: Positive = 1e-9
-    reference_speed: Positive | None = None
 
     def problem(self) -> Problem:
         """The problem described."""
-        found = three_equal_spheres(**self.model_dump(exclude={"form", "reference_speed"}))
-        return found.with_(reference_speed=self.reference_speed)
+        return three_equal_spheres(**self.model_dump(exclude={"form"}))
 
 
 class WetSphere(Excusable):
@@ -131,8 +107,4 @@ def parse(description: Any, where: str = "the description") -> Problem:
     form = description.get("form") if isinstance(description, dict) else None
     if not isinstance(form, str) or form not in FORMS:
         raise PywetError(f'{where}: "form" is {form!r}; expected one of {", ".join(FORMS)} (docs/sphere_collisions.md)')
-    model = FORMS[form]
-    try:
-        return model.model_validate(description).problem()
-    except ValidationError as error:
-        raise mistake(error, model, where) from error
+    return loading.parse(FORMS[form], description, where).problem()

@@ -35,9 +35,9 @@ def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any], workers: in
         return first + list(pool.map(one, jobs[1:]))
 
 
-def restitutions(found: Run) -> tuple[float, float]:
+def restitutions(made: Run) -> tuple[float, float]:
     """e12 and e23, 0 where the films did not part."""
-    return wet_restitution(found, (0, 1)) or 0.0, wet_restitution(found, (1, 2)) or 0.0
+    return wet_restitution(made, (0, 1)) or 0.0, wet_restitution(made, (1, 2)) or 0.0
 
 
 def curve(stokes: np.ndarray, workers: int = 2, **given: Any) -> np.ndarray:
@@ -48,7 +48,7 @@ def curve(stokes: np.ndarray, workers: int = 2, **given: Any) -> np.ndarray:
 def two_sphere_curve(stokes: np.ndarray, **given: Any) -> np.ndarray:
     """e12 of two spheres over St_n, shape (n,)."""
     jobs = ({"St_n": float(s), "h23_0": None, **given} for s in stokes)
-    return np.array(many(jobs, lambda found: wet_restitution(found, (0, 1)) or 0.0))
+    return np.array(many(jobs, restitutions))[:, 0]
 
 
 @dataclass(frozen=True)
@@ -65,19 +65,19 @@ class Plane:
     """True where the films 1-2 part by stick-rotate-separate."""
 
 
-def code(found: Run) -> int:
+def code(made: Run) -> int:
     """Number of an outcome, see `Plane.outcome`."""
-    kind = outcome(found)
+    kind = outcome(made)
     if kind != "PA":
         return {"FA": 0, "FS": 4}[kind]
-    return {(0, 1): 1, (1, 2): 2, (0, 2): 3}[found.overlapping[0]]
+    return {(0, 1): 1, (1, 2): 2, (0, 2): 3}[made.overlapping[0]]
 
 
 def plane(angle_deg: np.ndarray, stokes: np.ndarray, t_star: float = WINDOW, workers: int = 2, **given: Any) -> Plane:
     """Collisions over a grid of angles and Stokes numbers, conditions of the paper's Fig. 5 unless given."""
 
-    def then(found: Run) -> tuple[float, float, int, bool]:
-        return *restitutions(found), code(found), mechanism(found, (0, 1)) == "stick-rotate-separate"
+    def then(made: Run) -> tuple[float, float, int, bool]:
+        return *restitutions(made), code(made), mechanism(made, (0, 1)) == "stick-rotate-separate"
 
     jobs = [
         {"St_n": float(s), "theta12_deg": float(a), "t_end": window(float(a), t_star=t_star), **given}

@@ -8,52 +8,17 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from pywet.collisions.spheres.contacts import (
-    CONTACT,
-    OVERLAP,
-    RELEASE,
-    SEPARATION,
-    activate,
-    deactivate,
-    kinetic_energy,
-    log_event,
-    release,
-    resolve,
-)
-from pywet.collisions.spheres.dynamics import COS, SIN, WORKS, H, R, U, W, along, compiled, pair_geometry
+from pywet.collisions.spheres import contacts
+from pywet.collisions.spheres.contacts import CONTACT, OVERLAP, RELEASE, SEPARATION
+from pywet.collisions.spheres.dynamics import along, derivative, pair_geometry, place
 from pywet.collisions.spheres.events import first_event, locate
-from pywet.collisions.spheres.steppers import (
-    END,
-    ENERGY,
-    EXPLICIT,
-    IMPLICIT,
-    INSTANT,
-    LOGGED,
-    MODE,
-    PAIRS,
-    REJECTED,
-    SIZE,
-    START,
-    STEP,
-    STEPS,
-    STEPS_IMPLICIT,
-    STIFF,
-    TIME,
-    TOLERANCE,
-    TRACED,
-    derivative,
-    norm,
-    set_scale,
-    step,
-)
+from pywet.collisions.spheres.state import COS, SIN, H, R, U, W, compiled
+from pywet.collisions.spheres.steppers import EXPLICIT, IMPLICIT, norm, set_scale, step
 from pywet.machine_code import njit
 
 DONE, TOO_MANY_STEPS, STALLED, TOO_SMALL = range(4)
 PATIENCE = 1000
-"""Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method (some ten times
-dearer a step)."""
+"""Steps limited by stability, in one segment, after which `AUTO` goes over to the implicit method, ten times dearer a step."""
 SHORTEST = 1e-12
 """Step below which a contact that closes at once is taken to do so."""
 AUTO = 2
@@ -61,27 +26,27 @@ AUTO = 2
 
 
 @compiled
-def apply(kind: int, p: int, s: Any, w: Any, polar: bool, out: Any) -> None:
+def apply(kind: int, p: int, s: Any, w: Any) -> None:
     """What an event changes at once; impacts follow in `resolve`."""
-    b = 5 * s.radius.size + WORKS + 4 * w.slot[p]
-    pair_geometry(w.y, s, p, w.slot[p], polar, out)
+    g = w.seen[p]
+    pair_geometry(w.y, s, p, w.slot[p], g)
     if kind == OVERLAP:
-        log_event(w, OVERLAP, p, out[U])
-        activate(s, w, p, s.film[p], polar)
+        contacts.log_event(w, OVERLAP, p, g[U])
+        contacts.activate(s, w, p, s.film[p])
     elif kind == SEPARATION:
-        log_event(w, SEPARATION, p, out[U])
-        deactivate(s, w, p, polar)
-    elif kind == CONTACT and polar:
-        w.y[b] = math.log(s.h_min[p])
+        contacts.log_event(w, SEPARATION, p, g[U])
+        contacts.deactivate(s, w, p)
+    elif kind == CONTACT and s.polar:
+        w.y[place(s, w.slot[p])] = math.log(s.h_min)
     elif kind == RELEASE:
-        release(w, p)
+        contacts.release(w, p)
         w.lam[p] = -1.0  # and does not close again at once, see `resolve`
 
 
 @compiled
 def fly(limit: float, s: Any, w: Any) -> int:
     """No films overlap: everything flies freely to the next touch of films or to the time limit; returns the pair or −1."""
-    y, best, pair = w.y, limit - w.value[TIME], -1
+    y, best, pair = w.y, limit - w.now.time, -1
     for p in range(s.first.size):
         i, j = s.first[p], s.second[p]
         dx, dz = y[5 * j] - y[5 * i], y[5 * j + 1] - y[5 * i + 1]
@@ -101,35 +66,34 @@ def fly(limit: float, s: Any, w: Any) -> int:
             y[k + q] += move
             y[k + 2 + q] += best * g
             y[5 * s.radius.size + 2] += s.mass[i] * g * move
-    w.value[TIME] = w.value[TIME] + best if pair >= 0 else limit
+    w.now.time = w.now.time + best if pair >= 0 else limit
     return pair
 
 
 @compiled
-def start_step(limit: float, s: Any, w: Any, tab: Any, polar: bool) -> None:
+def start_step(limit: float, s: Any, w: Any) -> None:
     """First step of a segment (Hairer, Nørsett & Wanner I, II.4), never longer than asked for."""
-    n = w.number[SIZE]
+    n = w.count.size
     set_scale(s, w, w.y, w.y)
     bounce = top_of_bounce(s, w)  # before the probe below changes the geometry
     slope = norm(w.f, w.scale, n)
-    rate = slope * w.value[TOLERANCE]  # relative change of the variables per unit of time
+    rate = slope * w.now.tolerance  # relative change of the variables per unit of time
     first = min(1e-3, 0.01 / rate if rate > 0.0 else 1e-3)
     w.y_trial[:n] = w.y[:n] + first * w.f[:n]
-    derivative(w.y_trial, w.f_new, s, w, w.lam_new, polar)
+    derivative(w.y_trial, w.f_new, s, w, w.lam_new)
     curve = norm(w.f_new[:n] - w.f[:n], w.scale, n) / first
     most = max(slope, curve)
-    w.value[STEP] = min((0.01 / most) ** (1.0 / tab.order) if most > 0.0 else 1.0, first, limit)
-    w.value[STEP] = min(w.value[STEP], bounce)
-    w.number[STIFF] = 0
+    w.now.step = min((0.01 / most) ** (1.0 / w.tableau.order) if most > 0.0 else 1.0, first, limit, bounce)
+    w.count.stiff = 0
 
 
 @compiled
 def top_of_bounce(s: Any, w: Any) -> float:
     """Time to the top of the shortest bounce that begins now: a whole one could hide inside a longer step."""
     shortest = math.inf
-    for k in range(w.number[PAIRS]):
+    for k in range(w.count.pairs):
         p, g = w.act[k], w.geometry[k]
-        if not w.rest[p] and g[U] < 0.0 and g[H] <= s.h_min[p] * (1.0 + 1e-9):
+        if not w.rest[p] and g[U] < 0.0 and g[H] <= s.h_min * (1.0 + 1e-9):
             faster = along(w.f, s, p, g[COS], g[SIN]) - g[W] * g[W] / g[R]
             if faster > 0.0:
                 shortest = min(shortest, -g[U] / faster)
@@ -137,142 +101,138 @@ def top_of_bounce(s: Any, w: Any) -> float:
 
 
 @compiled
-def trace(s: Any, w: Any, polar: bool, out: Any) -> None:
+def trace(s: Any, w: Any) -> None:
     """A row of the record: time, Cartesian state, then h, u, w and the angle of every pair."""
-    k, n = w.number[TRACED], 5 * s.radius.size
+    k, n = w.count.traced, 5 * s.radius.size
     if k >= w.trace.shape[0]:
         return
-    w.trace[k, 0] = w.value[TIME]
+    w.trace[k, 0] = w.now.time
     w.trace[k, 1 : n + 1] = w.y[:n]
     for p in range(s.first.size):
-        pair_geometry(w.y, s, p, w.slot[p], polar, out)
-        b = n + 1 + 4 * p
-        w.trace[k, b], w.trace[k, b + 1], w.trace[k, b + 2] = out[H], out[U], out[4]
-        w.trace[k, b + 3] = math.atan2(out[2], out[1])
-    w.number[TRACED] += 1
+        g, b = w.seen[p], n + 1 + 4 * p
+        pair_geometry(w.y, s, p, w.slot[p], g)
+        w.trace[k, b], w.trace[k, b + 1], w.trace[k, b + 2] = g[H], g[U], g[W]
+        w.trace[k, b + 3] = math.atan2(g[SIN], g[COS])
+    w.count.traced += 1
 
 
 @compiled
-def next_length(error: float, dt: float, w: Any, tab: Any) -> float:
+def next_length(error: float, dt: float, w: Any) -> float:
     """Length of the next step from the error of this one."""
-    order = 4.0 if w.number[MODE] == IMPLICIT else tab.order
+    order = 4.0 if w.count.mode == IMPLICIT else w.tableau.order
     if not math.isfinite(error):
         return 0.25 * dt
     return dt * min(6.0, max(0.2, 0.9 * (error + 1e-30) ** (-1.0 / order)))
 
 
 @compiled
-def advance(limit: float, s: Any, w: Any, tab: Any, polar: bool, out: Any) -> tuple[int, int]:
+def advance(limit: float, s: Any, w: Any) -> tuple[int, int]:
     """One accepted step, cut at `limit` or at an event; the event's kind and pair (−1 none, −2 step too small, −3 again)."""
-    left = limit - w.value[TIME]
+    left = limit - w.now.time
     while True:
-        full = w.value[STEP]
+        full = w.now.step
         dt = min(full, left)
-        if dt < 1e-15 * max(w.value[TIME], 1e-6):
+        if dt < 1e-15 * max(w.now.time, 1e-6):
             if left <= dt:
-                w.value[TIME] = limit
+                w.now.time = limit
                 return -1, -1
             return -2, -1
-        error = step(dt, s, w, tab, polar)
+        error = step(dt, s, w)
         if error <= 1.0:
             break
-        w.number[REJECTED] += 1
-        w.value[STEP] = min(0.9 * dt, next_length(error, dt, w, tab))
-    stiff = w.value[-1]
-    kind, p, low, high = first_event(dt, s, w, polar, out)
+        w.now.step = min(0.9 * dt, next_length(error, dt, w))
+    stiff = w.now.stiffness
+    kind, p, low, high = first_event(dt, s, w)
     if low < 0.0 and dt > SHORTEST:  # a bounce that the cubic does not show is somewhere in this step
-        w.value[STEP] = 0.1 * dt
+        w.now.step = 0.1 * dt
         return -3, -1
     low = max(low, 0.0)
-    proposal, taken = next_length(error, dt, w, tab), dt
+    proposal, taken = next_length(error, dt, w), dt
     if kind >= 0:
-        taken, real = locate(dt, kind, p, low, high, s, w, tab, polar, out)
+        taken, real = locate(dt, kind, p, low, high, s, w)
         kind = kind if real else -1
         for _ in range(20):  # another pair may have been there before
-            other, q, low, high = first_event(taken, s, w, polar, out)
+            other, q, low, high = first_event(taken, s, w)
             if other < 0 or (other == kind and q == p):
                 break
-            taken, real = locate(taken, other, q, max(low, 0.0), high, s, w, tab, polar, out)
+            taken, real = locate(taken, other, q, max(low, 0.0), high, s, w)
             kind, p = (other, q) if real else (-1, -1)
-    if w.number[MODE] == EXPLICIT:
-        w.number[STIFF] = (
-            w.number[STIFF] + 1 if stiff > (5.0 if tab.order > 6.0 else 3.0) else max(w.number[STIFF] - 1, 0)
-        )
-    w.value[STEP] = max(proposal, full) if dt < 0.99 * full else proposal
-    n = w.number[SIZE]
+    if w.count.mode == EXPLICIT:
+        limited = stiff > (5.0 if w.tableau.order > 6.0 else 3.0)
+        w.count.stiff = w.count.stiff + 1 if limited else max(w.count.stiff - 1, 0)
+    w.now.step = max(proposal, full) if dt < 0.99 * full else proposal
+    n = w.count.size
     w.y[:n], w.f[:n], w.lam[:] = w.y_new[:n], w.f_new[:n], w.lam_new
-    w.value[TIME] = limit if taken >= left else w.value[TIME] + taken
-    w.number[STEPS] += 1
-    w.number[STEPS_IMPLICIT] += 1 if w.number[MODE] == IMPLICIT else 0
+    w.now.time = limit if taken >= left else w.now.time + taken
+    w.count.steps += 1
+    w.count.implicit_steps += 1 if w.count.mode == IMPLICIT else 0
     return kind, p
 
 
 @compiled
-def begin(s: Any, w: Any, gaps: Any, polar: bool) -> None:
+def begin(s: Any, w: Any, gaps: Any) -> None:
     """Pairs whose films touch at the start: those with a gap ≥ 0 in `gaps`; at h_min without speed they rest."""
-    out = np.empty(6)
     for p in range(gaps.size):
         if gaps[p] >= 0.0:
-            pair_geometry(w.y, s, p, -1, polar, out)
-            log_event(w, OVERLAP, p, out[U])
-            activate(s, w, p, gaps[p], polar)
-            w.rest[p] = gaps[p] <= s.h_min[p] * (1.0 + 1e-9) and abs(out[U]) < 1e-12
-    w.value[START] = kinetic_energy(w.y, s)
-    w.value[ENERGY] = max(w.value[START], 1e-3)
+            g = w.seen[p]
+            pair_geometry(w.y, s, p, -1, g)
+            contacts.log_event(w, OVERLAP, p, g[U])
+            contacts.activate(s, w, p, gaps[p])
+            w.rest[p] = gaps[p] <= s.h_min * (1.0 + 1e-9) and abs(g[U]) < 1e-12
+    w.now.start = contacts.kinetic_energy(w.y, s)
+    w.now.energy = max(w.now.start, 1e-3)
 
 
 @compiled
-def segment(limit: float, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int, every: bool) -> int:
+def segment(limit: float, s: Any, w: Any, method: int, most: int, every: bool) -> int:
     """Advance w to the time `limit`; returns DONE or why it stopped. With `every`, each step is recorded."""
-    out = np.empty(6)
     fresh = True
-    while w.value[TIME] < limit:
-        if w.number[PAIRS] == 0:
+    while w.now.time < limit:
+        if w.count.pairs == 0:
             p = fly(limit, s, w)
             if p >= 0:
-                apply(OVERLAP, p, s, w, polar, out)
+                apply(OVERLAP, p, s, w)
             fresh = True
         else:
             if fresh:
-                resolve(s, w, polar)
-                w.number[MODE] = EXPLICIT if method == AUTO else method
-                start_step(limit - w.value[TIME], s, w, tab, polar)
+                contacts.resolve(s, w)
+                w.count.mode = EXPLICIT if method == AUTO else method
+                start_step(limit - w.now.time, s, w)
             if fresh and every:
-                trace(s, w, polar, out)
+                trace(s, w)
             fresh = False
-            t = w.value[TIME]
-            kind, p = advance(limit, s, w, tab, polar, out)
+            t = w.now.time
+            kind, p = advance(limit, s, w)
             if kind == -3:
                 continue
             if kind == -2:
                 return TOO_SMALL
             if kind >= 0:
-                apply(kind, p, s, w, polar, out)
+                apply(kind, p, s, w)
                 fresh = True
-            elif method == AUTO and w.number[STIFF] >= PATIENCE:
-                w.number[MODE], w.number[STIFF] = IMPLICIT, 0
-            w.number[INSTANT] = w.number[INSTANT] + 1 if w.value[TIME] - t < 1e-13 * max(t, 1e-3) else 0
+            elif method == AUTO and w.count.stiff >= PATIENCE:
+                w.count.mode, w.count.stiff = IMPLICIT, 0
+            w.count.instant = w.count.instant + 1 if w.now.time - t < 1e-13 * max(t, 1e-3) else 0
         if every:
-            trace(s, w, polar, out)
-        if w.number[INSTANT] > 300:
+            trace(s, w)
+        if w.count.instant > 300:
             return STALLED
-        if w.number[STEPS] + 9 * w.number[STEPS_IMPLICIT] > most or w.number[LOGGED] > most:
+        if w.count.steps + 9 * w.count.implicit_steps > most or w.count.logged > most:
             return TOO_MANY_STEPS
     return DONE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def march(stops: Any, gaps: Any, s: Any, w: Any, tab: Any, method: int, polar: bool, most: int, every: bool) -> int:
-    """From the start to the last of `stops`, a record at each stop or step; `gaps` of the pairs, system, work, tableau."""
-    begin(s, w, gaps, polar)
-    out = np.empty(6)
+def march(stops: Any, gaps: Any, s: Any, w: Any, method: int, most: int, every: bool) -> int:
+    """From the start to the last of `stops`, a record at each stop or step; `gaps` of the pairs, system, work."""
+    begin(s, w, gaps)
     for k in range(stops.size):
-        code = segment(stops[k], s, w, tab, method, polar, most, every)
+        code = segment(stops[k], s, w, method, most, every)
         if code != DONE:
             return code
         if not every:
-            trace(s, w, polar, out)
+            trace(s, w)
     for p in range(gaps.size):
-        pair_geometry(w.y, s, p, w.slot[p], polar, w.final[p])
-    w.value[END] = kinetic_energy(w.y, s)
+        pair_geometry(w.y, s, p, w.slot[p], w.seen[p])
+    w.now.end = contacts.kinetic_energy(w.y, s)
     return DONE

@@ -16,8 +16,8 @@ def clusters(count: int, pairs: list[tuple[int, int]]) -> list[list[int]]:
     for i, j in pairs:
         old, new = group[j], group[i]
         group = [new if g == old else g for g in group]
-    found = [[k for k in range(count) if group[k] == g] for g in sorted(set(group))]
-    return sorted(found, key=lambda c: (-len(c), c))
+    groups = [[k for k in range(count) if group[k] == g] for g in set(group)]
+    return sorted(groups, key=lambda c: (-len(c), c))
 
 
 def outcome(run: Run) -> str:
@@ -47,9 +47,8 @@ def wet_restitution(run: Run, pair: tuple[int, int]) -> float | None:
 def mechanism(run: Run, pair: tuple[int, int]) -> str | None:
     """How a pair parted the last time: rapid bounce, stick-rotate-separate, or None where it did not.
 
-    A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at
-    parting. A pair that
-    stuck and is drawn apart by its rotation speeds up: its mean speed is below half of that at parting (or there was no contact).
+    A rebound driven by the impact slows down in the film, so its mean speed from the last contact on is above that at parting. A
+    pair that stuck and is drawn apart by its rotation speeds up: below half of that at parting (or there was no contact).
     """
     parted = [e for e in run.events if e.pair == pair and e.kind == "separation"]
     touched = [t for t in times(run, pair, "contact") if parted and t <= parted[-1].time]
@@ -68,16 +67,14 @@ def describe(run: Run) -> dict[str, Any]:
     groups = clusters(len(run.omega), run.overlapping)
     kind = outcome(run)
     name = CRADLES.get(run.overlapping[0]) if kind == "PA" and len(run.omega) == 3 and run.overlapping else None
-    pairs = {}
-    for i, j in run.problem.pairs:
-        pairs[f"{i + 1}-{j + 1}"] = {
-            "overlap_times": times(run, (i, j), "overlap"),
-            "contact_times": times(run, (i, j), "contact"),
-            "rest_times": times(run, (i, j), "rest"),
-            "separation_times": times(run, (i, j), "separation"),
+    pairs = {
+        f"{i + 1}-{j + 1}": {
+            **{f"{event}_times": times(run, (i, j), event) for event in ("overlap", "contact", "rest", "separation")},
             "e_wet": wet_restitution(run, (i, j)),
             "mechanism": mechanism(run, (i, j)),
         }
+        for i, j in run.problem.pairs
+    }
     e = run.energy
     return {
         "outcome": kind,
@@ -88,25 +85,14 @@ def describe(run: Run) -> dict[str, Any]:
         "clusters": [[k + 1 for k in g] for g in groups if len(g) > 1],
         "reference_speed": reference_speed(run),
         "pairs": pairs,
-        "final": {
-            "position": run.position.tolist(),
-            "velocity": run.velocity.tolist(),
-            "omega": run.omega.tolist(),
-        },
+        "final": {name: getattr(run, name).tolist() for name in ("position", "velocity", "omega")},
         "energy": {
             "in": e.start,
             "out": e.end,
-            "viscous": e.viscous,
-            "capillary": e.capillary,
-            "impact": e.impact,
-            "gravity": e.gravity,
-            "residual": e.residual,
+            **{name: getattr(e, name) for name in ("viscous", "capillary", "impact", "gravity", "residual")},
         },
         "work": {
-            "steps": run.steps,
-            "implicit_steps": run.implicit_steps,
-            "evaluations": run.evaluations,
-            "impacts": run.impacts,
+            **{name: getattr(run, name) for name in ("steps", "implicit_steps", "evaluations", "impacts")},
             "events_not_listed": run.events_left_out,
             "rest_speed": run.rest_speed,
         },

@@ -1,27 +1,40 @@
-"""What collides: spheres, films, liquid, contact, and the scales in which the equations are solved. SI or any
-consistent units."""
+"""What collides: spheres, films, liquid, contact, and the scales in which the equations are solved; any consistent units."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
+from pydantic import AfterValidator, Field
 
-from pywet.collisions.spheres.dynamics import System
+from pywet.collisions.spheres.state import System
 from pywet.errors import PywetError
 
 MOST_SPHERES = 60
 """Every pair is looked at in every step."""
+LEAST, MOST = 1e-30, 1e12
+"""Sizes of numbers, in SI units or of order one, whose squares and quotients stay within double precision."""
+
+
+def _sized(value: float) -> float:
+    if value != 0.0 and not LEAST <= abs(value) <= MOST:
+        raise ValueError(f"0 or a number of size {LEAST:g} to {MOST:g}")
+    return value
+
+
+Number = Annotated[float, AfterValidator(_sized)]
+Positive = Annotated[Number, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[Number, Field(ge=0, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True)
 class Problem:
     """Spheres in a plane and the liquid between them; any consistent units.
 
-    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair touch,
-    δ_i + δ_j, and `gap`
-    gaps known better than from differences of positions, both by pair (i, j), i < j, from 0.
+    Shapes: radius, mass, omega (n,); position, velocity (n, 2). `film` is the gap at which the films of a pair touch, δ_i + δ_j,
+    and `gap` gaps known better than from differences of positions, both by pair (i, j), i < j, from 0.
     """
 
     radius: np.ndarray
@@ -116,7 +129,7 @@ def scales(problem: Problem) -> Scales:
     return Scales(length, speed, mass)
 
 
-def system(problem: Problem, unit: Scales) -> System:
+def system(problem: Problem, unit: Scales, polar: bool) -> System:
     """Constants of the equations in the scales `unit`."""
     pairs = problem.pairs
     first, second = (np.array([p[k] for p in pairs], dtype=np.int64) for k in (0, 1))
@@ -131,15 +144,16 @@ def system(problem: Problem, unit: Scales) -> System:
         first=first,
         second=second,
         film=np.array([problem.film[p] for p in pairs]) / unit.length,
-        h_min=np.full(len(pairs), problem.h_min / unit.length),
         normal=6.0 * np.pi * viscosity * reduced**2,
         tangential=2.0 * np.pi * viscosity * reduced,
         capillary=8.0 * np.pi * tension * reduced,
+        h_min=problem.h_min / unit.length,
         e_dry=float(problem.e_dry),
         mu_f=float(problem.mu_f),
         slip_scale=float(problem.slip_scale),
         gx=float(g[0]),
         gy=float(g[1]),
+        polar=polar,
     )
 
 
@@ -153,11 +167,11 @@ def check(problem: Problem) -> None:
     """Refuse what the model cannot describe, in one sentence."""
     n = len(problem.radius)
     refuse(2 <= n <= MOST_SPHERES, f"{n} spheres were given; expected 2 to {MOST_SPHERES}")
-    numbers = [problem.radius, problem.mass, problem.position, problem.velocity, problem.omega]
-    refuse(
-        all(np.all(np.isfinite(x)) for x in numbers),
-        "radii, masses, positions and velocities hold a value that is not finite; expected numbers",
+    numbers = np.concatenate(
+        [x.ravel() for x in (problem.radius, problem.mass, problem.position, problem.velocity, problem.omega)]
     )
+    finite = bool(np.isfinite(numbers).all())
+    refuse(finite, "radii, masses, positions and velocities hold a value that is not finite; expected numbers")
     for name, value in (("radii", problem.radius.min()), ("masses", problem.mass.min())):
         refuse(value > 0.0, f"the {name} hold {value:g}; expected positive numbers")
     for name in ("viscosity", "h_min", "t_end"):

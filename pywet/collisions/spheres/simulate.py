@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pywet.collisions.spheres import marching, steppers
-from pywet.collisions.spheres.dynamics import WORKS, System
+from pywet.collisions.spheres import marching
 from pywet.collisions.spheres.problem import Problem, Scales, scales, system
+from pywet.collisions.spheres.state import WORKS, Work, workspace
+from pywet.collisions.spheres.steppers import TABLEAUS
 from pywet.errors import PywetError
 
 METHODS = {"auto": ("dop853", marching.AUTO), "dop853": ("dop853", 0), "dopri5": ("dopri5", 0), "radau": ("dop853", 1)}
@@ -34,8 +34,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Energy:
-    """Budget of kinetic energy: in + gravity − out = viscous + capillary + impact + residual; friction of resting
-    contacts is in impact."""
+    """Budget of kinetic energy: in + gravity − out = viscous + capillary + impact + residual; resting friction is in impact."""
 
     start: float
     end: float
@@ -77,39 +76,6 @@ class Run:
     """With `record`: time (k,), position, velocity (k, n, 2), omega (k, n), gap, approach, sideways, angle (k, pairs)."""
 
 
-def workspace(problem: Problem, s: System, unit: Scales, rows: int, polar: bool) -> steppers.Work:
-    """State and scratch arrays of a march, at its start."""
-    n, pairs = len(problem.radius), len(problem.pairs)
-    size = 5 * n + WORKS + (4 * pairs if polar else 0)
-    y = np.zeros(size)
-    moved = (problem.position - problem.position.mean(axis=0)) / unit.length
-    for i in range(n):
-        y[5 * i : 5 * i + 2], y[5 * i + 2 : 5 * i + 4] = moved[i], problem.velocity[i] / unit.speed
-        y[5 * i + 4] = problem.omega[i] * unit.time
-    names = ("f", "y_new", "f_new", "y_trial", "scale")
-    w = steppers.Work(
-        y=y,
-        **{name: np.zeros(size) for name in names},
-        stages=np.zeros((13, size)),
-        act=np.zeros(pairs, dtype=np.int64),
-        slot=np.full(pairs, -1, dtype=np.int64),
-        rest=np.zeros(pairs, dtype=np.bool_),
-        lam=np.zeros(pairs),
-        lam_new=np.zeros(pairs),
-        geometry=np.zeros((pairs, 6)),
-        impacts=np.zeros(pairs, dtype=np.int64),
-        rest_speed=np.full(pairs, float(problem.rest_speed)),
-        number=np.zeros(12, dtype=np.int64),
-        value=np.zeros(9),
-        log=np.zeros((LOG_ROWS, 4)),
-        trace=np.zeros((rows, 1 + 5 * n + 4 * pairs)),
-        final=np.zeros((pairs, 6)),
-    )
-    w.number[steppers.SIZE] = 5 * n + WORKS
-    w.value[steppers.SPEED], w.value[steppers.TOLERANCE] = 1.0, problem.rtol
-    return w
-
-
 def first_gaps(problem: Problem, unit: Scales) -> np.ndarray:
     """Gaps of the pairs whose films touch at the start, −1 for others; a gap of exactly δ without parting counts."""
     gaps = np.full(len(problem.pairs), -1.0)
@@ -135,24 +101,24 @@ def run(
     """March a problem to its end; `times` are stops whose states are recorded, `record` the most steps recorded besides."""
     if method not in METHODS:
         raise PywetError(f"there is no integrator named {method}; expected one of {', '.join(METHODS)}")
-    unit = scales(problem)
-    s = system(problem, unit)
-    w = workspace(problem, s, unit, max(record, len(times) + 1), polar)
     tableau, mode = METHODS[method]
+    unit = scales(problem)
+    s = system(problem, unit, polar)
+    at = (problem.position - problem.position.mean(axis=0)) / unit.length
+    first = np.column_stack([at, problem.velocity / unit.speed, problem.omega * unit.time])
+    w = workspace(s, first, TABLEAUS[tableau], LOG_ROWS, max(record, len(times) + 1))
+    w.now.tolerance, w.rest_speed[:] = problem.rtol, problem.rest_speed
     stops = np.array([*sorted(t / unit.time for t in times), problem.t_end / unit.time])
     began = time.perf_counter()
-    code = marching.march(
-        stops, first_gaps(problem, unit), s, w, steppers.TABLEAUS[tableau], mode, polar, MOST_STEPS, record > 0
-    )
+    code = marching.march(stops, first_gaps(problem, unit), s, w, mode, MOST_STEPS, record > 0)
     wall = time.perf_counter() - began
     if code != marching.DONE:
-        raise PywetError(explain(code, w, unit))
-    return collect(problem, s, w, unit, wall)
+        raise PywetError(explain(code, w.now.time * unit.time))
+    return collect(problem, w, unit, wall)
 
 
-def explain(code: int, w: steppers.Work, unit: Scales) -> str:
+def explain(code: int, at: float) -> str:
     """Why a march stopped early."""
-    at = w.value[steppers.TIME] * unit.time
     why = {
         marching.TOO_MANY_STEPS: f"more than {MOST_STEPS} steps or events were needed",
         marching.STALLED: "contacts open and close without time going on",
@@ -163,37 +129,41 @@ def explain(code: int, w: steppers.Work, unit: Scales) -> str:
     )
 
 
-def collect(problem: Problem, s: System, w: steppers.Work, unit: Scales, wall: float) -> Run:
+def collect(problem: Problem, w: Work, unit: Scales, wall: float) -> Run:
     """Results of a march in the problem's units."""
     n, pairs = len(problem.radius), problem.pairs
     origin = problem.position.mean(axis=0)
     state = w.y[: 5 * n].reshape(n, 5)
-    logged = w.log[: min(w.number[steppers.LOGGED], LOG_ROWS)]
-    works = w.y[5 * n : 5 * n + WORKS] * unit.energy
-    impact = w.value[steppers.IMPACT_LOSS] * unit.energy + works[3]
-    start, end = w.value[steppers.START] * unit.energy, w.value[steppers.END] * unit.energy
-    traced = w.trace[: w.number[steppers.TRACED]]
+    logged = w.log[: w.count.logged]
+    viscous, capillary, gravity, friction = (float(x) for x in w.y[5 * n : 5 * n + WORKS] * unit.energy)
     return Run(
         problem=problem,
         speed=unit.speed,
         events=[
             Event(float(t * unit.time), KINDS[int(k)], pairs[int(p)], float(u * unit.speed)) for t, k, p, u in logged
         ],
-        events_left_out=int(w.number[steppers.LOGGED] - len(logged)),
+        events_left_out=int(w.count.logged) - len(logged),
         position=origin + state[:, :2] * unit.length,
         velocity=state[:, 2:4] * unit.speed,
         omega=state[:, 4] / unit.time,
-        overlapping=sorted(pairs[int(p)] for p in w.act[: w.number[steppers.PAIRS]]),
-        resting=[pairs[p] for p in range(len(pairs)) if w.rest[p]],
-        gaps={pair: float(w.final[p, 0] * unit.length) for p, pair in enumerate(pairs)},
-        energy=Energy(*(float(x) for x in (start, end, works[0], works[1], impact, works[2]))),
-        steps=int(w.number[steppers.STEPS]),
-        implicit_steps=int(w.number[steppers.STEPS_IMPLICIT]),
-        evaluations=int(w.number[steppers.EVALUATIONS]),
-        impacts=int(w.number[steppers.IMPACTS]),
+        overlapping=sorted(pairs[int(p)] for p in w.act[: w.count.pairs]),
+        resting=[pair for pair, rests in zip(pairs, w.rest, strict=True) if rests],
+        gaps={pair: float(w.seen[p, 0] * unit.length) for p, pair in enumerate(pairs)},
+        energy=Energy(
+            start=float(w.now.start * unit.energy),
+            end=float(w.now.end * unit.energy),
+            viscous=viscous,
+            capillary=capillary,
+            impact=float(w.now.impact_loss * unit.energy) + friction,
+            gravity=gravity,
+        ),
+        steps=int(w.count.steps),
+        implicit_steps=int(w.count.implicit_steps),
+        evaluations=int(w.count.evaluations),
+        impacts=int(w.count.impacts),
         rest_speed=float(w.rest_speed.max()),
         wall_s=wall,
-        record=columns(traced, n, len(pairs), unit, origin),
+        record=columns(w.trace[: w.count.traced], n, len(pairs), unit, origin),
     )
 
 
@@ -210,5 +180,5 @@ def columns(traced: np.ndarray, n: int, pairs: int, unit: Scales, origin: np.nda
         "gap": geometry[:, :, 0] * unit.length,
         "approach": geometry[:, :, 1] * unit.speed,
         "sideways": geometry[:, :, 2] * unit.speed,
-        "angle": np.unwrap(geometry[:, :, 3], axis=0) if not math.isnan(geometry[0, 0, 3]) else geometry[:, :, 3],
+        "angle": np.unwrap(geometry[:, :, 3], axis=0),
     }

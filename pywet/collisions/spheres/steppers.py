@@ -1,19 +1,19 @@
 """One step of an embedded Runge-Kutta method, compiled: DOP853 and Dormand-Prince 5(4) (explicit), Radau IIA 5 (implicit).
 
-The coefficients are those of `scipy.integrate` (public class attributes; Hairer, Nørsett & Wanner I and II). A step
-gives the new state, its
-derivative and the error relative to the tolerance; choosing the next step is the business of `marching`.
+The coefficients are those of `scipy.integrate` (public class attributes; Hairer, Nørsett & Wanner I and II). A step gives the
+new state, its derivative and the error relative to the tolerance; choosing the next step is the business of `marching`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853, RK45
 
-from pywet.collisions.spheres.dynamics import WORKS, compiled, rhs
+from pywet.collisions.spheres.dynamics import derivative, place
+from pywet.collisions.spheres.state import WORKS, Tableau, compiled
 
 EXPLICIT, IMPLICIT = 0, 1
 NEWTON = 8
@@ -23,31 +23,17 @@ SHARPER = 1e-3
 S6 = 6.0**0.5
 MU_REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
 MU_COMPLEX = 3 + 0.5 * (3 ** (1 / 3) - 3 ** (2 / 3)) - 0.5j * (3 ** (5 / 6) + 3 ** (7 / 6))
-T = np.array(
-    [
-        [0.09443876248897524, -0.14125529502095421, 0.03002919410514742],
-        [0.25021312296533332, 0.20412935229379994, -0.38294211275726192],
-        [1.0, 1.0, 0.0],
-    ]
-)
-T_INVERSE = np.array(
-    [
-        [4.17871859155190428, 0.32768282076106237, 0.52337644549944951],
-        [-4.17871859155190428, -0.32768282076106237, 0.47662355450055044],
-        [0.50287263494578682, -2.57192694985560522, 0.59603920482822492],
-    ]
-)
+T = np.array([
+    [0.09443876248897524, -0.14125529502095421, 0.03002919410514742],
+    [0.25021312296533332, 0.20412935229379994, -0.38294211275726192],
+    [1.0, 1.0, 0.0],
+])  # fmt: skip
+T_INVERSE = np.array([
+    [4.17871859155190428, 0.32768282076106237, 0.52337644549944951],
+    [-4.17871859155190428, -0.32768282076106237, 0.47662355450055044],
+    [0.50287263494578682, -2.57192694985560522, 0.59603920482822492],
+])  # fmt: skip
 RADAU_ERROR = np.array([-13 - 7 * S6, -13 + 7 * S6, -1]) / 3
-
-
-class Tableau(NamedTuple):
-    """Explicit method: stages, weights, two error estimates, order used for the step size."""
-
-    a: np.ndarray
-    b: np.ndarray
-    error: np.ndarray
-    error_low: np.ndarray
-    order: float
 
 
 def tableau(a: np.ndarray, b: np.ndarray, error: np.ndarray, error_low: np.ndarray, order: float) -> Tableau:
@@ -63,76 +49,29 @@ TABLEAUS = {
 }
 
 
-class Work(NamedTuple):
-    """Arrays a march works on; see `marching.workspace`."""
-
-    y: np.ndarray
-    f: np.ndarray
-    y_new: np.ndarray
-    f_new: np.ndarray
-    y_trial: np.ndarray
-    scale: np.ndarray
-    stages: np.ndarray
-    act: np.ndarray
-    """Overlapping pairs, in the order of their slots in the state."""
-    slot: np.ndarray
-    """Slot of a pair, −1 without overlap."""
-    rest: np.ndarray
-    """Resting contact, by pair."""
-    lam: np.ndarray
-    """Its normal force, by pair."""
-    lam_new: np.ndarray
-    geometry: np.ndarray
-    impacts: np.ndarray
-    """Impacts of a pair since its films touched."""
-    rest_speed: np.ndarray
-    """Rebound speed below which a pressed contact rests, by pair."""
-    number: np.ndarray
-    value: np.ndarray
-    log: np.ndarray
-    """Events: time, kind, pair, u before."""
-    trace: np.ndarray
-    """One row per recorded instant."""
-    final: np.ndarray
-    """Geometry of all pairs at the end."""
-
-
-PAIRS, SIZE, STEPS, REJECTED, EVALUATIONS, IMPACTS, LOGGED, STIFF, MODE, TRACED, INSTANT, STEPS_IMPLICIT = range(12)
-"""Entries of `Work.number`."""
-TIME, STEP, IMPACT_LOSS, SPEED, TOLERANCE, ENERGY, START, END = range(8)
-"""Entries of `Work.value`; SPEED and ENERGY are scales, START and END kinetic energies."""
-
-
-@compiled
-def derivative(y: Any, dy: Any, s: Any, w: Any, lam: Any, polar: bool) -> None:
-    """Right-hand side of the pairs that overlap now."""
-    w.number[EVALUATIONS] += 1
-    rhs(y, dy, s, w.act, w.number[PAIRS], w.rest, lam, w.geometry, polar)
-
-
 @compiled
 def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
-    """Error scale of each variable: gaps relative (ln h), angles absolute, lengths by 1, speeds by the speed scale or
-    their size."""
-    spheres, tol, v = s.radius.size, w.value[TOLERANCE], w.value[SPEED]
+    """Error scale of each variable: gaps relative (ln h), angles absolute, lengths by 1, speeds by 1 or their size."""
+    spheres, tol = s.radius.size, w.now.tolerance
     for i in range(spheres):
         b = 5 * i
         for k in range(2):
             w.scale[b + k] = tol + 1e-15 * abs(y[b + k])
-            w.scale[b + 2 + k] = tol * max(v, abs(y[b + 2 + k]), abs(other[b + 2 + k]))
-        w.scale[b + 4] = tol * max(v / s.radius[i], abs(y[b + 4]), abs(other[b + 4]))
+            w.scale[b + 2 + k] = tol * max(1.0, abs(y[b + 2 + k]), abs(other[b + 2 + k]))
+        w.scale[b + 4] = tol * max(1.0 / s.radius[i], abs(y[b + 4]), abs(other[b + 4]))
     for k in range(WORKS):
-        w.scale[5 * spheres + k] = tol * max(w.value[ENERGY], 0.01 * abs(y[5 * spheres + k]))
-    for b in range(5 * spheres + WORKS, w.number[SIZE], 4):
+        w.scale[5 * spheres + k] = tol * max(w.now.energy, 0.01 * abs(y[5 * spheres + k]))
+    for b in range(place(s, 0), w.count.size, 4):
         w.scale[b] = w.scale[b + 1] = tol
         for k in (2, 3):
-            w.scale[b + k] = tol * max(v, abs(y[b + k]), abs(other[b + k]))
+            w.scale[b + k] = tol * max(1.0, abs(y[b + k]), abs(other[b + k]))
 
 
 @compiled
-def explicit_step(dt: float, s: Any, w: Any, tab: Any, polar: bool) -> float:
-    """Step of size dt from w.y into w.y_new, w.f_new; returns the error over the tolerance and leaves dt·|λ| in w.value[-1]."""
-    n, last = w.number[SIZE], tab.b.size
+def explicit_step(dt: float, s: Any, w: Any) -> float:
+    """Step of size dt from w.y into w.y_new, w.f_new; returns the error over the tolerance and notes the stiffness."""
+    n, tab = w.count.size, w.tableau
+    last = tab.b.size
     w.stages[0, :n] = w.f[:n]
     for k in range(1, last + 1):
         for q in range(n):
@@ -143,7 +82,7 @@ def explicit_step(dt: float, s: Any, w: Any, tab: Any, polar: bool) -> float:
             if c != 0.0:
                 for q in range(n):
                     w.y_new[q] += c * w.stages[o, q]
-        derivative(w.y_new, w.stages[k], s, w, w.lam_new, polar)
+        derivative(w.y_new, w.stages[k], s, w, w.lam_new)
     set_scale(s, w, w.y, w.y_new)
     high, low, stiff, move = 0.0, 0.0, 0.0, 0.0
     for q in range(n):
@@ -156,26 +95,26 @@ def explicit_step(dt: float, s: Any, w: Any, tab: Any, polar: bool) -> float:
         stiff += ((w.stages[last, q] - w.stages[last - 1, q]) / w.scale[q]) ** 2
         move += ((w.y_new[q] - w.y_trial[q]) / w.scale[q]) ** 2
         w.f_new[q] = w.stages[last, q]
-    w.value[-1] = dt * math.sqrt(stiff / move) if move > 0.0 else 0.0
+    w.now.stiffness = dt * math.sqrt(stiff / move) if move > 0.0 else 0.0
     if not math.isfinite(high + low):
         return math.inf
     return abs(dt) * high / math.sqrt((high + 0.01 * low) * n) if high > 0.0 else 0.0
 
 
 @compiled
-def jacobian(s: Any, w: Any, polar: bool, n: int) -> Any:
+def jacobian(s: Any, w: Any) -> Any:
     """Numerical Jacobian at w.y by one-sided differences."""
-    result, up = np.empty((n, n)), np.empty(n)
+    n = w.count.size
+    matrix, up = np.empty((n, n)), np.empty(n)
     for q in range(n):
         kept = w.y[q]
-        d = 1.5e-8 * max(abs(kept), w.scale[q] / (SHARPER * w.value[TOLERANCE]))
+        d = 1.5e-8 * max(abs(kept), w.scale[q] / (SHARPER * w.now.tolerance))
         w.y[q] = kept + d
         d = w.y[q] - kept
-        derivative(w.y, up, s, w, w.lam_new, polar)
+        derivative(w.y, up, s, w, w.lam_new)
         w.y[q] = kept
-        for o in range(n):
-            result[o, q] = (up[o] - w.f[o]) / d
-    return result
+        matrix[:, q] = (up - w.f[:n]) / d
+    return matrix
 
 
 @compiled
@@ -188,12 +127,12 @@ def norm(x: Any, scale: Any, n: int) -> float:
 
 
 @compiled
-def implicit_step(dt: float, s: Any, w: Any, polar: bool) -> float:
+def implicit_step(dt: float, s: Any, w: Any) -> float:
     """Radau IIA step of size dt from w.y into w.y_new, w.f_new; infinite error where Newton's iteration does not converge."""
-    n = w.number[SIZE]
+    n = w.count.size
     set_scale(s, w, w.y, w.y)
     w.scale[:n] *= SHARPER
-    j = jacobian(s, w, polar, n)
+    j = jacobian(s, w)
     if not math.isfinite(j.sum()):
         return math.inf
     real = np.linalg.inv(MU_REAL / dt * np.eye(n) - j)
@@ -203,7 +142,7 @@ def implicit_step(dt: float, s: Any, w: Any, polar: bool) -> float:
     for _ in range(NEWTON):
         for k in range(3):
             w.y_trial[:n] = w.y[:n] + z[k]
-            derivative(w.y_trial, f[k], s, w, w.lam_new, polar)
+            derivative(w.y_trial, f[k], s, w, w.lam_new)
         g = np.dot(T_INVERSE, f)
         d_real = np.dot(real, g[0] - MU_REAL / dt * v[0])
         d_cplx = np.dot(cplx, (g[1] + 1j * g[2]) - MU_COMPLEX / dt * (v[1] + 1j * v[2]))
@@ -221,17 +160,15 @@ def implicit_step(dt: float, s: Any, w: Any, polar: bool) -> float:
     if not done:
         return math.inf
     w.y_new[:n] = w.y[:n] + z[2]
-    derivative(w.y_new, w.f_new, s, w, w.lam_new, polar)
+    derivative(w.y_new, w.f_new, s, w, w.lam_new)
     ze = (RADAU_ERROR[0] * z[0] + RADAU_ERROR[1] * z[1] + RADAU_ERROR[2] * z[2]) / dt
     error = np.dot(real, w.f[:n] + ze)
     w.y_trial[:n] = w.y[:n] + error
-    derivative(w.y_trial, f[0], s, w, w.lam_new, polar)
+    derivative(w.y_trial, f[0], s, w, w.lam_new)
     return norm(np.dot(real, f[0] + ze), w.scale, n)
 
 
 @compiled
-def step(dt: float, s: Any, w: Any, tab: Any, polar: bool) -> float:
-    """A step by the method in force (`w.number[MODE]`)."""
-    if w.number[MODE] == IMPLICIT:
-        return implicit_step(dt, s, w, polar)
-    return explicit_step(dt, s, w, tab, polar)
+def step(dt: float, s: Any, w: Any) -> float:
+    """A step by the method in force."""
+    return implicit_step(dt, s, w) if w.count.mode == IMPLICIT else explicit_step(dt, s, w)

@@ -13,54 +13,17 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from pywet.collisions.wall import model
+from pywet.collisions.wall import forces
 from pywet.collisions.wall.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY, TOO_SMALL, next_phase, scales
-from pywet.collisions.wall.model import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U
-from pywet.machine_code import njit
-
-
-@njit(cache=True, error_model="numpy")
-def rates(phase: int, state: np.ndarray, p: Parameters) -> np.ndarray:
-    """Rates of the state."""
-    out = np.empty(SIZE)
-    model.rates(phase, state, p, out)
-    return out
-
-
-@njit(cache=True, error_model="numpy")
-def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
-    """Event functions of the phase."""
-    return model.events(phase, state, p)
-
-
-@njit(cache=True, error_model="numpy")
-def rupture(h: float, u: float, p: Parameters) -> float:
-    """Event function of rupture."""
-    return model.rupture(h, u, p)
-
-
-@njit(cache=True, error_model="numpy")
-def start(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
-    """Time scale [s] and absolute tolerances of a phase."""
-    atol = np.empty(SIZE)
-    return scales(phase, state, p, rtol, atol), atol
-
-
-@njit(cache=True, error_model="numpy")
-def follow(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
-    """The phase after an event."""
-    return next_phase(phase, which, state, p)
-
-
-@njit(cache=True, error_model="numpy")
-def volume(h: float, p: Parameters) -> float:
-    """Volume of the bridge."""
-    return model.bridge_volume(h, p)
+from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U, rupture
 
 
 @dataclass
 class Course:
-    """A collision as integrated; `pieces` holds (phase, start time, solution with dense output) where the path was kept."""
+    """A collision as integrated: the state at the end, the log of phases (end, phase, which event ended it), the work it took.
+
+    `pieces` holds (phase, start time, solution with dense output) where the path was kept.
+    """
 
     state: np.ndarray
     code: int = OK
@@ -86,7 +49,7 @@ def collide(
         course.log.append((time, phase, which))
         if course.code != OK:
             break
-        phase = follow(phase, which, course.state, p)
+        phase = next_phase(phase, which, course.state, p)
     return course
 
 
@@ -94,21 +57,21 @@ def _run_phase(
     phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, most: int, course: Course
 ) -> tuple[int, float]:
     """Advance `course.state` to the end of the phase: (which event, duration)."""
-    scale, atol = start(phase, course.state, p, rtol)
+    scale, atol = scales(phase, course.state, p, rtol)
 
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
         course.calls += 1
         if course.calls > most:
             raise _TooMany
-        return rates(phase, y, p)
+        change = np.empty(SIZE)
+        forces.rates(phase, y, p, change)
+        return change
 
-    found = [_event(phase, n, p) for n in range(3)]
     # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
     options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
+    options |= {"events": [_event(phase, n, p) for n in range(3)], "dense_output": True}
     try:
-        solved: Any = solve_ivp(
-            rhs, (0.0, 1e9 * scale), course.state.copy(), events=found, dense_output=True, **options
-        )
+        solved: Any = solve_ivp(rhs, (0.0, 1e9 * scale), course.state.copy(), **options)
     except _TooMany:
         course.code = TOO_MANY
         return NOTHING, 0.0
@@ -140,7 +103,7 @@ def _rupture_before(solved: Any, stop: float, p: Parameters) -> float:
 
 def _event(phase: int, n: int, p: Parameters) -> Callable[..., float]:
     def event(t: float, y: np.ndarray) -> float:
-        return float(events(phase, y, p)[n])
+        return float(forces.events(phase, y, p)[n])
 
     event.terminal = True  # type: ignore[attr-defined]
     event.direction = 1.0  # type: ignore[attr-defined]

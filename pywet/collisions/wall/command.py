@@ -16,7 +16,7 @@ from pywet.collisions.wall import sweep
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
-from pywet.files import atomic_write
+from pywet.files import write_csv
 from pywet.machine_code import say_wait
 
 WIDE = 160
@@ -40,17 +40,17 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
             answer = collide(problem)
         print(json.dumps(answer, indent=2, allow_nan=False))
         return
-    frame = _run(content, file)
+    frame = _swept(content, file)
     if csv is not None:
-        with atomic_write(csv) as temporary:
-            frame.to_csv(temporary, index=False)
+        write_csv(frame, csv)
     if as_table:
-        _print(_table(frame, len(sweep.swept(content))))
+        out = Console(highlight=False, width=None if sys.stdout.isatty() else WIDE)
+        out.print(_table(frame, len(sweep.swept(content))))
     else:
         print(json.dumps(sweep.records(frame), indent=1, allow_nan=False))
 
 
-def _run(content: dict[str, object], file: Path) -> pd.DataFrame:
+def _swept(content: dict[str, object], file: Path) -> pd.DataFrame:
     with Progress(console=err, transient=True) as progress:
         task = progress.add_task("collisions", total=None)
 
@@ -59,11 +59,6 @@ def _run(content: dict[str, object], file: Path) -> pd.DataFrame:
                 progress.update(task, completed=done, total=total)
 
         return sweep.table(content, str(file), threads=os.cpu_count() or 1, report=report)
-
-
-def _print(table: Table) -> None:
-    """To a terminal in its width, elsewhere in a fixed one."""
-    Console(highlight=False, width=None if sys.stdout.isatty() else WIDE).print(table)
 
 
 def _table(frame: pd.DataFrame, swept: int) -> Table:

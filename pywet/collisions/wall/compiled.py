@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import DOP853
 
-from pywet.collisions.wall import model
-from pywet.collisions.wall.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U
+from pywet.collisions.wall import forces
+from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
 from pywet.machine_code import njit
 
 STAGES = 12
@@ -33,13 +33,13 @@ def stages(phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndar
             for j in range(i):
                 total += A[i, j] * k[j, n]
             end[n] = state[n] + step * total
-        model.rates(phase, end, p, k[i])
+        forces.rates(phase, end, p, k[i])
     for n in range(SIZE):
         total = 0.0
         for j in range(STAGES):
             total += B[j] * k[j, n]
         end[n] = state[n] + step * total
-    model.rates(phase, end, p, k[STAGES])
+    forces.rates(phase, end, p, k[STAGES])
 
 
 @njit(error_model="numpy")
@@ -76,7 +76,7 @@ def locate(
             if not x0 < x < x1:
                 break
         stages(phase, state, x * step, p, k, trial)
-        f = model.events(phase, trial, p)[which - 1]
+        f = forces.events(phase, trial, p)[which - 1]
         if f >= 0.0:
             x1, f1 = x, f
             if side == 1:
@@ -110,7 +110,7 @@ def first_event(
     if phase == BRIDGE and which > PASSAGE:
         end = np.empty(SIZE)
         stages(phase, state, at * step, p, k, end)
-        length = model.rupture(end[H], 0.0, p)  # √Ca has gone: shorter than at any velocity before
+        length = forces.rupture(end[H], 0.0, p)  # √Ca has gone: shorter than at any velocity before
         if length >= 0.0 and before[0] < 0.0:
             return PASSAGE, at * locate(PASSAGE, phase, state, at * step, p, k, before[0], length)
     return which, at
@@ -123,8 +123,8 @@ def run_phase(
     """Advance `state` to the end of the phase: (code, which event, duration, steps, evaluations of the forces)."""
     k, end = np.empty((STAGES + 1, SIZE)), np.empty(SIZE)
     time, step, steps, tried, rejected = 0.0, first, 0, 0, False
-    model.rates(phase, state, p, k[0])
-    before = model.events(phase, state, p)
+    forces.rates(phase, state, p, k[0])
+    before = forces.events(phase, state, p)
     while steps < MAX_STEPS and tried < 4 * MAX_STEPS:
         if step < 1e-15 * time or step < 1e-300:
             return TOO_SMALL, NOTHING, time, steps, 12 * tried
@@ -136,10 +136,10 @@ def run_phase(
             rejected = True
             continue
         steps += 1
-        after = model.events(phase, end, p)
+        after = forces.events(phase, end, p)
         which, at = first_event(phase, state, step, p, k, before, after)
         if which != NOTHING:
-            model.rates(phase, state, p, k[0])
+            forces.rates(phase, state, p, k[0])
             stages(phase, state, at * step, p, k, end)
             state[:] = end
             return OK, which, time + at * step, steps, 12 * tried
@@ -153,26 +153,25 @@ def run_phase(
     return TOO_MANY, NOTHING, time, steps, 12 * tried
 
 
-@njit(error_model="numpy")
-def scales(phase: int, state: np.ndarray, p: Parameters, rtol: float, atol: np.ndarray) -> float:
-    """Absolute tolerances of a phase (a thousandth of rtol, B section 3.2, of the phase's own scales); a time scale [s]."""
+@njit(error_model="numpy", cache=True)
+def scales(phase: int, state: np.ndarray, p: Parameters, rtol: float) -> tuple[float, np.ndarray]:
+    """A time scale [s] of a phase; absolute tolerances (a thousandth of rtol, B section 3.2, of the phase's own scales)."""
     speed = max(abs(state[U]), 1e-3 * np.sqrt(2.0 * p.gravity * p.layer), 1e-9 * p.speed)
-    along = abs(state[model.V]) + abs(state[model.W])
+    along = abs(state[V]) + abs(state[W])
     depth = (1.25 * p.mass * speed * speed / p.stiffness) ** 0.4
     length = depth if phase == CONTACT else min(p.layer, p.radius)
     along = max(along, 1e-12 * speed)
-    small = max(1e-3 * rtol, 1e-15)
-    atol[:] = small
+    atol = np.full(SIZE, max(1e-3 * rtol, 1e-15))
     atol[H] *= length
     atol[U] *= speed
     atol[S] *= depth * along / speed
-    atol[model.V] *= along
-    atol[model.W] *= along
+    atol[V] *= along
+    atol[W] *= along
     atol[WORK:] *= 0.5 * (max(p.speed, speed) ** 2)
-    return length / speed
+    return length / speed, atol
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", cache=True)
 def next_phase(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
     """The phase that follows; DONE after rupture and when the sphere stays."""
     if which != PASSAGE or phase == BRIDGE:
@@ -187,12 +186,11 @@ def next_phase(phase: int, which: int, state: np.ndarray, p: Parameters) -> int:
 @njit(nogil=True, cache=True, error_model="numpy")
 def collide(p: Parameters, state: np.ndarray, rtol: float, log: np.ndarray) -> tuple[int, int, int, int]:
     """Run a collision; `log` gets one row per event (time, phase that ended, which event); (code, rows, steps, calls)."""
-    atol = np.empty(SIZE)
     phase, time, steps, calls, rows = (ENTRY if p.wet else CONTACT), 0.0, 0, 0, 0
     while phase != DONE:
         state[S] = 0.0
-        scale = scales(phase, state, p, rtol, atol)
-        if phase == BRIDGE and model.rupture(state[H], state[U], p) >= 0.0:
+        scale, atol = scales(phase, state, p, rtol)
+        if phase == BRIDGE and forces.rupture(state[H], state[U], p) >= 0.0:
             code, which, spent, n, m = OK, PASSAGE, 0.0, 0, 0
         else:
             code, which, spent, n, m = run_phase(phase, state, p, rtol, atol, 1e-4 * scale)

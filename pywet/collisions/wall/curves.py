@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.collisions.wall import data, wall
+from pywet.collisions.wall import buck_tables, wall
 from pywet.collisions.wall.problem import Problem
 
 LARGE, SMALL, ALUMINA = "glass_1.74mm", "glass_0.91mm", "alumina_1.74mm"
@@ -21,13 +21,13 @@ SAID = {"water": "water", "tween20": "Tween 20", "glycerol35": "35 % glycerol", 
 WORKS = ("contact", "viscous", "capillary", "gravity")
 
 
-def problem(particle: str, layer: Layer, **given: Any) -> Problem:
+def problem(particle: str = LARGE, layer: Layer = None, **given: Any) -> Problem:
     """A particle of table 1 on glass, dry or on a layer of table 5."""
     content = {
-        "particle": data.PARTICLES[particle],
-        "wall": data.GLASS_WALL,
-        "liquid": data.layer(particle, *layer) if layer else None,
-        "friction": data.FRICTION["dry"],
+        "particle": buck_tables.PARTICLES[particle],
+        "wall": buck_tables.GLASS_WALL,
+        "liquid": buck_tables.layer(particle, *layer) if layer else None,
+        "friction": buck_tables.FRICTION["dry"],
         "normal_velocity_m_per_s": 1.0,
         **given,
     }
@@ -39,12 +39,10 @@ def name(layer: Layer) -> str:
     return f"{layer[1]} µm {SAID[layer[0]]}" if layer else "dry"
 
 
-def over_velocity(particle: str, layer: Layer, velocities: Sequence[float] = tuple(VELOCITIES)) -> list[dict[str, Any]]:
+def over_velocity(particle: str, layer: Layer) -> list[dict[str, Any]]:
     """e_n over the impact velocity."""
-    return [
-        {"x": float(v), "e_n": wall.collide(problem(particle, layer, normal_velocity_m_per_s=float(v)))["e_n"]}
-        for v in velocities
-    ]
+    cases = ((float(v), problem(particle, layer, normal_velocity_m_per_s=float(v))) for v in VELOCITIES)
+    return [{"x": v, "e_n": wall.collide(case)["e_n"]} for v, case in cases]
 
 
 def over_angle(
@@ -112,29 +110,27 @@ def dissipation() -> pd.DataFrame:
 
 def oblique() -> pd.DataFrame:
     """Fig. 10: γ-Al2O3 on dry glass and on 100 µm Tween 20, spins of 200, 0 and −300 rad/s."""
-    parts = []
-    for layer, key in ((None, "dry"), (("tween20", 100), "tween20")):
-        for spin in (200.0, 0.0, -300.0):
-            parts.append(("", f"{name(layer)}, {spin:g} rad/s", over_angle(layer, data.FRICTION[key], spin)))
-    return _table(parts)
+    lines: list[tuple[Layer, str]] = [(None, "dry"), (("tween20", 100), "tween20")]
+    return _table(
+        [
+            ("", f"{name(layer)}, {spin:g} rad/s", over_angle(layer, buck_tables.FRICTION[key], spin))
+            for layer, key in lines
+            for spin in (200.0, 0.0, -300.0)
+        ]
+    )
 
 
 def spinning() -> pd.DataFrame:
     """Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with four spins."""
-    layer = ("tween20", 100)
-    friction = data.FRICTION["tween20"]
-    return _table([("", f"{spin:g} rad/s", over_angle(layer, friction, spin)) for spin in TABLE_4_MEAN])
+    friction = buck_tables.FRICTION["tween20"]
+    return _table([("", f"{w:g} rad/s", over_angle(("tween20", 100), friction, w)) for w in TABLE_4_MEAN])
 
 
 def liquids() -> pd.DataFrame:
     """Fig. 13: γ-Al2O3 with −500 rad/s: dry, two layers of Tween 20, a more viscous liquid; friction of table 3."""
-    lines: list[tuple[Layer, str]] = [
-        (None, "dry"),
-        (("tween20", 100), "tween20"),
-        (("tween20", 150), "tween20"),
-        (("glycerol35", 100), "glycerol35"),
-    ]
-    return _table([("", name(layer), over_angle(layer, data.FRICTION[key], -500.0)) for layer, key in lines])
+    layers: tuple[Layer, ...] = (None, ("tween20", 100), ("tween20", 150), ("glycerol35", 100))
+    frictions = [buck_tables.FRICTION[layer[0] if layer else "dry"] for layer in layers]
+    return _table([("", name(k), over_angle(k, mu, -500.0)) for k, mu in zip(layers, frictions, strict=True)])
 
 
 FIGURES: dict[str, Callable[[], pd.DataFrame]] = {

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from pywet.bench import small
 from pywet.collisions.wall import wall
-from pywet.collisions.wall.problem import Liquid, Problem
+from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.laws.contact import damping_ratio
@@ -47,90 +46,52 @@ def contact_of(case: Problem) -> ContactPair:
     zeta = damping_ratio(case.particle.restitution)
     stiffness = case.mass * (math.pi / events[-1]["t"]) ** 2 / (1.0 - zeta**2)
     return ContactPair(
-        a=1,
-        b=0,
-        normal_stiffness_N_per_m=stiffness,
-        tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness,
-        friction=case.friction,
-        rolling_friction_m=0.0,
-        restitution=case.particle.restitution,
-    )
+        a=1, b=0, normal_stiffness_N_per_m=stiffness, tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness,
+        friction=case.friction, rolling_friction_m=0.0, restitution=case.particle.restitution,
+    )  # fmt: skip
 
 
-def run(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
+def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
     """Throw the sphere of a problem at a plate inside the engine; `film` [m] on the sphere, by default the layer's thickness."""
     if case.wall is None:
         raise PywetError("the engine's comparison takes a wall, expected `wall` and no `partner`")
-    pair = contact_of(case)
-    liquid, radius = case.liquid, case.particle.radius_m
+    pair, liquid, particle = contact_of(case), case.liquid, case.particle
     thickness = 0.0 if liquid is None else film or liquid.layer_thickness_m
-    modelled = wall.collide(case)
     step = math.pi * math.sqrt(case.mass / pair.normal_stiffness_N_per_m) / STEPS_PER_CONTACT
-    steps = math.ceil(1.5 * modelled["duration_s"] / step) + 4 * STEPS_PER_CONTACT
+    steps = math.ceil(1.5 * wall.collide(case)["duration_s"] / step) + 4 * STEPS_PER_CONTACT
+    kind = SphereClass(
+        name="sphere", type=1, radius_m=particle.radius_m, density_kg_per_m3=particle.density_kg_per_m3, count=1,
+        contact_angle_rad=math.radians(liquid.contact_angle_deg) if liquid else 0.0,
+    )  # fmt: skip
     body = small.Sphere(
         1,
-        (0.0, 0.0, radius + thickness * (1.0 + 1e-9)),
+        (0.0, 0.0, particle.radius_m + thickness * (1.0 + 1e-9)),
         (case.tangential_velocity, 0.0, -case.normal_velocity_m_per_s),
         (0.0, -case.omega_rad_per_s, 0.0),  # the contact point below the centre moves along x by ωR
     )
-    angle = math.radians(liquid.contact_angle_deg) if liquid else 0.0
+    film_on_sphere = None if liquid is None else SceneLiquid(
+        surface_tension_N_per_m=liquid.surface_tension_N_per_m, viscosity_Pa_s=liquid.viscosity_Pa_s,
+        density_kg_per_m3=liquid.density_kg_per_m3, initial_film_thickness_m=thickness,
+    )  # fmt: skip
     small.prepare(
-        folder,
-        [_class(case, angle)],
-        [body],
-        [pair, pair.model_copy(update={"b": 1})],
-        liquid=_scene_liquid(liquid, thickness),
-        effects=effects if liquid else small.DRY,
-        walls=[small.floor()],
-        time_step_s=step,
-        steps=steps,
-        output_interval_s=steps * step,
-        gravity=(0.0, 0.0, -case.gravity_m_per_s2),
-    )
+        folder, [kind], [body], [pair, pair.model_copy(update={"b": 1})], liquid=film_on_sphere,
+        effects=effects if liquid else small.DRY, walls=[small.floor()], time_step_s=step, steps=steps,
+        output_interval_s=steps * step, gravity=(0.0, 0.0, -case.gravity_m_per_s2),
+    )  # fmt: skip
     small.run(folder, [body])
     return _read(folder, case, liquid is not None)
-
-
-def _class(case: Problem, angle: float) -> SphereClass:
-    particle = case.particle
-    return SphereClass(
-        name="sphere",
-        type=1,
-        radius_m=particle.radius_m,
-        density_kg_per_m3=particle.density_kg_per_m3,
-        contact_angle_rad=angle,
-        count=1,
-    )
-
-
-def _scene_liquid(liquid: Liquid | None, thickness: float) -> SceneLiquid | None:
-    if liquid is None:
-        return None
-    return SceneLiquid(
-        surface_tension_N_per_m=liquid.surface_tension_N_per_m,
-        viscosity_Pa_s=liquid.viscosity_Pa_s,
-        density_kg_per_m3=liquid.density_kg_per_m3,
-        initial_film_thickness_m=thickness,
-    )
 
 
 def _read(folder: Path, case: Problem, wet: bool) -> EngineRun:
     """State in the last step of the bridge, or at the end of a dry run."""
     if not wet:
         end = read_table(folder / "trajectory.parquet").sort_values("step").iloc[-1]
-        return EngineRun(
-            float(end["vz"]) / case.normal_velocity_m_per_s, float(end["vx"]), -float(end["wy"]), None, None
-        )
+        e_n = float(end["vz"]) / case.normal_velocity_m_per_s
+        return EngineRun(e_n, float(end["vx"]), -float(end["wy"]), None, None)
     log = read_table(folder / "history" / "contacts.parquet").sort_values("step")
     events = read_table(folder / "history" / "events.parquet")
-    first: Any = log[log["step"] <= _rupture_step(events)]
+    ruptures = events.loc[events["kind"] == 1, "step"]
+    first: Any = log[log["step"] <= ruptures.min()] if len(ruptures) else log
     last = first.iloc[-1]
-    stays = 1 not in set(events["kind"])
-    e_n = 0.0 if stays else max(float(last["vi_z"]), 0.0) / case.normal_velocity_m_per_s
+    e_n = max(float(last["vi_z"]), 0.0) / case.normal_velocity_m_per_s if len(ruptures) else 0.0
     return EngineRun(e_n, float(last["vi_x"]), -float(last["wi_y"]), float(last["volume"]), first)
-
-
-def _rupture_step(events: pd.DataFrame) -> float:
-    """Step of the first rupture (kind 1); infinite where there is none."""
-    steps = events.loc[events["kind"] == 1, "step"]
-    return float(steps.min()) if len(steps) else float(np.inf)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from pywet.collisions.wall import contact
-from pywet.collisions.wall.model import Parameters
+from pywet.collisions.wall.forces import Other, Parameters
 from pywet.config.entries import Excusable
 from pywet.laws.contact import effective_mass, reduced_radius
 from pywet.strict import Strict
@@ -19,8 +19,6 @@ Restitution = Annotated[float, Field(ge=0, le=1)]
 Integrator = Literal["compiled", "DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA"]
 RTOL = 1e-9
 """Default relative tolerance; docs/wall_collision.md says why."""
-
-
 STEEPEST_DEG = 170.0
 
 
@@ -31,19 +29,17 @@ class Wall(Excusable):
     poisson_ratio: Poisson
 
 
-class Particle(Wall):
-    """A sphere; `restitution` is that of the dry, normal contact."""
-
-    radius_m: Annotated[float, Field(gt=0, le=1)]
-    density_kg_per_m3: Positive
-    restitution: Restitution
-
-
 class Partner(Wall):
     """A free sphere at rest in place of the wall."""
 
     radius_m: Annotated[float, Field(gt=0, le=1)]
     density_kg_per_m3: Positive
+
+
+class Particle(Partner):
+    """The sphere that moves; `restitution` is that of the dry, normal contact."""
+
+    restitution: Restitution
 
 
 class Liquid(Excusable):
@@ -66,29 +62,28 @@ class Liquid(Excusable):
         return self
 
 
-Print = Literal["mended", "as_printed"] | None
-
-
-class Readings(Strict):
-    """Which reading of each doubtful place of the paper is taken (docs/wall_collision.md); None: that of the variant."""
-
-    shear_modulus: Print = None
-    drag: Print = None
-    gap: Print = None
-    goldman_signs: Print = None
-    suction_sign: Print = None
-    neck_radius: Print = None
-    volume_factors: Print = None
-    bridge_volume: Literal["follows", "frozen"] | None = None
-    contact_end: Literal["overlap", "force"] | None = None
-    rupture_from: Literal["film", "wall"] | None = None
-    capillary: Literal["bridge", "film_and_bridge"] | None = None
-
-
 MISPRINTS = ("shear_modulus", "drag", "gap", "goldman_signs", "suction_sign", "neck_radius", "volume_factors")
-NO_MISPRINTS = {"bridge_volume": "follows", "contact_end": "overlap", "rupture_from": "film", "capillary": "bridge"}
+READINGS: dict[str, tuple[str, str]] = {
+    **dict.fromkeys(MISPRINTS, ("mended", "as_printed")),
+    "bridge_volume": ("follows", "frozen"),
+    "contact_end": ("overlap", "force"),
+    "rupture_from": ("film", "wall"),
+    "capillary": ("bridge", "film_and_bridge"),
+}
+"""Doubtful place of the paper (docs/wall_collision.md) -> the reading that is the default, the other one."""
+_Readings: Any = create_model(
+    "_Readings",
+    __base__=Strict,
+    **{name: (Literal[*both] | None, None) for name, both in READINGS.items()},  # type: ignore[call-overload]
+)
+
+
+class Readings(_Readings):  # type: ignore[misc]
+    """Which reading of each doubtful place is taken; None: that of the variant."""
+
+
 VARIANTS = {
-    name: Readings.model_validate({**dict.fromkeys(MISPRINTS, name), **NO_MISPRINTS})
+    name: Readings.model_validate({k: name if k in MISPRINTS else default for k, (default, _) in READINGS.items()})
     for name in ("mended", "as_printed")
 }
 """All equations mended, or as the paper (or its scan) has them; readings that are no misprints are the same in both."""
@@ -140,42 +135,33 @@ class Problem(Strict):
 
     def parameters(self) -> Parameters:
         """The numbers that the force balance needs."""
-        other = self.wall or self.partner
-        assert other is not None
-        particle, chosen = self.particle, self.chosen()
+        body = self.wall or self.partner
+        assert body is not None
+        particle, chosen = self.particle, self.chosen().model_dump()
         radius = reduced = particle.radius_m
         mass = self.mass
         if self.partner is not None:
             mass = effective_mass(mass, _mass(self.partner))
             reduced = reduced_radius(radius, self.partner.radius_m)
-        moduli = (particle.youngs_modulus_Pa, particle.poisson_ratio, other.youngs_modulus_Pa, other.poisson_ratio)
+        moduli = (particle.youngs_modulus_Pa, particle.poisson_ratio, body.youngs_modulus_Pa, body.poisson_ratio)
         stiffness = 4.0 / 3.0 * contact.effective_modulus(*moduli) * math.sqrt(reduced)
-        printed = chosen.shear_modulus == "as_printed"
+        other = Other(**{name: chosen[name] != default for name, (default, _) in READINGS.items()})
         return Parameters(
             mass=mass,
             radius=radius,
             reduced=reduced,
             stiffness=stiffness,
             damping=contact.damping_constant(particle.restitution) * math.sqrt(mass * stiffness),
-            shear=8.0 * contact.effective_shear(*moduli, printed) * math.sqrt(reduced),
+            shear=8.0 * contact.effective_shear(*moduli, other.shear_modulus) * math.sqrt(reduced),
             friction=float(self.friction),
             gravity=0.0 if self.partner is not None else float(self.gravity_m_per_s2),
             speed=float(self.normal_velocity_m_per_s),
             **_liquid(self.liquid),
-            drag_printed=chosen.drag == "as_printed",
-            gap_printed=chosen.gap == "as_printed",
-            goldman_printed=chosen.goldman_signs == "as_printed",
-            suction_printed=chosen.suction_sign == "as_printed",
-            neck_printed=chosen.neck_radius == "as_printed",
-            volume_printed=chosen.volume_factors == "as_printed",
-            volume_frozen=chosen.bridge_volume == "frozen",
-            end_at_force=chosen.contact_end == "force",
-            rupture_from_wall=chosen.rupture_from == "wall",
-            capillary_in_film=chosen.capillary != "bridge",
+            other=other,
         )
 
 
-def _mass(body: Particle | Partner) -> float:
+def _mass(body: Partner) -> float:
     return 4.0 / 3.0 * math.pi * body.density_kg_per_m3 * body.radius_m**3
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,17 +20,8 @@ from pywet.files import read_json
 
 MOST = 1_000_000
 RESULTS = (
-    "e_n",
-    "e_t",
-    "e_omega",
-    "stuck",
-    "v_n_out",
-    "v_t_out",
-    "omega_out",
-    "rupture_length_m",
-    "bridge_volume_m3",
-    "duration_s",
-)
+    "e_n", "e_t", "e_omega", "stuck", "v_n_out", "v_t_out", "omega_out", "rupture_length_m", "bridge_volume_m3", "duration_s",
+)  # fmt: skip
 ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual")
 
 
@@ -43,15 +35,15 @@ def read(path: Path) -> dict[str, Any]:
 
 def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], list[Any]]]:
     """Places of the lists in an input, in the order of the file: (path of keys, values)."""
-    found: list[tuple[tuple[str, ...], list[Any]]] = []
+    places: list[tuple[tuple[str, ...], list[Any]]] = []
     for key, value in content.items():
         if isinstance(value, dict):
-            found += swept(value, (*path, key))
+            places += swept(value, (*path, key))
         elif isinstance(value, list):
             if not value:
                 raise PywetError(f"key {'.'.join((*path, key))} is an empty list, expected a number or some numbers")
-            found.append(((*path, key), value))
-    return found
+            places.append(((*path, key), value))
+    return places
 
 
 def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
@@ -75,17 +67,17 @@ def table(
     report: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
     """One row per combination: the swept values, the results, the energies [J]; a refused one has its sentence in `refused`."""
-    count = 1
-    for _, values in swept(content):
-        count *= len(values)
+    count = math.prod(len(values) for _, values in swept(content))
     if count > MOST:
         raise PywetError(f"{where} asks for {count} collisions, expected at most {MOST}; split the sweep")
-    pairs = list(combinations(content))
-    problems = [(chosen, parse(Problem, given, f"{where} ({_said(chosen)})")) for chosen, given in pairs]
-    return run(problems, threads=threads, report=report)
+    problems = []
+    for chosen, given in combinations(content):
+        said = ", ".join(f"{key} {value}" for key, value in chosen.items())
+        problems.append((chosen, parse(Problem, given, f"{where} ({said})")))
+    return collide_all(problems, threads=threads, report=report)
 
 
-def run(
+def collide_all(
     problems: Sequence[tuple[dict[str, Any], Problem]],
     *,
     threads: int = 2,
@@ -109,10 +101,6 @@ def _row(pair: tuple[dict[str, Any], Problem]) -> dict[str, Any]:
         return {**chosen, "refused": str(error)}
     energies = {f"energy_{name}_J": got["energy_J"][name] for name in ENERGIES}
     return {**chosen, **{name: got[name] for name in RESULTS}, **energies, "refused": None}
-
-
-def _said(chosen: dict[str, Any]) -> str:
-    return ", ".join(f"{key} {value}" for key, value in chosen.items())
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:

@@ -7,6 +7,7 @@ error of the engine. Only the normal motion; the tangential one does not act on 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -37,9 +38,8 @@ def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
     stiffness = pair.normal_stiffness_N_per_m
     gamma = damping(pair.restitution, mass, stiffness)
     angle = math.radians(liquid.contact_angle_deg)
-    volume = float(
-        _law("formation", effects.formation)(film_volume(liquid.layer_thickness_m, radius), radius, math.inf)
-    )
+    film_liquid = film_volume(liquid.layer_thickness_m, radius)
+    volume = float(_law("formation", effects.formation)(film_liquid, radius, math.inf))
     capillary, viscous = _law("capillary", effects.capillary), _law("viscous_normal", effects.viscous_normal)
     static = float(_law("rupture", effects.rupture)(volume, radius, math.inf, angle, 0.0))
     stretch = _law("dynamic_rupture", effects.dynamic_rupture)
@@ -52,35 +52,30 @@ def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
             force += max(-stiffness * s - gamma * u, 0.0)  # the engine's contact does not pull
         return [u, force / mass - case.gravity_m_per_s2]
 
-    def rupture(t: float, y: np.ndarray) -> float:
+    def broken(t: float, y: np.ndarray) -> float:
         return float(y[0] - static * stretch(abs(y[1]), liquid.viscosity_Pa_s, liquid.surface_tension_N_per_m))
 
-    def stop(t: float, y: np.ndarray) -> float:
-        return float(y[1]) if t > start_of_rebound else 1.0
+    def stopped(t: float, y: np.ndarray) -> float:
+        return float(y[1]) if t > 0.0 else 1.0
 
-    for event in (rupture, stop):
-        event.terminal = True  # type: ignore[attr-defined]
-    rupture.direction, stop.direction = 1.0, -1.0  # type: ignore[attr-defined]
-    start_of_rebound = 0.0
-    y = np.array([liquid.layer_thickness_m, -case.normal_velocity_m_per_s])
-    options: dict[str, Any] = {"rtol": 1e-9, "atol": [1e-14, 1e-11], "max_step": 0.05 * liquid.layer_thickness_m}
-    down = solve_ivp(rates, (0.0, 1.0), y, events=_touch(0.0), **options)
     contact = 2.0 * math.pi * math.sqrt(mass / stiffness)
-    y = down.y[:, -1] - np.array([1e-15, 0.0])
-    through = solve_ivp(rates, (0.0, 5.0 * contact), y, events=_touch(1.0), **(options | {"max_step": contact / 200}))
-    found: Any = solve_ivp(rates, (0.0, 1.0), through.y[:, -1], events=(rupture, stop), **options)
-    return max(float(found.y[1, -1]), 0.0) / case.normal_velocity_m_per_s if len(found.t_events[0]) else 0.0
+    film = {"max_step": 0.05 * liquid.layer_thickness_m}
+    down, up = _ending(lambda t, y: float(y[0]), -1.0), _ending(lambda t, y: float(y[0]), 1.0)
+    y = np.array([liquid.layer_thickness_m, -case.normal_velocity_m_per_s])
+    y = _solved(rates, 1.0, y, down, **film).y[:, -1] - np.array([1e-15, 0.0])
+    y = _solved(rates, 5.0 * contact, y, up, max_step=contact / 200).y[:, -1]
+    end = _solved(rates, 1.0, y, (_ending(broken, 1.0), _ending(stopped, -1.0)), **film)
+    return max(float(end.y[1, -1]), 0.0) / case.normal_velocity_m_per_s if len(end.t_events[0]) else 0.0
 
 
-def _touch(direction: float) -> Any:
-    """Event at zero gap, on the way down (0) or out (1)."""
+def _solved(rates: Callable[..., list[float]], until: float, y: np.ndarray, events: Any, max_step: float) -> Any:
+    return solve_ivp(rates, (0.0, until), y, events=events, rtol=1e-9, atol=[1e-14, 1e-11], max_step=max_step)
 
-    def touch(t: float, y: np.ndarray) -> float:
-        return float(y[0])
 
-    touch.terminal = True  # type: ignore[attr-defined]
-    touch.direction = 1.0 if direction else -1.0  # type: ignore[attr-defined]
-    return touch
+def _ending(event: Callable[[float, np.ndarray], float], direction: float) -> Any:
+    """An event that ends the integration where it passes zero, rising (1) or falling (−1)."""
+    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
+    return event
 
 
 def ladder(case: Problem, folder: Path) -> pd.DataFrame:
@@ -95,13 +90,10 @@ def ladder(case: Problem, folder: Path) -> pd.DataFrame:
     rows = []
     for said, changed in steps:
         readings |= changed
-        rows.append(
-            (said, wall.collide(case.model_copy(update={"readings": Readings.model_validate(readings)}))["e_n"])
-        )
-    rows.append(
-        ("gap from the wall, volume and φ from the film drawn, linear contact (twin)", normal_coefficient(case))
-    )
-    rows.append(("the engine, same laws", engine.run(case, folder).e_n))
+        like = case.model_copy(update={"readings": Readings.model_validate(readings)})
+        rows.append((said, wall.collide(like)["e_n"]))
+    twin = "gap from the wall, volume and φ from the film drawn, linear contact (twin)"
+    rows += [(twin, normal_coefficient(case)), ("the engine, same laws", engine.throw(case, folder).e_n)]
     return pd.DataFrame(rows, columns=["step", "e_n"])
 
 
@@ -121,5 +113,5 @@ def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5,
                 rows.append({"line": line, "x": float(v), "e_n": e_n})
         for v in velocities:
             case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=v)
-            rows.append({"line": "engine", "x": v, "e_n": engine.run(case, Path(scratch) / f"{v:g}").e_n})
+            rows.append({"line": "engine", "x": v, "e_n": engine.throw(case, Path(scratch) / f"{v:g}").e_n})
     return pd.DataFrame(rows)

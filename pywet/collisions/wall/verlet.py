@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pywet.collisions.wall import model
-from pywet.collisions.wall.model import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
+from pywet.collisions.wall import forces
+from pywet.collisions.wall.adaptive import Course
+from pywet.collisions.wall.compiled import OK, TOO_MANY
+from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
 from pywet.machine_code import njit
 
 MOST = 20_000_000
@@ -22,7 +24,7 @@ def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
     if phase == ENTRY:
         if h <= 0.0:
             return CONTACT
-        return DONE if model.entry_rest(h, u, p) >= 0.0 else ENTRY
+        return DONE if forces.entry_rest(h, u, p) >= 0.0 else ENTRY
     if phase == CONTACT:
         if h <= 0.0:
             return CONTACT
@@ -31,15 +33,15 @@ def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
         return DONE
     if phase == LEAVING:
         return BRIDGE if h >= p.layer else LEAVING
-    return DONE if model.rupture(h, u, p) >= 0.0 else BRIDGE
+    return DONE if forces.rupture(h, u, p) >= 0.0 else BRIDGE
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
+def march(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
     """Advance `state` to the end: (steps, whether the end was reached)."""
     out = np.empty(SIZE)
     phase = ENTRY if p.wet else CONTACT
-    model.rates(phase, state, p, out)
+    forces.rates(phase, state, p, out)
     for n in range(MOST):
         for k in (U, V, W):
             state[k] += 0.5 * step * out[k]
@@ -48,7 +50,7 @@ def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
         phase = phase_after(phase, state, p)
         if phase == DONE:
             return n + 1, True
-        model.rates(phase, state, p, out)
+        forces.rates(phase, state, p, out)
         for k in (U, V, W):
             state[k] += 0.5 * step * out[k]
         for k in range(WORK, SIZE):
@@ -56,8 +58,8 @@ def run(p: Parameters, state: np.ndarray, step: float) -> tuple[int, bool]:
     return MOST, False
 
 
-def collide(p: Parameters, state: np.ndarray, step: float) -> tuple[np.ndarray, int]:
-    """Run a collision from `state` with time step `step` [s]: (state at the end, steps)."""
+def collide(p: Parameters, state: np.ndarray, step: float) -> Course:
+    """Run a collision from `state` with time step `step` [s]; it keeps no log."""
     end = state.copy()
-    steps, _ = run(p, end, float(step))
-    return end, int(steps)
+    steps, done = march(p, end, float(step))
+    return Course(end, OK if done else TOO_MANY, [], int(steps), int(steps))

@@ -9,61 +9,49 @@ largest energy turned over is asked for, and a collision that does not reach it 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pywet.collisions.wall import adaptive, compiled, model
+from pywet.collisions.wall import adaptive, compiled, forces
+from pywet.collisions.wall.adaptive import Course
+from pywet.collisions.wall.forces import BRIDGE, CONTACT, ENTRY, LEAVING, SIZE, WORK, H, Parameters, U, V, W
 from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
 
 CLOSURE = 1e-8
 """Largest residual of the energy budget over the initial energy."""
 TIGHTEST = 1e-14
-KINDS = {model.ENTRY: "contact", model.CONTACT: "lift_off", model.LEAVING: "film_exit", model.BRIDGE: "rupture"}
+KINDS = {ENTRY: "contact", CONTACT: "lift_off", LEAVING: "film_exit", BRIDGE: "rupture"}
 """Phase -> what ends it, unless the sphere stays."""
 
 
-@dataclass(frozen=True)
-class Raw:
-    """What an integrator gives back: the state at the end, the log of phases, the work it took."""
-
-    state: np.ndarray
-    code: int
-    log: list[tuple[float, int, int]]
-    steps: int
-    calls: int
-
-
-def start(problem: Problem, p: model.Parameters) -> np.ndarray:
+def start(problem: Problem, p: Parameters) -> np.ndarray:
     """The state at entry (dry: at touch)."""
-    state = np.zeros(model.SIZE)
-    state[model.H], state[model.U] = p.layer, -p.speed
-    state[model.V] = problem.tangential_velocity
-    state[model.W] = problem.omega_rad_per_s * p.radius
+    state = np.zeros(SIZE)
+    state[H], state[U] = p.layer, -p.speed
+    state[V] = problem.tangential_velocity
+    state[W] = problem.omega_rad_per_s * p.radius
     return state
 
 
-def integrate(p: model.Parameters, state: np.ndarray, rtol: float, integrator: str) -> Raw:
+def integrate(p: Parameters, state: np.ndarray, rtol: float, integrator: str) -> Course:
     """Run the named integrator from a state."""
-    if integrator == "compiled":
-        end, log = state.copy(), np.zeros((8, 3))
-        code, rows, steps, calls = compiled.collide(p, end, float(rtol), log)
-        rows_log = [(float(t), int(phase), int(which)) for t, phase, which in log[:rows]]
-        return Raw(end, code, rows_log, steps, calls)
-    course = adaptive.collide(p, state, rtol, integrator)
-    return Raw(course.state, course.code, course.log, course.steps, course.calls)
+    if integrator != "compiled":
+        return adaptive.collide(p, state, rtol, integrator)
+    end, log = state.copy(), np.zeros((8, 3))
+    code, rows, steps, calls = compiled.collide(p, end, float(rtol), log)
+    return Course(end, code, [(float(t), int(phase), int(which)) for t, phase, which in log[:rows]], steps, calls)
 
 
 def energy(state: np.ndarray) -> float:
     """Kinetic energy per unit of mass [J/kg]: ½ u² + ½ v² + ½ (2/5) w²."""
-    return float(0.5 * (state[model.U] ** 2 + state[model.V] ** 2 + 0.4 * state[model.W] ** 2))
+    return float(0.5 * (state[U] ** 2 + state[V] ** 2 + 0.4 * state[W] ** 2))
 
 
 def budget(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     """(residual over the initial energy, residual over the largest energy that was turned over)."""
-    first, last, works = energy(before), energy(after), after[model.WORK :]
+    first, last, works = energy(before), energy(after), after[WORK:]
     residual = abs(first - last - float(np.sum(works)))
     return residual / first, residual / max(first, last, float(np.max(np.abs(works))))
 
@@ -72,7 +60,7 @@ def collide(problem: Problem) -> dict[str, Any]:
     """Run a collision; the keys are those of docs/wall_collision.md. Raises `PywetError` where it cannot be done."""
     p = problem.parameters()
     state, rtol = start(problem, p), problem.rtol
-    best: tuple[Raw, float] | None = None
+    best: tuple[Course, float] | None = None
     while True:
         raw = integrate(p, state, rtol, problem.integrator)
         finite = raw.code == compiled.OK and bool(np.all(np.isfinite(raw.state)))
@@ -99,22 +87,23 @@ def _refusal(problem: Problem, code: int, left: float) -> str:
     )
 
 
-def outcome(problem: Problem, p: model.Parameters, first: np.ndarray, raw: Raw, rtol: float) -> dict[str, Any]:
+def outcome(problem: Problem, p: Parameters, first: np.ndarray, raw: Course, rtol: float) -> dict[str, Any]:
     """The answer as plain data."""
-    end, in_bridge = raw.state, raw.log[-1][1] == model.BRIDGE
+    end, in_bridge = raw.state, raw.log[-1][1] == BRIDGE
     stuck = raw.log[-1][2] != 1
-    volume = float(adaptive.volume(end[model.H], p)) if in_bridge else None
-    spin = problem.omega_rad_per_s + (end[model.W] - first[model.W]) * p.mass / problem.mass / p.radius
+    volume = float(forces.bridge_volume(end[H], p)) if in_bridge else None
+    length = float(end[H]) - (0.0 if p.other.rupture_from else p.layer)  # from where it is counted
+    spin = problem.omega_rad_per_s + (end[W] - first[W]) * p.mass / problem.mass / p.radius
     return {
-        "e_n": 0.0 if stuck else max(0.0, float(end[model.U])) / p.speed,
-        "e_t": _ratio(end[model.V], first[model.V]),
+        "e_n": 0.0 if stuck else max(0.0, float(end[U])) / p.speed,
+        "e_t": _ratio(end[V], first[V]),
         "e_omega": _ratio(spin, problem.omega_rad_per_s),
         "stuck": stuck,
-        "v_n_out": 0.0 if stuck and abs(end[model.U]) < 1e-12 * p.speed else float(end[model.U]),
-        "v_t_out": float(end[model.V]),
+        "v_n_out": 0.0 if stuck and abs(end[U]) < 1e-12 * p.speed else float(end[U]),
+        "v_t_out": float(end[V]),
         "omega_out": float(spin),
         "energy_J": _energies(p.mass, first, end),
-        "rupture_length_m": None if stuck or volume is None else _length(end, p),
+        "rupture_length_m": None if stuck or volume is None else length,
         "bridge_volume_m3": volume,
         "duration_s": raw.log[-1][0],
         "events": _events(p, raw.log),
@@ -124,7 +113,7 @@ def outcome(problem: Problem, p: model.Parameters, first: np.ndarray, raw: Raw, 
 
 
 def _energies(mass: float, first: np.ndarray, end: np.ndarray) -> dict[str, float]:
-    works = dict(zip(("contact", "viscous", "capillary", "gravity"), end[model.WORK :], strict=True))
+    works = dict(zip(("contact", "viscous", "capillary", "gravity"), end[WORK:], strict=True))
     terms = {"in": energy(first), "out": energy(end), **works}
     residual = terms["in"] - terms["out"] - sum(works.values())
     return {name: mass * float(value) for name, value in {**terms, "residual": residual}.items()}
@@ -137,11 +126,6 @@ def _ratio(after: float, before: float) -> float | None:
     return float(ratio) if np.isfinite(ratio) else None
 
 
-def _length(state: np.ndarray, p: model.Parameters) -> float:
-    """Length at which the bridge ruptured [m], from where it is counted."""
-    return float(state[model.H]) - (0.0 if p.rupture_from_wall else p.layer)
-
-
-def _events(p: model.Parameters, log: list[tuple[float, int, int]]) -> list[dict[str, Any]]:
+def _events(p: Parameters, log: list[tuple[float, int, int]]) -> list[dict[str, Any]]:
     entry = [{"t": 0.0, "kind": "entry" if p.wet else "contact"}]
     return entry + [{"t": t, "kind": KINDS[phase] if which == 1 else "stick"} for t, phase, which in log]

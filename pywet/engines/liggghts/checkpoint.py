@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from pywet.engines.liggghts import logs
+from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
 from pywet.files import read_json, write_json
@@ -39,7 +40,10 @@ WRITTEN_S = 10.0
 """Time since its last change after which a restart file is no longer being written [s]."""
 CODE = [
     path
-    for pattern in ("*.py", "laws/**/*.py", "apparatus/*.py", "runs/*.py", "engines/*.py", "engines/liggghts/*.py")
+    for pattern in (
+        "*.py",
+        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "plan", "engines", "engines/liggghts")),
+    )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))
 """What of the program a run follows from, beside the plugin."""
@@ -104,8 +108,8 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
     if not belongs(folder, mark) or not (folder / FINISHED).exists():
         return None, None
     try:
-        found = read_json(folder / FINISHED, "")
-        account, sums = dict(found["account"]), {name: (int(s), int(c)) for name, (s, c) in found["logs"].items()}
+        end = read_json(folder / FINISHED, "")
+        account, sums = dict(end["account"]), {name: (int(s), int(c)) for name, (s, c) in end["logs"].items()}
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return None, f"its end ({FINISHED} is damaged)"
     broken = logs.damage(folder, sums)
@@ -122,10 +126,10 @@ def find(folder: Path, mark: str) -> tuple[Checkpoint | None, list[str]]:
         return None, passed
     steps = {step for name, step, _ in _files(folder) if name in ("engine", "sums")}
     for step in sorted(steps, reverse=True):
-        found = _read(folder, step)
-        if isinstance(found, Checkpoint):
-            return found, passed
-        passed.append(f"step {step} ({found})")
+        point = _read(folder, step)
+        if isinstance(point, Checkpoint):
+            return point, passed
+        passed.append(f"step {step} ({point})")
     return None, passed
 
 
@@ -146,12 +150,12 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
     return broken or Checkpoint(step, folder / engine, folder / state if state in states else None, sums)
 
 
-def _files(folder: Path) -> list[tuple[str, int, Path]]:
-    """What there is of checkpoints: name, step, path; half-written ones and strangers are not named."""
+def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
+    """What there is of checkpoints: name, step, path; those that may be half-written by their `ending`, strangers never."""
     names = [
         (m, path)
         for path in (folder / FOLDER).glob("*")
-        if (m := re.fullmatch(r"(engine|state|sums)\.(\d+)(\.json)?", path.name)) and path.is_file()
+        if (m := re.fullmatch(rf"(engine|state|sums)\.(\d+)(\.json)?{re.escape(ending)}", path.name)) and path.is_file()
     ]
     return [(m[1], int(m[2]), path) for m, path in names]
 
@@ -223,14 +227,14 @@ class Recorder:
                     path.unlink()  # cut off, as by a full disk
                 continue
             until = self._frames_before(step)
-            found = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
-            if isinstance(found, str):
+            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
+            if isinstance(grown, str):
                 if step < new[-1]:
-                    raise self._not_whole(found)
+                    raise self._not_whole(grown)
                 return  # perhaps not yet there: looked at again
             sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
-            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": found})
-            self.step, self.framed, self.logs = step, until, found
+            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": grown})
+            self.step, self.framed, self.logs = step, until, grown
             self._prune()
 
     def finish(self) -> logs.Sums:
@@ -244,19 +248,17 @@ class Recorder:
             found = f"{longer} ends in the middle of a step"
         raise self._not_whole(found)
 
-    def _not_whole(self, found: str) -> PywetError:
+    def _not_whole(self, why: str) -> PywetError:
         return PywetError(
-            f"{found}; expected the {len(self.planned)} planned output steps in "
+            f"{why}; expected the {len(self.planned)} planned output steps in "
             f"{self.folder} (was the disk full?): call again, the run goes on from its last whole checkpoint"
         )
 
     def _name_stock(self) -> None:
         """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
         reached = last_step(self.folder)
-        for path in (self.folder / FOLDER).glob("engine.*.partial"):
-            if not path.name.split(".")[1].isdigit():
-                continue
-            if int(path.name.split(".")[1]) < reached:
+        for _, step, path in _files(self.folder, PARTIAL):
+            if step < reached:
                 path.rename(path.with_suffix(""))
             elif time.time() - path.stat().st_mtime > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
                 raise self._not_whole(f"{path} was cut off")
@@ -267,34 +269,3 @@ class Recorder:
         for _, step, path in files:
             if step < oldest:
                 path.unlink()
-
-
-def holds(data: bytes, spheres: int) -> bool:
-    """Whether a restart file ends with whole records of this many spheres: the engine does not notice that one was cut off.
-
-    It ends with a block for each rank: the number of doubles (int32), then one record for each sphere, its
-    length first. The blocks are found from the end of the file.
-    """
-    end = len(data)
-    while spheres > 0:
-        for at in _block_starts(data, end):
-            numbers = np.frombuffer(data, "<f8", count=(end - at - 4) // 8, offset=at + 4)
-            place = count = 0
-            while place < len(numbers) and 1.0 <= numbers[place] <= len(numbers):
-                place, count = place + int(numbers[place]), count + 1
-            if place == len(numbers):
-                break
-        else:
-            return False
-        end, spheres = at, spheres - count
-    return spheres == 0
-
-
-def _block_starts(data: bytes, end: int) -> list[int]:
-    """Where an int32 says that just as many doubles follow up to `end`; blocks of no sphere last."""
-    starts = []
-    for shift in range(min(4, end - 3)):
-        sizes = np.frombuffer(data, "<i4", count=(end - shift) // 4, offset=shift).astype(np.int64)
-        at = shift + 4 * np.arange(len(sizes))
-        starts += at[(sizes >= 0) & (8 * sizes == end - 4 - at)].tolist()
-    return sorted(starts)

@@ -53,12 +53,12 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
 
 def planned(steps: pd.Series, scene: Scene, what: str) -> None:
     """Raise `NotWhole` unless the steps of a table are the planned output steps."""
-    wanted, found = scene.output_steps, sorted(int(s) for s in steps.unique())
-    if found != wanted:
-        missing, more = sorted(set(wanted) - set(found)), sorted(set(found) - set(wanted))
+    wanted, there = scene.output_steps, sorted(int(s) for s in steps.unique())
+    if there != wanted:
+        missing, more = sorted(set(wanted) - set(there)), sorted(set(there) - set(wanted))
         wrong = f"lacks step {missing[0]}" if missing else f"has step {more[0]}, which is not one"
         raise NotWhole(
-            f"{what} holds {len(found)} output steps and {wrong}; expected the {len(wanted)} from 0 to {wanted[-1]}: "
+            f"{what} holds {len(there)} output steps and {wrong}; expected the {len(wanted)} from 0 to {wanted[-1]}: "
             "run the case again"
         )
 

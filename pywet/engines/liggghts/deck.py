@@ -106,18 +106,18 @@ def checkpoints(scene: Scene) -> list[int]:
 
 def movers(scene: Scene) -> list[dict[str, str]]:
     """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
-    found = []
+    fixes = []
     for wall in scene.walls:
         if wall.motion == "vibrates" and scene.vibration is not None:
-            found += [
+            fixes += [
                 {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
                 for k, mover in enumerate(viblin_movers(scene.vibration))
             ]
         if wall.motion == "turns" and scene.rotation is not None:
             origin, axis = (" ".join(map(repr, v)) for v in (scene.rotation.origin_m, scene.rotation.axis))
             words = f"rotate origin {origin} axis {axis} period {scene.rotation.period_s!r}"
-            found.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
-    return found
+            fixes.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
+    return fixes
 
 
 def mesh_style(scene: Scene, wall: WallMesh) -> str:

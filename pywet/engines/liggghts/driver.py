@@ -17,12 +17,11 @@ from typing import Any
 
 from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
-from pywet.engines.liggghts.plugin_api import transfer_tables
+from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.liggghts.process import LOOP_TIME, execute
-from pywet.engines.liggghts.tables import prepare_laws
 from pywet.engines.process import Usage, alone, package_version, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
-from pywet.files import read_if_there, read_table, write_json, write_table
+from pywet.files import read_if_there, read_table
 from pywet.notices import notice
 from pywet.plan import time_steps as advisor
 from pywet.runs import tables
@@ -103,7 +102,7 @@ def run(
         with alone(run_dir):
             done = collecting.kept(run_dir, mark) if keep else None
             if done:
-                _write_history_inputs(scene, run_dir)
+                write_inputs(scene, run_dir)
                 collecting.tidy(run_dir / "engine")
                 notice.info(f"{scene.name}: was simulated already; remove {run_dir / 'engine'} to do it again")
                 return RunInfo(**done)
@@ -111,7 +110,7 @@ def run(
             if account is None:
                 account = _simulate(task, [damaged] if damaged else [])
             else:
-                _write_history_inputs(scene, run_dir)
+                write_inputs(scene, run_dir)
                 notice.info(f"{scene.name}: the engine had come to its end; its output is collected")
             return _collect(task, {**fixed, **account})
     except OSError as error:
@@ -181,7 +180,7 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
         shutil.rmtree(ready, ignore_errors=True)
         checkpoint.start(ready, task.mark)
     deck.write_deck(scene, task.run_dir, ready, resume=point, **task.deck)
-    _write_history_inputs(scene, task.run_dir)
+    write_inputs(scene, task.run_dir)
     why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
         shutil.rmtree(folder, ignore_errors=True)
@@ -208,33 +207,6 @@ def _check_engine(ranks: int) -> str:
             f"LIGGGHTS {version} is installed; expected {ENGINE_VERSION} (Debian 12): install that version"
         )
     return version or ENGINE_VERSION
-
-
-def _write_history_inputs(scene: Scene, run_dir: Path) -> None:
-    """What a moist run and its replay read beside the scene; a dry one has none of it."""
-    history = run_dir / "history"
-    if not scene.effects.bridges:
-        for name in ("transfer.parquet", "meta.json"):
-            (history / name).unlink(missing_ok=True)
-        return
-    prepare_laws(scene)
-    write_table(transfer_tables(scene), history / "transfer.parquet")
-    liquid = scene.liquid
-    assert liquid is not None
-    meta = {
-        "surface_tension": liquid.surface_tension_N_per_m,
-        "viscosity": liquid.viscosity_Pa_s,
-        "time_step": scene.time_step_s,
-        "viscous_integration": scene.viscous_integration,
-        "bridges_every": scene.bridges_every,
-        "effects": scene.effects.model_dump(),
-        "types": [
-            {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
-            for c in scene.classes
-        ],
-        "output_steps": scene.output_steps,
-    }
-    write_json(history / "meta.json", meta)
 
 
 def _command(task: Task, done: int) -> list[str]:

@@ -58,7 +58,7 @@ def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame:
 
     `frames` are the steps that the trajectory must have gained. Where it has not, or a log became shorter, a phrase says so.
     """
-    found = {}
+    grown = {}
     for path in files(folder):
         start, before = sums.get(path.name, (0, 0))
         if path.stat().st_size < start:
@@ -69,10 +69,10 @@ def extended(folder: Path, sums: Sums, last: int, frames: list[int], last_frame:
             end, steps = _frames_end(path, start, last_frame if path.name == TRAJECTORY else last)
             if path.name == TRAJECTORY and steps != frames:
                 return f"{TRAJECTORY} has {len(steps)} of {len(frames)} output steps whole after byte {start}"
-        found[path.name] = checked(path, start, end, before)
-    if TRAJECTORY not in found and frames:
+        grown[path.name] = checked(path, start, end, before)
+    if TRAJECTORY not in grown and frames:
         return f"{TRAJECTORY} is missing"
-    return found
+    return grown
 
 
 def _records_end(path: Path, start: int, last: int) -> int:

@@ -20,9 +20,8 @@ from pywet.errors import EngineError, PywetError
 from pywet.laws import registry
 from pywet.laws.batch import batch
 from pywet.laws.kinds import KINDS
-from pywet.laws.transfer import v_star_grid
 from pywet.scene import Scene, WallMesh
-from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
+from pywet.schema import SPHERE
 
 SLOTS = {
     name: (name,) if kind.force else tuple(part.slot or name for part in kind.parts)
@@ -209,25 +208,3 @@ def angle_pairs(scene: Scene) -> set[tuple[float, float]]:
     for a in scene.classes:
         pairs |= {(a.contact_angle_rad, b.contact_angle_rad) for b in scene.classes if a.radius_m <= b.radius_m}
     return pairs
-
-
-def transfer_tables(scene: Scene) -> pd.DataFrame:
-    """Transfer ratios T_i(V*) of every pair of types, and of every type with every group of wall parts.
-
-    Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
-    """
-    name = scene.effects.transfer or "parabola"
-    table, grid = registry.transfer_model(name), v_star_grid(2 if name == "half" else scene.transfer_nodes)
-    groups = wall_groups(scene) if scene.effects.wall_films else {}
-    rows = []
-    for a in scene.classes:
-        cases = [(SPHERE, b.type, b.radius_m, b.contact_angle_rad) for b in scene.classes]
-        for (width, angle), group in groups.items():
-            wire = width < a.radius_m
-            cases.append((SMALL_WALL if wire else LARGE_WALL, group, width, angle))
-        for kind, other, size, angle in cases:
-            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, grid)
-            row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
-            row["part_class"] = -1 if kind == SPHERE else other
-            rows.append(pd.DataFrame({**row, "v_star": grid, "transfer_i": values}))
-    return pd.concat(rows, ignore_index=True)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 from collections.abc import Callable
 from pathlib import Path
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
-from pywet.engines.process import OUTPUT, Report, Usage, attend
+from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words
 from pywet.errors import StoppedRun
 from pywet.scene import Scene
 
@@ -78,14 +77,8 @@ def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> Stop
 
 
 def _reason(folder: Path, returncode: int) -> str:
-    """The engine's first ERROR line, without its decoration; else the last line with a word in it."""
-    lines = [line for line in (folder / OUTPUT).read_text(errors="replace").splitlines() if re.search(r"\w", line)]
-    errors = [line for line in lines if re.search(r"\bERROR\b", line)]
-    if not errors:
-        if returncode < 0:
-            return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
-        return lines[-1] if lines else "it wrote nothing"
-    text = re.sub(r"^.*?ERROR[^:]*:\s*", "", errors[0])
+    """The engine's last words, without the places in its sources."""
+    text = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), returncode)
     text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
     if "Lost atoms" in text:
         return f"spheres left the simulated box ({text}); enlarge the box or lower the time step"

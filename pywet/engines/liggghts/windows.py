@@ -105,15 +105,15 @@ def _frames(text: bytearray, steps: list[int], counts: list[int], columns: list[
 
 def wall_springs(scene: Scene, folder: Path) -> pd.DataFrame:
     """Springs of contacts with walls: the engine's, meshes numbered as in the scene, and the plugin's with prisms."""
-    path, found = folder / "wall_springs.txt", []
+    path, springs = folder / "wall_springs.txt", []
     if path.exists():
         meshes = np.array([k for k, w in enumerate(scene.walls) if not w.prisms])
         table = read_dump(path, COLUMNS["wall_springs"])
-        found.append(table.assign(mesh=meshes[table["mesh"].astype(np.int64)]))
+        springs.append(table.assign(mesh=meshes[table["mesh"].astype(np.int64)]))
     if any(w.prisms for w in scene.walls):
         own = to_frame(read_raw(folder, "wire_springs"))
-        found.append(own.set_axis(["step", *COLUMNS["wall_springs"]], axis=1))
-    return pd.concat(found, ignore_index=True)
+        springs.append(own.set_axis(["step", *COLUMNS["wall_springs"]], axis=1))
+    return pd.concat(springs, ignore_index=True)
 
 
 def collect(scene: Scene, folder: Path, history: Path) -> None:

@@ -17,9 +17,10 @@ import pandas as pd
 
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck
-from pywet.engines.liggghts.checkpoint import holds, saved
+from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
+from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
 from pywet.files import read_table, write_json

@@ -149,9 +149,9 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         (folder / "in.pairs").write_text(template.render(values))
         run_program(["liggghts", "-in", "in.pairs", "-log", "run.log", "-screen", "screen.log"], folder, "liggghts")
         lines = (folder / "forces.txt").read_text().splitlines()
-    found = np.array([line.split() for line in lines[lines.index("ITEM: ATOMS id z fz ") + 1 :]], dtype=float)
+    forces = np.array([line.split() for line in lines[lines.index("ITEM: ATOMS id z fz ") + 1 :]], dtype=float)
     last = np.cumsum(np.where(wall, 1, 2)) - 1  # the moved body of each point: it is pulled downwards
-    return np.asarray(0.0 - found[last, 2], dtype=float)
+    return np.asarray(0.0 - forces[last, 2], dtype=float)
 
 
 def _data_file(layout: Layout) -> str:

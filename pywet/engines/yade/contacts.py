@@ -67,6 +67,6 @@ def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:
         matrix[row, pair.a] += 0.5
         matrix[row, pair.b] += 0.5
     scale = np.maximum(wanted, 1e-9)
-    found = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
-    share: Floats = np.where(np.abs(found) < 1e-12, 0.0, found).astype(float)
+    fitted = np.linalg.lstsq(matrix / scale[:, None], wanted / scale, rcond=None)[0]
+    share: Floats = np.where(np.abs(fitted) < 1e-12, 0.0, fitted).astype(float)
     return share, float(np.max(np.abs(matrix @ share - wanted) / np.maximum(wanted, 1e-3)))

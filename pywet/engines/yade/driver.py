@@ -18,7 +18,7 @@ import pandas as pd
 
 from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
-from pywet.engines.process import OUTPUT, Report, alone, attend, package_version, progress_bar
+from pywet.engines.process import OUTPUT, Report, alone, attend, last_words, package_version, progress_bar
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import EngineError, PywetError, StoppedRun
@@ -184,7 +184,7 @@ def _watch(folder: Path, scene: Scene, report: Report) -> None:
     command = [PROGRAM, "-j1", "-x", "-n", str(SCRIPT), "task.json"]
     status, _ = attend(command, folder, environment, lambda: report(_last_step(folder / "progress.txt"), scene.steps))
     if not (folder / "done").exists():
-        reason = _reason(folder, status)
+        reason = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), status)
         raise StoppedRun(f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)
 
 
@@ -193,19 +193,6 @@ def _last_step(path: Path) -> int:
         return int(path.read_text() or 0)
     except FileNotFoundError:
         return 0
-
-
-def _reason(folder: Path, returncode: int) -> str:
-    """The script's own ERROR, the last line of a traceback, or the signal."""
-    lines = [line for line in (folder / OUTPUT).read_text(errors="replace").splitlines() if line.strip()]
-    errors = [line.split("ERROR", 1)[1].lstrip(": ") for line in lines if "ERROR" in line]
-    if errors:
-        return (
-            f"{errors[0]}; enlarge the box or lower the time step" if "left the simulated" in errors[0] else errors[0]
-        )
-    if returncode < 0:
-        return f"the program was ended by signal {-returncode}"
-    return lines[-1] if lines else "it wrote nothing"
 
 
 def _collect(scene: Scene, run_dir: Path, folder: Path) -> None:

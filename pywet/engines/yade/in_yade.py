@@ -143,7 +143,8 @@ def check_inside(table: np.ndarray) -> None:
     low, high = np.array(TASK["box_low"]), np.array(TASK["box_high"])
     out = ~((table[:, 3:6] > low) & (table[:, 3:6] < high)).all(axis=1)
     if out.any():
-        print(f"ERROR: sphere {int(table[out][0, 1])} left the simulated box before step {O.iter}", flush=True)
+        where = f"sphere {int(table[out][0, 1])} left the simulated box before step {O.iter}"
+        print(f"ERROR: {where}; enlarge the box or lower the time step", flush=True)
         sys.stdout.flush()
         raise SystemExit(3)
 

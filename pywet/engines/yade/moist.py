@@ -63,10 +63,10 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
         "materials": materials(scene),
     }
     wall = execute(run_dir, scene, task, progress)
-    found = read_json(run_dir / "engine.partial" / "bridges.json")
+    bridges = read_json(run_dir / "engine.partial" / "bridges.json")
     info = {"engine": "YADE", "engine_version": version, "wall_s": wall, "steps": scene.steps}
     finish(run_dir, {**info, "spheres": len(task["spheres"]), "ranks": 1, "law": liquid.law})
-    return pd.DataFrame(found, columns=["volume", "gap", "wall", "rupture"])
+    return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
 
 
 def materials(scene: Scene) -> list[dict[str, Any]]:

@@ -50,14 +50,14 @@ def convex_pieces(surface: Surface) -> list[Floats]:
     corners = np.asarray(surface.vertices, dtype=float)[np.asarray(surface.triangles)]
     pieces: list[Floats] = []
     for component in _components(corners):
-        found = _pieces(component)
-        filled, wanted = sum(float(ConvexHull(p).volume) for p in found), _volume(component)
+        solids = _pieces(component)
+        filled, wanted = sum(float(ConvexHull(p).volume) for p in solids), _volume(component)
         if abs(filled - wanted) > 1e3 * SAME * wanted:
             raise PywetError(
                 f"the wall {surface.name} cannot be cut into convex solids ({filled:.3g} m3 of {wanted:.3g} m3 found); the "
                 "engine yade takes wires, plates, boxes, straight tubes and bins: run this scene in LIGGGHTS"
             )
-        pieces += found
+        pieces += solids
     return pieces
 
 
@@ -67,12 +67,12 @@ def _pieces(corners: Floats) -> list[Floats]:
     if abs(ConvexHull(points).volume - _volume(corners)) < 1e2 * SAME * _volume(corners):
         return [points]
     faces = [f for f in _faces(corners) if f.convex]
-    found: dict[tuple[int, int], Floats] = {}
+    solids: dict[tuple[int, int], Floats] = {}
     for k in range(len(faces)):
         m = _behind(faces, k)
         if m is not None:
-            found[(min(k, m), max(k, m))] = np.unique(np.concatenate([faces[k].points, faces[m].points]), axis=0)
-    return list(found.values())
+            solids[(min(k, m), max(k, m))] = np.unique(np.concatenate([faces[k].points, faces[m].points]), axis=0)
+    return list(solids.values())
 
 
 def _behind(faces: list[Face], k: int) -> int | None:

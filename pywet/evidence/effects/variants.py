@@ -13,7 +13,7 @@ from pywet.bench.bodies import packed_step, wetting
 from pywet.config.entries import RatioEntry
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.engines.liggghts import driver
-from pywet.engines.liggghts.plugin_api import transfer_tables
+from pywet.engines.liggghts.inputs import transfer_tables
 from pywet.evidence.effects.scenes import StudyScene
 from pywet.evidence.effects.setup import Setup
 from pywet.evidence.study import Row

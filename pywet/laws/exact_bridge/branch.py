@@ -11,8 +11,18 @@ import math
 
 import numpy as np
 
-from pywet.laws.exact_bridge.linear import determinant, solve_linear
-from pywet.laws.exact_bridge.meridian import CURVATURE, GAP, LENGTH, PHI_I, PHI_J, Floats, antisymmetric, jit, residual
+from pywet.laws.exact_bridge.meridian import (
+    CURVATURE,
+    GAP,
+    LENGTH,
+    PHI_I,
+    PHI_J,
+    Case,
+    Floats,
+    antisymmetric,
+    jit,
+    residual,
+)
 
 FOLD, ASYMMETRY, LOST = 0, 1, 2
 """How a branch ended; LOST: the continuation failed."""
@@ -22,113 +32,116 @@ FIRST_VOLUME = 1e-9
 
 
 @jit
-def scales(y: Floats, out: Floats) -> None:
+def scales(y: Floats) -> Floats:
     """Natural size of each unknown near y, so that steps are relative."""
-    out[PHI_I], out[PHI_J] = abs(y[PHI_I]), abs(y[PHI_J])
-    out[LENGTH] = abs(y[LENGTH])
-    out[CURVATURE] = max(abs(y[CURVATURE]), 1.0 / abs(y[LENGTH]))
-    out[GAP] = abs(y[LENGTH])
+    d = np.abs(y)
+    d[CURVATURE] = max(d[CURVATURE], 1.0 / d[LENGTH])
+    d[GAP] = d[LENGTH]
+    return d
 
 
 @jit
-def jacobian(
-    y: Floats, volume: float, ri: float, rj: float, ti: float, tj: float, symmetric: bool, d: Floats, out: Floats
-) -> None:
-    """4 × 5 matrix of the residual's derivatives by the scaled unknowns, central differences."""
-    plus, minus, trial = np.empty(4), np.empty(4), y.copy()
+def jacobian(y: Floats, c: Case, d: Floats) -> Floats:
+    """4 × 5 matrix of the residual's derivatives by the unknowns in units of d, central differences."""
+    matrix, trial = np.zeros((4, 5)), y.copy()
     for k in range(4):
         step = 3e-6 * d[k]
         trial[k] = y[k] + step
-        residual(trial, volume, ri, rj, ti, tj, symmetric, plus)
+        plus = residual(trial, c)
         trial[k] = y[k] - step
-        residual(trial, volume, ri, rj, ti, tj, symmetric, minus)
+        matrix[:, k] = (plus - residual(trial, c)) / 6e-6
         trial[k] = y[k]
-        for m in range(4):
-            out[m, k] = (plus[m] - minus[m]) / 6e-6
-    for m in range(4):
-        out[m, GAP] = 0.0
-    out[2, GAP] = -d[GAP] / y[LENGTH]
+    matrix[2, GAP] = -d[GAP] / y[LENGTH]
+    return matrix
 
 
 @jit
-def correct(
-    y: Floats,
-    volume: float,
-    ri: float,
-    rj: float,
-    ti: float,
-    tj: float,
-    symmetric: bool,
-    tangent: Floats,
-    most: int,
-) -> int:
+def solved(matrix: Floats, right: Floats) -> Floats:
+    """Solution of a linear system; nan where it has none."""
+    answer = np.full(right.size, math.nan)
+    if math.isfinite(matrix.sum()):
+        try:
+            answer = np.linalg.solve(matrix, right)
+        except Exception:  # singular
+            answer[:] = math.nan
+    return answer
+
+
+@jit
+def outside(y: Floats, c: Case) -> bool:
+    """Whether these unknowns are no bridge."""
+    return y[LENGTH] <= 0.0 or y[PHI_I] <= 0.0 or y[PHI_J] * c.rj <= 0.0
+
+
+@jit
+def correct(y: Floats, c: Case, tangent: Floats, most: int) -> int:
     """Newton's method on the bridge at fixed separation (tangent of size 0) or across the plane normal to `tangent`.
 
     Changes y in place; returns the iterations used, −1 when it did not converge.
     """
-    along = tangent.size == 5
-    n = 5 if along else 4
-    d, jac, out = np.empty(5), np.empty((4, 5)), np.empty(4)
-    scales(y, d)
-    last = math.inf
+    n = 4 if tangent.size == 0 else 5
+    d, last = scales(y), math.inf
     for iteration in range(most):
-        residual(y, volume, ri, rj, ti, tj, symmetric, out)
-        size = np.abs(out).max()
+        misfit = residual(y, c)
+        size = np.abs(misfit).max()
         if not math.isfinite(size) or size > 1e3:
             return -1
         if size < 1e-13 or (size < 2e-12 and size >= 0.5 * last):
             return iteration
         last = size
-        jacobian(y, volume, ri, rj, ti, tj, symmetric, d, jac)
-        matrix, right = np.zeros((n, n)), np.zeros(n)
-        matrix[:4, :n] = jac[:, :n]
-        right[:4] = -out
-        if along:
-            matrix[4, :] = tangent
-        if not solve_linear(matrix, right):
-            return -1
-        step = min(1.0, 0.3 / max(np.abs(right).max(), 1e-300))
-        for k in range(n):
-            y[k] += step * right[k] * d[k]
-        if y[LENGTH] <= 0.0 or y[PHI_I] <= 0.0 or y[PHI_J] * rj <= 0.0:
+        matrix, right = np.empty((n, n)), np.zeros(n)
+        matrix[:4] = jacobian(y, c, d)[:, :n]
+        right[:4] = -misfit
+        if n == 5:
+            matrix[4] = tangent
+        change = solved(matrix, right)
+        step = min(1.0, 0.3 / max(np.abs(change).max(), 1e-300))
+        y[:n] += step * change * d[:n]
+        if outside(y, c):
             return -1
     return most if last < 1e-10 else -1
 
 
 @jit
-def guess(volume: float, ri: float, rj: float, ti: float, tj: float) -> Floats:
+def guess(c: Case) -> Floats:
     """Toroidal ring between touching bodies, good for small volumes."""
-    reduced = ri if math.isinf(rj) else ri * rj / (ri + rj)
-    rho = (4.0 * reduced * volume / math.pi) ** 0.25
+    plate = math.isinf(c.rj)
+    reduced = c.ri if plate else c.ri * c.rj / (c.ri + c.rj)
+    rho = (4.0 * reduced * c.volume / math.pi) ** 0.25
     height = rho * rho / (2.0 * reduced)
-    phi_i = rho / ri
-    phi_j = rho if math.isinf(rj) else rho / rj
-    opening = math.cos(ti + phi_i) + math.cos(tj if math.isinf(rj) else tj + phi_j)
-    angle = math.pi - ti - tj - phi_i - (0.0 if math.isinf(rj) else phi_j)
+    phi_i = rho / c.ri
+    phi_j = rho if plate else rho / c.rj
+    opening = math.cos(c.ti + phi_i) + math.cos(c.tj if plate else c.tj + phi_j)
+    angle = math.pi - c.ti - c.tj - phi_i - (0.0 if plate else phi_j)
     length = height * (0.5 * angle / math.sin(0.5 * angle) if abs(angle) > 1e-6 else 1.0)
     return np.array([phi_i, phi_j, 0.5 * (1.0 / rho - opening / height), length, 0.0])
 
 
 @jit
-def touching(volume: float, ri: float, rj: float, ti: float, tj: float, symmetric: bool) -> tuple[bool, Floats]:
+def touching(c: Case) -> tuple[bool, Floats]:
     """The bridge between touching bodies, by a march in volume from a thin ring."""
-    none = np.empty(0)
-    smaller = min(ri, abs(rj))
-    v = min(volume, FIRST_VOLUME * smaller**3)
-    y = guess(v, ri, rj, ti, tj)
-    if correct(y, v, ri, rj, ti, tj, symmetric, none, 60) < 0:
+    none, factor = np.empty(0), 4.0
+    v = min(c.volume, FIRST_VOLUME * min(c.ri, abs(c.rj)) ** 3)
+    first = of_volume(c, v)
+    y = guess(first)
+    if correct(y, first, none, 60) < 0:
         return False, y
-    factor = 4.0
-    while v < volume:
-        grown = min(v * factor, volume)
+    while v < c.volume:
+        grown = min(v * factor, c.volume)
         trial = grow(y, grown / v)
-        if correct(trial, grown, ri, rj, ti, tj, symmetric, none, 12) < 0:
+        if correct(trial, of_volume(c, grown), none, 12) < 0:
             factor = math.sqrt(factor)
             if factor < 1.001:
                 return False, y
             continue
         y, v = trial, grown
     return True, y
+
+
+@jit
+def of_volume(c: Case, volume: float) -> Case:
+    """The same bodies with another volume between them."""
+    return Case(volume, c.ri, c.rj, c.ti, c.tj, c.symmetric)
 
 
 @jit
@@ -144,57 +157,31 @@ def grow(y: Floats, factor: float) -> Floats:
 
 
 @jit
-def tangent_of(
-    y: Floats, volume: float, ri: float, rj: float, ti: float, tj: float, symmetric: bool, before: Floats
-) -> tuple[Floats, float]:
-    """Unit tangent of the branch in scaled unknowns, pointing like `before`, and the determinant there."""
-    d, jac = np.empty(5), np.empty((4, 5))
-    scales(y, d)
-    jacobian(y, volume, ri, rj, ti, tj, symmetric, d, jac)
-    matrix, right = np.zeros((5, 5)), np.zeros(5)
-    matrix[:4, :] = jac
-    matrix[4, :] = before
-    right[4] = 1.0
-    if not solve_linear(matrix, right):
-        return before, 0.0
-    return right / math.sqrt((right * right).sum()), determinant(jac)
+def tangent_of(y: Floats, c: Case, before: Floats) -> tuple[Floats, float]:
+    """Unit tangent of the branch in scaled unknowns, pointing like `before`, and a second indicator of stability.
 
-
-@jit
-def step_along(
-    y: Floats,
-    size: float,
-    tangent: Floats,
-    volume: float,
-    ri: float,
-    rj: float,
-    ti: float,
-    tj: float,
-    symmetric: bool,
-) -> tuple[int, Floats]:
-    """One predicted and corrected step of the continuation."""
-    d = np.empty(5)
-    scales(y, d)
-    trial = y + size * tangent * d
-    if trial[LENGTH] <= 0.0 or trial[PHI_I] <= 0.0 or trial[PHI_J] * rj <= 0.0:
-        return -1, trial
-    return correct(trial, volume, ri, rj, ti, tj, symmetric, tangent, 8), trial
-
-
-@jit
-def indicators(det: float, tangent: Floats, y: Floats, ri: float, ti: float, symmetric: bool) -> tuple[float, float]:
-    """Fold and second indicator; the bridge becomes unstable where either changes sign.
-
-    The fold: the separation stops growing along the branch. The second: the determinant, which sees a jump over a fold; for
-    equal bodies the loss of symmetry.
+    The bridge becomes unstable where either changes sign: the tangent's share of separation, which stops growing at a fold, or
+    the second, the determinant, which sees a jump over a fold; for equal bodies the loss of symmetry.
     """
-    return tangent[GAP], antisymmetric(y, ri, ti) if symmetric else det
+    matrix, right = np.empty((5, 5)), np.zeros(5)
+    matrix[:4] = jacobian(y, c, scales(y))
+    matrix[4] = before
+    right[4] = 1.0
+    along = solved(matrix, right)
+    regular = math.isfinite(along.sum())
+    second = antisymmetric(y, c) if c.symmetric else np.linalg.det(matrix[:4, :4].copy()) if regular else 0.0
+    return along / math.sqrt((along * along).sum()) if regular else before, second
 
 
 @jit
-def trace(
-    y0: Floats, volume: float, ri: float, rj: float, ti: float, tj: float, symmetric: bool, stop: float
-) -> tuple[int, Floats]:
+def step_along(y: Floats, size: float, tangent: Floats, c: Case) -> tuple[int, Floats]:
+    """One predicted and corrected step of the continuation."""
+    trial = y + size * tangent * scales(y)
+    return -1 if outside(trial, c) else correct(trial, c, tangent, 8), trial
+
+
+@jit
+def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
     """Points of the branch from y0 (touching) to its limit of stability, or to the first point beyond separation `stop`.
 
     Returns how it ended and an array of points; the last point is the limit itself unless it stopped earlier.
@@ -205,31 +192,29 @@ def trace(
     before = np.zeros(5)
     before[GAP] = 1.0
     y = y0.copy()
-    tangent, det = tangent_of(y, volume, ri, rj, ti, tj, symmetric, before)
-    sign = indicators(det, tangent, y, ri, ti, symmetric)[1]
+    tangent, sign = tangent_of(y, c, before)
     while count < MOST_POINTS:
-        used, trial = step_along(y, size, tangent, volume, ri, rj, ti, tj, symmetric)
-        turned, det = tangent, 0.0
+        used, trial = step_along(y, size, tangent, c)
+        turned, second = tangent, 0.0
         if used >= 0:
-            turned, det = tangent_of(trial, volume, ri, rj, ti, tj, symmetric, tangent)
+            turned, second = tangent_of(trial, c, tangent)
         if used < 0 or (turned * tangent).sum() < 0.95:
             size *= 0.5
             if size < 1e-9:
                 return LOST, points[:count]
             continue
-        fold, other = indicators(det, turned, trial, ri, ti, symmetric)
-        if fold <= 0.0 or other * sign <= 0.0:
-            reached, turned, fold = _limit(y, size, tangent, volume, ri, rj, ti, tj, symmetric, sign)
-            points[count] = reached
+        if turned[GAP] <= 0.0 or second * sign <= 0.0:
+            y, tangent = _limit(y, size, tangent, c, sign)
+            points[count] = y
             count += 1
-            if fold < 1e-3:
+            if tangent[GAP] < 1e-3:
                 return FOLD, points[:count]
-            if symmetric:
+            if c.symmetric:
                 return ASYMMETRY, points[:count]
             # The step had jumped to another branch: go on from the last stable point in finer steps.
             if size < 1e-7:
                 return LOST, points[:count]
-            y, tangent, size = reached, turned, 0.02 * size
+            size = 0.02 * size
             continue
         points[count] = trial
         count += 1
@@ -242,63 +227,33 @@ def trace(
 
 
 @jit
-def _limit(
-    y: Floats,
-    size: float,
-    tangent: Floats,
-    volume: float,
-    ri: float,
-    rj: float,
-    ti: float,
-    tj: float,
-    symmetric: bool,
-    sign: float,
-) -> tuple[Floats, Floats, float]:
-    """The last stable point between y and one step further, by bisection on the step; tangent and fold indicator there."""
+def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float) -> tuple[Floats, Floats]:
+    """The last stable point between y and one step further, by bisection on the step, and the tangent there."""
     low, high = 0.0, size
-    best, best_tangent, best_fold = y.copy(), tangent.copy(), tangent[GAP]
+    best, best_tangent = y.copy(), tangent.copy()
     while high - low > 1e-12 + 1e-11 * size:
         middle = 0.5 * (low + high)
-        used, trial = step_along(y, middle, tangent, volume, ri, rj, ti, tj, symmetric)
-        if used < 0:
-            high = middle
-            continue
-        turned, det = tangent_of(trial, volume, ri, rj, ti, tj, symmetric, tangent)
-        fold, other = indicators(det, turned, trial, ri, ti, symmetric)
-        if fold > 0.0 and other * sign > 0.0:
-            low = middle
-            best, best_tangent, best_fold = trial, turned, fold
+        used, trial = step_along(y, middle, tangent, c)
+        turned, second = tangent, 0.0
+        if used >= 0:
+            turned, second = tangent_of(trial, c, tangent)
+        if used >= 0 and turned[GAP] > 0.0 and second * sign > 0.0:
+            low, best, best_tangent = middle, trial, turned
         else:
             high = middle
-    return best, best_tangent, best_fold
+    return best, best_tangent
 
 
 @jit
-def between(
-    left: Floats,
-    right: Floats,
-    gap: float,
-    last: float,
-    volume: float,
-    ri: float,
-    rj: float,
-    ti: float,
-    tj: float,
-    symmetric: bool,
-) -> tuple[bool, Floats]:
+def between(left: Floats, right: Floats, gap: float, last: float, c: Case) -> tuple[bool, Floats]:
     """The bridge at a separation between two neighbouring points of a branch that ends at separation `last`.
 
     Starts from interpolation in √(last − S), the shape of a fold.
     """
-    a, b, x = (
-        math.sqrt(max(last - left[GAP], 0.0)),
-        math.sqrt(max(last - right[GAP], 0.0)),
-        math.sqrt(max(last - gap, 0.0)),
-    )
-    share = (a - x) / (a - b) if a > b else 0.0
-    y = left + share * (right - left)
-    y[GAP] = gap
     if right[GAP] == gap:
         return True, right.copy()
-    used = correct(y, volume, ri, rj, ti, tj, symmetric, np.empty(0), 30)
-    return used >= 0, y
+    a, b = math.sqrt(max(last - left[GAP], 0.0)), math.sqrt(max(last - right[GAP], 0.0))
+    share = (a - math.sqrt(max(last - gap, 0.0))) / (a - b) if a > b else 0.0
+    y = left + share * (right - left)
+    y[GAP] = gap
+    return correct(y, c, np.empty(0), 30) >= 0, y

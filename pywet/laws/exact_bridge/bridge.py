@@ -19,6 +19,7 @@ from pywet.laws.exact_bridge.meridian import (
     LENGTH,
     PHI_I,
     PHI_J,
+    Case,
     Floats,
     contact,
     integrals,
@@ -57,14 +58,11 @@ class Bodies:
         """Length the equations are solved in: the smaller radius."""
         return min(self.radius_i, self.radius_j)
 
-    @property
-    def symmetric(self) -> bool:
-        """Equal bodies."""
-        return self.radius_i == self.radius_j and self.theta_i == self.theta_j
-
-    def scaled(self) -> tuple[float, float, float, float]:
-        """Radii in that unit, and angles."""
-        return self.radius_i / self.unit, self.radius_j / self.unit, self.theta_i, self.theta_j
+    def holding(self, volume: float) -> Case:
+        """What is solved, in that unit, for a volume [m3] between them."""
+        equal = self.radius_i == self.radius_j and self.theta_i == self.theta_j
+        radii = self.radius_i / self.unit, self.radius_j / self.unit
+        return Case(volume / self.unit**3, *radii, self.theta_i, self.theta_j, equal)
 
 
 @dataclass(frozen=True)
@@ -76,14 +74,18 @@ class Bridge:
     state: Floats
 
     @property
+    def case(self) -> Case:
+        """What was solved."""
+        return self.bodies.holding(self.volume)
+
+    @property
     def separation(self) -> float:
         """Separation of the surfaces [m]."""
         return float(self.state[GAP]) * self.bodies.unit
 
     def force(self, surface_tension: float) -> float:
         """Attraction [N]: 2πσ (r cos α − H r²), the same at every section."""
-        _, _, _, f = start(self.state, self.bodies.scaled()[0], self.bodies.theta_i)
-        return 2.0 * math.pi * surface_tension * f * self.bodies.unit
+        return 2.0 * math.pi * surface_tension * start(self.state, self.case)[3] * self.bodies.unit
 
     @property
     def half_filling_angles(self) -> tuple[float, float]:
@@ -94,9 +96,8 @@ class Bridge:
     @property
     def contact_radii(self) -> tuple[float, float]:
         """Radii of the two contact lines [m]."""
-        ri, rj, ti, tj = self.bodies.scaled()
-        unit = self.bodies.unit
-        return contact(self.state[PHI_I], ri, ti)[0] * unit, contact(self.state[PHI_J], rj, tj)[0] * unit
+        c, unit = self.case, self.bodies.unit
+        return contact(self.state[PHI_I], c.ri, c.ti)[0] * unit, contact(self.state[PHI_J], c.rj, c.tj)[0] * unit
 
     @property
     def mean_curvature(self) -> float:
@@ -106,34 +107,27 @@ class Bridge:
     @property
     def neck_radius(self) -> float:
         """Smallest radius between the contact lines [m]."""
-        ri, _, ti, _ = self.bodies.scaled()
-        w0, w1, w2, _ = start(self.state, ri, ti)
-        t = neck_position(self.state, *self.bodies.scaled())
+        w0, w1, w2, _ = start(self.state, self.case)
+        t = neck_position(self.state, self.case)
         return math.sqrt(square(t, self.state[CURVATURE], w0, w1, w2)) * self.bodies.unit
 
     @property
     def parts(self) -> tuple[float, float]:
         """Liquid on either side of the narrowest section [m3]."""
-        share = parts(self.state, *self.bodies.scaled())
+        share = parts(self.state, self.case)
         return share[0] * self.bodies.unit**3, share[1] * self.bodies.unit**3
 
     def meridian(self, points: int = 201) -> tuple[Floats, Floats, Floats]:
         """z from the contact line on body i [m], r [m], angle α between tangent and axis [rad]; each (points,)."""
-        ri, _, ti, _ = self.bodies.scaled()
-        w0, w1, w2, f = start(self.state, ri, ti)
+        w0, w1, w2, f = start(self.state, self.case)
         h = self.state[CURVATURE]
         rows = []
         for t in np.linspace(0.0, self.state[LENGTH], points):
             w = square(t, h, w0, w1, w2)
-            rows.append(
-                (
-                    integrals(t, h, w0, w1, w2, f)[0],
-                    math.sqrt(w),
-                    math.atan2(0.5 * slope(t, h, w1, w2), f + h * w),
-                )
-            )
-        z, r, angle = np.array(rows).T
-        return z * self.bodies.unit, r * self.bodies.unit, angle
+            angle = math.atan2(0.5 * slope(t, h, w1, w2), f + h * w)
+            rows.append((integrals(t, h, w0, w1, w2, f)[0], math.sqrt(w), angle))
+        z, r, angles = np.array(rows).T
+        return z * self.bodies.unit, r * self.bodies.unit, angles
 
 
 @dataclass(frozen=True)
@@ -167,9 +161,7 @@ def solve(
     if wanted == 0.0:
         return Bridge(bodies, volume, points[0])
     k = int(np.searchsorted(points[:, GAP], wanted))
-    ok, state = branch.between(
-        points[k - 1], points[k], wanted, points[-1, GAP], volume / bodies.unit**3, *bodies.scaled(), bodies.symmetric
-    )
+    ok, state = branch.between(points[k - 1], points[k], wanted, points[-1, GAP], bodies.holding(volume))
     if not ok:
         raise PywetError(_lost(bodies, volume))
     return Bridge(bodies, volume, state)
@@ -185,11 +177,10 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 def _trace(bodies: Bodies, volume: float, stop: float) -> tuple[int, Floats]:
     if not (volume > 0.0 and math.isfinite(volume)):
         raise PywetError(f"volume {volume:g} m3 given to the exact bridge; expected a positive number")
-    reduced = volume / bodies.unit**3
-    ok, touching = branch.touching(reduced, *bodies.scaled(), bodies.symmetric)
+    ok, touching = branch.touching(bodies.holding(volume))
     kind, points = branch.LOST, touching[None, :]
     if ok:
-        kind, points = branch.trace(touching, reduced, *bodies.scaled(), bodies.symmetric, stop)
+        kind, points = branch.trace(touching, bodies.holding(volume), stop)
     if kind == branch.LOST:
         raise PywetError(_lost(bodies, volume))
     return kind, points

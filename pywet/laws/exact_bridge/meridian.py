@@ -12,6 +12,7 @@ Everything here is compiled; lengths are in any one unit, σ = 1. Following bran
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,17 @@ WEIGHTS: Floats = 0.5 * _WEIGHTS
 
 PHI_I, PHI_J, CURVATURE, LENGTH, GAP = 0, 1, 2, 3, 4
 """Places of the unknowns: half-filling angles (wetted radius on a plate), mean curvature, arc length, separation."""
+
+
+class Case(NamedTuple):
+    """What a bridge is asked for: its volume, radii and contact angles of the bodies; equal ones are solved as half a bridge."""
+
+    volume: float
+    ri: float
+    rj: float
+    ti: float
+    tj: float
+    symmetric: bool
 
 
 @jit
@@ -51,9 +63,9 @@ def contact(angle: float, radius: float, theta: float) -> tuple[float, float, fl
 
 
 @jit
-def start(y: Floats, radius: float, theta: float) -> tuple[float, float, float, float]:
+def start(y: Floats, c: Case) -> tuple[float, float, float, float]:
     """w, w', w'' at the contact line of body i, and f."""
-    rho, sine, cosine, _, _ = contact(y[PHI_I], radius, theta)
+    rho, sine, cosine, _, _ = contact(y[PHI_I], c.ri, c.ti)
     h = y[CURVATURE]
     return rho * rho, -2.0 * rho * sine, 2.0 - 4.0 * h * rho * cosine, rho * cosine - h * rho * rho
 
@@ -85,19 +97,18 @@ def integrals(t: float, h: float, w0: float, w1: float, w2: float, f: float) -> 
 
 
 @jit
-def residual(
-    y: Floats, volume: float, ri: float, rj: float, ti: float, tj: float, symmetric: bool, out: Floats
-) -> None:
+def residual(y: Floats, c: Case) -> Floats:
     """Misfit of a trial bridge y = (φ_i, φ_j, H, length, separation): far contact radius, far angle, separation, volume.
 
-    Equal bodies are solved as half a bridge, so that the branch stays on its symmetry.
+    Half a bridge of equal bodies: so the branch stays on its symmetry.
     """
     h, t = y[CURVATURE], y[LENGTH]
-    w0, w1, w2, f = start(y, ri, ti)
-    rho_j, sine, cosine, height_j, cap_j = contact(y[PHI_J], rj, tj)
-    _, _, _, height_i, cap_i = contact(y[PHI_I], ri, ti)
+    w0, w1, w2, f = start(y, c)
+    rho_j, sine, cosine, height_j, cap_j = contact(y[PHI_J], c.rj, c.tj)
+    _, _, _, height_i, cap_i = contact(y[PHI_I], c.ri, c.ti)
     z, whole = integrals(t, h, w0, w1, w2, f)
-    if symmetric:
+    out = np.empty(4)
+    if c.symmetric:
         out[0] = y[PHI_J] / y[PHI_I] - 1.0
         out[1] = slope(0.5 * t, h, w1, w2) / math.sqrt(w0)
     else:
@@ -105,17 +116,18 @@ def residual(
         out[0] = w / (rho_j * rho_j) - 1.0
         out[1] = (0.5 * slope(t, h, w1, w2) * cosine - (f + h * w) * sine) / rho_j
     out[2] = (z - height_i - height_j - y[GAP]) / t
-    out[3] = (whole - cap_i - cap_j) / volume - 1.0
+    out[3] = (whole - cap_i - cap_j) / c.volume - 1.0
+    return out
 
 
 @jit
-def antisymmetric(y: Floats, radius: float, theta: float) -> float:
+def antisymmetric(y: Floats, c: Case) -> float:
     """Changes sign where equal bodies part with their symmetry.
 
     Moving the meridian along the axis while both contact lines slide costs nothing where H R sin 2φ = sin(2φ + θ). A cylinder
     moved along its axis is no change at all; dividing by 1 − 2H r at half length takes that zero out.
     """
     phi, h = y[PHI_I], y[CURVATURE]
-    w0, w1, w2, _ = start(y, radius, theta)
+    w0, w1, w2, _ = start(y, c)
     middle = math.sqrt(square(0.5 * y[LENGTH], h, w0, w1, w2))
-    return (math.sin(2.0 * phi + theta) - h * radius * math.sin(2.0 * phi)) / (1.0 - 2.0 * h * middle)
+    return (math.sin(2.0 * phi + c.ti) - h * c.ri * math.sin(2.0 * phi)) / (1.0 - 2.0 * h * middle)

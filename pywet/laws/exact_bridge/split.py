@@ -9,6 +9,7 @@ from pywet.laws.exact_bridge.meridian import (
     LENGTH,
     PHI_I,
     PHI_J,
+    Case,
     Floats,
     contact,
     integrals,
@@ -23,10 +24,10 @@ LOOKS = 64
 
 
 @jit
-def neck_position(y: Floats, ri: float, rj: float, ti: float, tj: float) -> float:
+def neck_position(y: Floats, c: Case) -> float:
     """Arc length of the narrowest section; the narrower contact line where the profile has no minimum between them."""
     h, t = y[CURVATURE], y[LENGTH]
-    w0, w1, w2, _ = start(y, ri, ti)
+    w0, w1, w2, _ = start(y, c)
     least, at = w0, 0
     for k in range(1, LOOKS + 1):  # a meridian that meets a body beyond its equator widens before it narrows
         width = square(k * t / LOOKS, h, w0, w1, w2)
@@ -55,14 +56,14 @@ def cap_part(angle: float, radius: float, theta: float, depth: float) -> float:
 
 
 @jit
-def parts(y: Floats, ri: float, rj: float, ti: float, tj: float) -> tuple[float, float]:
+def parts(y: Floats, c: Case) -> tuple[float, float]:
     """Liquid on either side of the plane through the narrowest section, bodies taken out."""
     h, t = y[CURVATURE], y[LENGTH]
-    w0, w1, w2, f = start(y, ri, ti)
+    w0, w1, w2, f = start(y, c)
     length, whole = integrals(t, h, w0, w1, w2, f)
-    z, left = integrals(neck_position(y, ri, rj, ti, tj), h, w0, w1, w2, f)
-    cap_i, cap_j = contact(y[PHI_I], ri, ti)[4], contact(y[PHI_J], rj, tj)[4]
-    own_i = cap_part(y[PHI_I], ri, ti, z)
-    own_j = cap_part(y[PHI_J], rj, tj, length - z)
+    z, left = integrals(neck_position(y, c), h, w0, w1, w2, f)
+    cap_i, cap_j = contact(y[PHI_I], c.ri, c.ti)[4], contact(y[PHI_J], c.rj, c.tj)[4]
+    own_i = cap_part(y[PHI_I], c.ri, c.ti, z)
+    own_j = cap_part(y[PHI_J], c.rj, c.tj, length - z)
     volume_i = left - own_i - (cap_j - own_j)
     return volume_i, whole - cap_i - cap_j - volume_i

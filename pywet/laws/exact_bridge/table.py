@@ -26,7 +26,7 @@ from pywet import caches
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.laws.exact_bridge import branch
-from pywet.laws.exact_bridge.meridian import GAP, PHI_I, PHI_J, Floats, jit, start
+from pywet.laws.exact_bridge.meridian import GAP, PHI_I, PHI_J, Case, Floats, jit, start
 from pywet.laws.exact_bridge.split import parts
 
 Y_NODES, X_NODES, U_NODES = 81, 55, 25
@@ -37,7 +37,7 @@ BEYOND, BESIDE = 4, 3
 X_FIRST, X_LAST = math.log(1e-9), math.log(0.5)
 """Range of ln V*; below it the scaled quantities keep their value at its lower end, above it the volume counts as 0.5 r_eff³."""
 VERSION = 1
-"""Part of the cache's key; to be raised with any change of the numbers."""
+"""Part of the cache's key; to be raised with any change of the numbers beyond the round-off of a solution (1e-9)."""
 NAMES = ("balance", "rupture", "share", "ratio")
 
 
@@ -92,38 +92,35 @@ def neck_force(separation: float, volume: float, r: float, cosines: float) -> fl
     if separation <= 0.0:
         return math.pi * r * cosines
     q = volume / (math.pi * r)
-    return (
-        math.pi
-        * r
-        * cosines
-        / (1.0 + 0.5 * separation * (separation + math.sqrt(separation * separation + 2.0 * q)) / q)
-    )
+    stretch = 0.5 * separation * (separation + math.sqrt(separation * separation + 2.0 * q)) / q
+    return math.pi * r * cosines / (1.0 + stretch)
 
 
 @jit
-def branch_of(q: float, v_star: float, ti: float, tj: float) -> tuple[int, Floats]:
-    """The branch of a bridge between radii 1 and 1/q; how it ended and its points."""
-    ri, rj = 1.0, math.inf if q == 0.0 else 1.0 / q
-    volume = v_star * (2.0 / (1.0 + q)) ** 3
-    symmetric = q == 1.0 and ti == tj
-    ok, y = branch.touching(volume, ri, rj, ti, tj, symmetric)
+def case_of(q: float, v_star: float, ti: float, tj: float, symmetric: bool) -> Case:
+    """A bridge between radii 1 and 1/q."""
+    return Case(v_star * (2.0 / (1.0 + q)) ** 3, 1.0, math.inf if q == 0.0 else 1.0 / q, ti, tj, symmetric)
+
+
+@jit
+def branch_of(c: Case) -> tuple[int, Floats]:
+    """The whole branch of a bridge; how it ended and its points."""
+    ok, y = branch.touching(c)
     if not ok:
         return branch.LOST, y.reshape(1, 5)
-    return branch.trace(y, volume, ri, rj, ti, tj, symmetric, math.inf)
+    return branch.trace(y, c, math.inf)
 
 
 @jit
 def leans(q: float, v_star: float, ti: float, tj: float) -> float:
     """Positive where the smaller body's contact line outgrows the other's as the bridge breaks, 0 where that is not known."""
-    kind, points = branch_of(q, v_star, ti, tj)
+    kind, points = branch_of(case_of(q, v_star, ti, tj, q == 1.0 and ti == tj))
     if kind == branch.LOST:
         return 0.0
-    ri, rj = 1.0, math.inf if q == 0.0 else 1.0 / q
-    volume = v_star * (2.0 / (1.0 + q)) ** 3
-    end = points[points.shape[0] - 1]
-    before = (end - points[points.shape[0] - 2]) / np.abs(end)
-    tangent, _ = branch.tangent_of(end, volume, ri, rj, ti, tj, False, before)
-    return tangent[PHI_I] - math.copysign(1.0, rj) * tangent[PHI_J]
+    c, end = case_of(q, v_star, ti, tj, False), points[-1]
+    before = (end - points[-2]) / np.abs(end)
+    tangent, _ = branch.tangent_of(end, c, before)
+    return tangent[PHI_I] - math.copysign(1.0, c.rj) * tangent[PHI_J]
 
 
 @jit
@@ -153,15 +150,15 @@ def balances(theta_small: float, theta_large: float) -> Floats:
     v_star = volumes()
     if theta_small == theta_large:
         return np.ones(X_NODES)
-    found = np.array([balance_at(v, theta_small, theta_large) for v in v_star])
-    known = np.flatnonzero(np.isfinite(found))
+    balance = np.array([balance_at(v, theta_small, theta_large) for v in v_star])
+    known = np.flatnonzero(np.isfinite(balance))
     if len(known) < 2:
         return np.full(X_NODES, -FURTHEST if theta_small < theta_large else 1.0 + FURTHEST)
     first, last = known[0], known[-1]
     k = np.arange(X_NODES)
-    found[:first] = found[first] + (k[:first] - first) * (found[first + 1] - found[first])
-    found[last + 1 :] = found[last] + (k[last + 1 :] - last) * (found[last] - found[last - 1])
-    return _saturate(found - 1.0) + 1.0 if found[first] > 0.5 and found[last] > 0.5 else -_saturate(-found)
+    balance[:first] = balance[first] + (k[:first] - first) * (balance[first + 1] - balance[first])
+    balance[last + 1 :] = balance[last] + (k[last + 1 :] - last) * (balance[last] - balance[last - 1])
+    return _saturate(balance - 1.0) + 1.0 if balance[first] > 0.5 and balance[last] > 0.5 else -_saturate(-balance)
 
 
 def _saturate(excess: Floats) -> Floats:
@@ -173,15 +170,13 @@ def _saturate(excess: Floats) -> Floats:
 @jit
 def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats) -> tuple[float, float]:
     """Force ratios over u for one radius ratio and volume; returns scaled rupture distance and share, nan when lost."""
-    ri, rj = 1.0, math.inf if q == 0.0 else 1.0 / q
-    r = 2.0 / (1.0 + q)
-    volume, symmetric = v_star * r**3, q == 1.0 and ti == tj
-    kind, points = branch_of(q, v_star, ti, tj)
+    c, r = case_of(q, v_star, ti, tj, q == 1.0 and ti == tj), 2.0 / (1.0 + q)
+    kind, points = branch_of(c)
     if kind == branch.LOST:
         return math.nan, math.nan
-    end = points[points.shape[0] - 1]
+    end = points[-1]
     last = end[GAP]
-    own, other = parts(end, ri, rj, ti, tj)
+    own, other = parts(end, c)
     m = 1
     for n in range(u.size - 1, -1, -1):  # from touching to rupture
         gap = last * (1.0 - u[n] * u[n])
@@ -189,8 +184,8 @@ def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats
             m += 1
         ok, state = True, points[0] if n == u.size - 1 else end
         if 0 < n < u.size - 1:
-            ok, state = branch.between(points[m - 1], points[m], gap, last, volume, ri, rj, ti, tj, symmetric)
-        ratio[n] = 2.0 * math.pi * start(state, ri, ti)[3] / neck_force(gap, volume, r, math.cos(ti) + math.cos(tj))
+            ok, state = branch.between(points[m - 1], points[m], gap, last, c)
+        ratio[n] = 2.0 * math.pi * start(state, c)[3] / neck_force(gap, c.volume, r, math.cos(ti) + math.cos(tj))
         if not ok:
             return math.nan, math.nan
     return last / (r * math.sqrt(v_star)), own / (own + other)

@@ -80,7 +80,7 @@ def test_a_setting_reaches_the_scene(tmp_path: Path) -> None:
 
 def test_nodes_of_the_sharing_table_reach_the_engine(tmp_path: Path) -> None:
     """51 nodes in the plugin's table; the closest of them differ by what interpolation makes, 2e-3 at most."""
-    from pywet.engines.liggghts.plugin_api import transfer_tables
+    from pywet.engines.liggghts.inputs import transfer_tables
 
     scene = sieve.prepare(tmp_path, "moist", Setting(transfer_nodes=51), sieve.SIZES["quick"], 10007, ROOT / "config")
     table = transfer_tables(scene)

@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 
 from pywet import stages
+from pywet.apparatus.initial import wall_groups
 from pywet.bench import small
-from pywet.engines.liggghts import deck, plugin_api
+from pywet.engines.liggghts import deck, inputs
 from pywet.evidence.effects import page, study, variants, verdict
 from pywet.evidence.effects.scenes import CONFIG, SCENES
 from pywet.evidence.effects.study import EffectsStudy
@@ -114,8 +115,8 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     bare = scene.model_copy(update={"effects": off})
     assert {deck.mesh_style(scene, w) for w in scene.walls} == {"mesh/surface/stress"}
     assert {deck.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
-    assert len(plugin_api.transfer_tables(scene)) == 201 * (4 + 2 * len(plugin_api.wall_groups(scene)))
-    assert len(plugin_api.transfer_tables(bare)) == 2 * 4
+    assert len(inputs.transfer_tables(scene)) == 201 * (4 + 2 * len(wall_groups(scene)))
+    assert len(inputs.transfer_tables(bare)) == 2 * 4
     properties = deck.property_matrices(bare)
     assert "coefficientRollingFriction" not in properties
     drag = float(properties["gammat_abs"].split()[0])

@@ -7,22 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 
-from pywet.collisions.wall import curves, effects, figures, study, twin
+from pywet.collisions.wall import accuracy_cost, buck_figures, curves, readings, twin
 from pywet.errors import PywetError
-from pywet.files import atomic_write, read_csv
+from pywet.files import read_csv, write_csv
 from pywet.report import page
-
-
-def _cost() -> pd.DataFrame:
-    """The accuracy study, telling where it is (it takes a minute or two)."""
-    return study.cost(report=lambda said: print(said, flush=True))
-
 
 TABLES: dict[str, Callable[[], pd.DataFrame]] = {
     **curves.FIGURES,
-    "accuracy": _cost,
+    "accuracy": lambda: accuracy_cost.cost(report=lambda said: print(said, flush=True)),  # a minute or two
     "engine": twin.over_velocity,
-    "readings": effects.table,
+    "readings": readings.table,
 }
 """Name of an item -> what computes its table."""
 TITLES = {
@@ -59,18 +53,17 @@ LEAD = (
 )
 
 
-def make(name: str, folder: Path) -> None:
+def write_item(name: str, folder: Path) -> None:
     """Compute one item and write `folder`/NAME.csv, and NAME.svg where it is drawn."""
     if name not in TABLES:
         raise PywetError(f"there is no item {name} on the page, expected one of {', '.join(TABLES)}")
     table = TABLES[name]()
     if name in DRAWN:
-        figures.save(name, table, folder / f"{name}.svg")
-    with atomic_write(folder / f"{name}.csv") as temporary:
-        table.to_csv(temporary, index=False)
+        buck_figures.save(name, table, folder / f"{name}.svg")
+    write_csv(table, folder / f"{name}.csv")
 
 
-def write(folder: Path, names: Sequence[str] = tuple(TABLES)) -> None:
+def write_page(folder: Path, names: Sequence[str] = tuple(TABLES)) -> None:
     """Put the items together to `folder`/index.html."""
     sections = []
     for name in names:

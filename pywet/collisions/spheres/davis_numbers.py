@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 from pywet.collisions.spheres.equal import stokes_to_rebound, three_equal_spheres
 from pywet.collisions.spheres.outcome import times, wet_restitution
@@ -46,52 +47,45 @@ def restitution(pair: str, **given: float) -> Callable[[float], float]:
     return lambda rtol: wet_restitution(case(rtol, **given), PAIRS[pair]) or 0.0
 
 
-def threshold(low: float, high: float, above: Callable[[float], bool], digits: float = 1e-4) -> float:
-    """Value between low and high where `above` turns true, by bisection."""
-    while high - low > digits * high:
+def occurred(kind: str, pair: str) -> Callable[[Run], bool]:
+    """Whether an event of a kind happened to a pair."""
+    return lambda made: bool(times(made, PAIRS[pair], kind))
+
+
+def onset(
+    rtol: float, low: float, high: float, happened: Callable[[Run], bool], varied: str = "St_n", **given: Any
+) -> float:
+    """The value of a number, between low and high, above which something happens, by bisection to 1e-4."""
+    while high - low > 1e-4 * high:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if above(middle) else (middle, high)
+        above = happened(run(three_equal_spheres(**{varied: middle, "rtol": rtol, **given})))
+        low, high = (low, middle) if above else (middle, high)
     return 0.5 * (low + high)
 
 
-def first_contact(rtol: float, h_min: float = 0.05, theta12_deg: float = 45.0) -> float:
+def first_contact(rtol: float, **given: Any) -> float:
     """Smallest St_n at which spheres 1 and 2 touch, conditions of Fig. 5."""
-
-    def touches(stokes: float) -> bool:
-        found = run(three_equal_spheres(stokes, theta12_deg=theta12_deg, h_min=h_min, t_end=20.0, rtol=rtol))
-        return bool(times(found, (0, 1), "contact"))
-
-    return threshold(1.0, 6.0, touches)
+    return onset(rtol, 1.0, 6.0, occurred("contact", "12"), t_end=20.0, **given)
 
 
-def collinear(rtol: float, h_min: float = 0.05) -> float:
+def collinear(rtol: float, **given: Any) -> float:
     """Smallest St_n at which sphere 3 leaves in a collinear collision."""
-
-    def leaves(stokes: float) -> bool:
-        found = run(three_equal_spheres(stokes, theta12_deg=0.0, h_min=h_min, t_end=3000.0, rtol=rtol))
-        return bool(times(found, (1, 2), "separation"))
-
-    return threshold(3.0, 8.0, leaves)
+    return onset(rtol, 3.0, 8.0, occurred("separation", "23"), theta12_deg=0.0, t_end=3000.0, **given)
 
 
 def jump(rtol: float, theta12_deg: float, low: float, high: float) -> float:
     """St_n above which films 1-2 part before spheres 2 and 3 touch."""
 
-    def before(stokes: float) -> bool:
-        found = run(three_equal_spheres(stokes, theta12_deg=theta12_deg, t_end=30.0, rtol=rtol))
-        parted, touched = times(found, (0, 1), "separation"), times(found, (1, 2), "contact")
+    def parted_first(made: Run) -> bool:
+        parted, touched = times(made, (0, 1), "separation"), times(made, (1, 2), "contact")
         return bool(parted) and (not touched or parted[0] < touched[0])
 
-    return threshold(low, high, before)
+    return onset(rtol, low, high, parted_first, theta12_deg=theta12_deg, t_end=30.0)
 
 
 def arrest(rtol: float, stokes: float, low: float, high: float, t_end: float) -> float:
     """Ca above which films 1-2 part before t_end, conditions of Fig. 8."""
-
-    def parts(ca: float) -> bool:
-        return bool(times(run(three_equal_spheres(stokes, Ca=ca, t_end=t_end, rtol=rtol)), (0, 1), "separation"))
-
-    return threshold(low, high, parts)
+    return onset(rtol, low, high, occurred("separation", "12"), "Ca", St_n=stokes, t_end=t_end)
 
 
 FIG5 = {"St_n": 2.0, "t_end": 600.0}
@@ -101,9 +95,7 @@ FRICTION = {"St_n": 8.0, "mu_f": 0.1}
 EIGHT = {"St_n": 8.0}
 
 NUMBERS = [
-    Number(
-        "IV A, Fig. 7", "St 2: films 1-2 part, t̂", 183.0, event("separation", "12", **FIG5), "183 is the overlap 1-3"
-    ),
+    Number("IV A, Fig. 7", "St 2: films 1-2 part, t̂", 183.0, event("separation", "12", **FIG5), "183: overlap 1-3"),
     Number("IV A, V, Fig. 14", "St 2: films 1-3 touch, t*", 2.59, star("overlap", "13", **FIG5)),
     Number("V, Fig. 14", "St 2: films 1-2 part, t*", 2.60, star("separation", "12", **FIG5)),
     Number("V, Fig. 14", "St 2: films 1-3 part, t*", 4.57, star("separation", "13", **FIG5)),
@@ -142,17 +134,10 @@ NOT_REPRODUCED = [
 APPROXIMATE = [
     Number("IV B, Fig. 8", "St 7: rebound 1-2 arrested up to Ca", 6.0, lambda rtol: arrest(rtol, 7.0, 3.0, 30.0, 60.0)),
     Number(
-        "IV B, Fig. 8",
-        "St 3.5: separation arrested up to Ca",
-        100.0,
-        lambda rtol: arrest(rtol, 3.5, 50.0, 1000.0, 400.0),
+        "IV B, Fig. 8", "St 3.5: separation arrested up to Ca", 100.0, lambda rtol: arrest(rtol, 3.5, 50.0, 1e3, 400.0)
     ),
     Number(
-        "IV A, Fig. 6",
-        "two spheres head on: St_s at ĥ_m 0.05",
-        4.0,
-        lambda rtol: stokes_to_rebound(0.05),
-        "text: about 4",
+        "IV A, Fig. 6", "two spheres head on: St_s at ĥ_m 0.05", 4.0, lambda rtol: stokes_to_rebound(0.05), "about 4"
     ),
 ]
 """Rounded or one-sided statements: the paper gives curves for a few values only."""

@@ -12,7 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from pywet.collisions.wall import bridge, contact, drag
+from pywet.collisions.wall import contact, drag
+from pywet.laws import toroid
+from pywet.machine_code import njit as kept
 
 ENTRY, CONTACT, LEAVING, BRIDGE, DONE = 1, 2, 3, 4, 0
 """Phases I to IV, and none."""
@@ -22,6 +24,22 @@ CREEP = 1e-3
 """A sphere in the film creeps when the net force is below this share of its weight."""
 REST = 1e-6
 """Velocity, over that of impact, below which a sphere without gravity counts as stopped; energy: its square."""
+
+
+class Other(NamedTuple):
+    """Whether a reading of the paper other than the default is taken, by its name in `problem.READINGS`."""
+
+    shear_modulus: bool
+    drag: bool
+    gap: bool
+    goldman_signs: bool
+    suction_sign: bool
+    neck_radius: bool
+    volume_factors: bool
+    bridge_volume: bool
+    contact_end: bool
+    rupture_from: bool
+    capillary: bool
 
 
 class Parameters(NamedTuple):
@@ -43,22 +61,20 @@ class Parameters(NamedTuple):
     surface_tension: float
     contact_angle: float
     half_filling: float
-    drag_printed: bool
-    gap_printed: bool
-    goldman_printed: bool
-    suction_printed: bool
-    neck_printed: bool
-    volume_printed: bool
-    volume_frozen: bool
-    end_at_force: bool
-    rupture_from_wall: bool
-    capillary_in_film: bool
+    other: Other
+
+
+@njit(error_model="numpy")
+def contact_line(h: float, p: Parameters) -> tuple[float, float, float]:
+    """Height of the contact line above the film, its radius, and the angle φ + θ, at gap h."""
+    height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
+    return height, p.radius * math.sin(p.half_filling), p.half_filling + p.contact_angle
 
 
 @njit(error_model="numpy")
 def viscous_gap(h: float, p: Parameters) -> float:
     """Gap of the viscous laws, bounded below by the roughness; printed: δ_l − y with y the centre's height."""
-    return max(p.layer - h - p.radius if p.gap_printed else h, drag.GAP_MIN)
+    return max(p.layer - h - p.radius if p.other.gap else h, drag.GAP_MIN)
 
 
 @njit(error_model="numpy")
@@ -67,26 +83,24 @@ def viscous_normal(h: float, u: float, p: Parameters) -> float:
     speed = abs(u)
     sine = math.sin(p.half_filling)
     far = drag.unbounded(speed, p.radius * sine, p.viscosity, p.density)
-    if p.drag_printed:
+    if p.other.drag:
         far /= sine
     return -math.copysign(max(far, drag.near_wall(speed, viscous_gap(h, p), p.reduced, p.viscosity)), u)
 
 
-@njit(error_model="numpy")
+@kept(error_model="numpy", cache=True)
 def bridge_volume(h: float, p: Parameters) -> float:
     """Volume of the bridge at gap h [m3]; frozen: that at film exit."""
-    height = (0.0 if p.volume_frozen else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
+    height = (0.0 if p.other.bridge_volume else h - p.layer) + p.radius * (1.0 - math.cos(p.half_filling))
     angle = p.half_filling + p.contact_angle
-    return bridge.volume(height, p.radius, p.half_filling, angle, p.neck_printed, p.volume_printed)
+    return toroid.volume(height, p.radius, p.half_filling, angle, p.other.neck_radius, p.other.volume_factors)
 
 
 @njit(error_model="numpy")
 def attraction(h: float, surface_tension: float, p: Parameters) -> float:
     """Capillary attraction at gap h [N]."""
-    height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
-    rim = p.radius * math.sin(p.half_filling)
-    angle = p.half_filling + p.contact_angle
-    return bridge.attraction(height, rim, angle, surface_tension, p.neck_printed, p.suction_printed)
+    height, rim, angle = contact_line(h, p)
+    return toroid.attraction(height, rim, angle, surface_tension, p.other.neck_radius, p.other.suction_sign)
 
 
 @njit(error_model="numpy")
@@ -99,7 +113,7 @@ def contact_forces(state: np.ndarray, p: Parameters) -> tuple[float, float]:
     return normal, tangential
 
 
-@njit(error_model="numpy")
+@kept(error_model="numpy", cache=True)
 def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None:
     """Time derivative of the state into `out`; the powers are per unit of effective mass, positive when energy is lost."""
     h, u, v, w = state[H], state[U], state[V], state[W]
@@ -109,16 +123,15 @@ def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None
         normal, tangential = contact_forces(state, p)
     else:
         normal_viscous = viscous_normal(h, u, p)
-        if phase == BRIDGE:
+        if phase == BRIDGE or p.other.capillary:
             capillary = -attraction(h, p.surface_tension, p)
+        if phase == BRIDGE:
             weight += bridge_volume(h, p) * p.density * p.gravity
         else:
             log_gap = max(math.log(p.reduced / viscous_gap(h, p)), 0.0)
-            sign = 1.0 if p.goldman_printed else -1.0
+            sign = 1.0 if p.other.goldman_signs else -1.0
             along = drag.goldman_force(v, w, log_gap, p.reduced, p.viscosity, sign)
             moment = drag.goldman_moment(v, w, log_gap, p.reduced, p.viscosity, sign)
-            if p.capillary_in_film:
-                capillary = -attraction(h, p.surface_tension, p)
     inverse = 1.0 / p.mass
     out[H] = u
     out[U] = (normal + normal_viscous + capillary - weight) * inverse
@@ -131,7 +144,7 @@ def rates(phase: int, state: np.ndarray, p: Parameters, out: np.ndarray) -> None
     out[WORK + 3] = weight * u * inverse
 
 
-@njit(error_model="numpy")
+@kept(error_model="numpy", cache=True)
 def events(phase: int, state: np.ndarray, p: Parameters) -> tuple[float, float, float]:
     """(passage, stop, rest): each ends the phase when it rises through zero.
 
@@ -181,7 +194,7 @@ def leaving_rest(h: float, u: float, p: Parameters) -> float:
 @njit(error_model="numpy")
 def contact_end(state: np.ndarray, p: Parameters) -> float:
     """Phase II ends at zero overlap (or at zero force, an option) on the way out."""
-    if state[U] <= 0.0 or not p.end_at_force:
+    if state[U] <= 0.0 or not p.other.contact_end:
         return state[H]
     return -contact_forces(state, p)[0] if state[H] < 0.0 else 1.0
 
@@ -198,16 +211,14 @@ def contact_rest(h: float, u: float, p: Parameters) -> float:
     return REST - (energy - p.gravity * depth) / (p.gravity * lying) - 0.6
 
 
-@njit(error_model="numpy")
+@kept(error_model="numpy", cache=True)
 def rupture(h: float, u: float, p: Parameters) -> float:
     """Phase IV: length beyond that of rupture [m], or attraction gone (the neck of the toroid closes)."""
-    length = bridge.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
-    beyond = h - (0.0 if p.rupture_from_wall else p.layer) - length
-    height = h + p.radius * (1.0 - math.cos(p.half_filling)) - p.layer
-    rim = p.radius * math.sin(p.half_filling)
-    angle = p.half_filling + p.contact_angle
-    if p.suction_printed:
-        closing = 0.01 * rim - bridge.radii(height, rim, angle, p.neck_printed)[1]
+    length = toroid.rupture_length(bridge_volume(h, p), abs(u), p.contact_angle, p.viscosity, p.surface_tension)
+    beyond = h - (0.0 if p.other.rupture_from else p.layer) - length
+    if p.other.suction_sign:
+        height, rim, angle = contact_line(h, p)
+        closing = 0.01 * rim - toroid.radii(height, rim, angle, p.other.neck_radius)[1]
     else:
-        closing = -bridge.attraction(height, rim, angle, 1.0, p.neck_printed, False) / (2.0 * math.pi)
+        closing = -attraction(h, 1.0, p) / (2.0 * math.pi)
     return max(beyond, closing)

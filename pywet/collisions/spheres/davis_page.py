@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pywet.collisions.spheres import paper
+import pandas as pd
+
+from pywet.collisions.spheres import davis_numbers
 from pywet.files import atomic_write, write_json
 from pywet.report import page
 
@@ -27,8 +29,6 @@ FIGURES = {
     "accuracy_cost.png": "What accuracy costs",
     "engine.png": "The same collision in the discrete element engine",
 }
-
-
 LEAD = (
     "A few wet spheres in a plane through films, solid contacts and partings, after Davis (2023): the numbers printed in the "
     "paper beside those of a converged solution of its equations, and its figures drawn anew."
@@ -37,66 +37,56 @@ NUMBERS_SAID = (
     "What the paper prints and what its equations give; the last column but one is what halving the tolerance moves. "
     "See `docs/sphere_collisions.md` for those that differ."
 )
+HEADER = ("where", "what", "paper", "ours", "difference", "moved by half the tolerance", "note")
 NEAR_PERCENT = 0.4
 
 
-def table(rtol: float = 1e-9) -> list[dict[str, str | float]]:
+def numbers(rtol: float = 1e-9) -> pd.DataFrame:
     """Where, what, printed, ours, difference in per cent, what halving the tolerance moves, note."""
-    rows: list[dict[str, str | float]] = []
-    for number in (*paper.NUMBERS, *paper.APPROXIMATE, *paper.NOT_REPRODUCED):
-        ours, finer = number.compute(rtol), number.compute(0.5 * rtol)
-        rows.append(
-            {
-                "where": number.where, "what": number.what, "printed": number.printed, "ours": ours,
-                "difference_percent": 100.0 * (ours / number.printed - 1.0), "halved_moves": abs(finer / ours - 1.0),
-                "note": number.note,
-            }
-        )  # fmt: skip
-    return rows
+    rows = []
+    for n in (*davis_numbers.NUMBERS, *davis_numbers.APPROXIMATE, *davis_numbers.NOT_REPRODUCED):
+        ours, finer = n.compute(rtol), n.compute(0.5 * rtol)
+        difference = 100.0 * (ours / n.printed - 1.0)
+        rows.append((n.where, n.what, n.printed, ours, difference, abs(finer / ours - 1.0), n.note))
+    columns = ["where", "what", "printed", "ours", "difference_percent", "halved_moves", "note"]
+    return pd.DataFrame(rows, columns=columns)
 
 
-def markdown(rows: list[dict[str, str | float]]) -> str:
+def markdown(table: pd.DataFrame) -> str:
     """The table as Markdown."""
     lines = ["| where | what | paper | ours | difference |", "|---|---|---|---|---|"]
-    for r in rows:
-        lines.append(
-            f"| {r['where']} | {r['what']} | {r['printed']:g} | {r['ours']:.6g} | {r['difference_percent']:+.2f} % |"
-        )
+    for r in table.to_dict(orient="records"):
+        difference = f"{r['difference_percent']:+.2f} %"
+        lines.append(f"| {r['where']} | {r['what']} | {r['printed']:g} | {r['ours']:.6g} | {difference} |")
     return "\n".join(lines) + "\n"
 
 
-def write(folder: Path) -> None:
+def write_page(folder: Path) -> None:
     """`numbers.json`, `numbers.md` and `index.html` beside the figures."""
-    rows = table()
+    table = numbers()
+    rows = table.to_dict(orient="records")
     write_json(folder / "numbers.json", rows)
     with atomic_write(folder / "numbers.md") as temporary:
-        temporary.write_text(markdown(rows))
-    sections = [page.Section("The paper's numbers", page.paragraph(NUMBERS_SAID) + _numbers(rows), "numbers")]
+        temporary.write_text(markdown(table))
+    cells = [
+        [
+            r["where"], page.Cell(r["what"], left=True), f"{r['printed']:g}", f"{r['ours']:.7g}",
+            page.Cell(f"{r['difference_percent']:+.2f} %", _grade(r["difference_percent"])), f"{r['halved_moves']:.0e}",
+            page.Cell(r["note"], left=True),
+        ]
+        for r in rows
+    ]  # fmt: skip
+    body = page.paragraph(NUMBERS_SAID) + page.table(HEADER, cells)
+    sections = [page.Section("The paper's numbers", body, "numbers")]
     for name, title in FIGURES.items():
         if (folder / name).exists():
             sections.append(page.Section(title, page.picture_file(folder / name, ""), title.split(":")[0]))
-    near = sum(abs(float(r["difference_percent"])) <= NEAR_PERCENT for r in rows[: len(paper.NUMBERS)])
-    cards = [page.Card(f"{near} of {len(paper.NUMBERS)}", f"numbers of the paper met within {NEAR_PERCENT} %", "good")]
-    if paper.NOT_REPRODUCED:
-        cards.append(
-            page.Card(str(len(paper.NOT_REPRODUCED)), "of its statements that its equations do not bear out", "bad")
-        )
+    met, missed = len(davis_numbers.NUMBERS), len(davis_numbers.NOT_REPRODUCED)
+    near = (table["difference_percent"][:met].abs() <= NEAR_PERCENT).sum()
+    cards = [page.Card(f"{near} of {met}", f"numbers of the paper met within {NEAR_PERCENT} %", "good")]
+    if missed:
+        cards.append(page.Card(str(missed), "of its statements that its equations do not bear out", "bad"))
     page.write(folder / "index.html", "Collisions of wet spheres", LEAD, sections, cards, "snakemake sphere_collisions")
-
-
-def _numbers(rows: list[dict[str, str | float]]) -> str:
-    header = ["where", "what", "paper", "ours", "difference", "moved by half the tolerance", "note"]
-    return page.table(
-        header,
-        [
-            [
-                page.Cell(str(r["where"])), page.Cell(str(r["what"]), left=True), f"{r['printed']:g}", f"{r['ours']:.7g}",
-                page.Cell(f"{r['difference_percent']:+.2f} %", _grade(float(r["difference_percent"]))),
-                f"{r['halved_moves']:.0e}", page.Cell(str(r["note"]), left=True),
-            ]
-            for r in rows
-        ],
-    )  # fmt: skip
 
 
 def _grade(percent: float) -> page.Grade:

@@ -1,0 +1,82 @@
+"""What a moist run and its replay read beside the scene: transfer tables, constants of the laws; the laws' own tables made ready.
+
+A law's table is solved here once, with progress, and kept in the cache.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from rich.console import Console
+from rich.progress import Progress
+
+from pywet.apparatus.initial import wall_groups
+from pywet.engines.liggghts.plugin_api import SLOTS, angle_pairs
+from pywet.files import write_json, write_table
+from pywet.laws import registry
+from pywet.laws.transfer import v_star_grid
+from pywet.scene import Scene
+from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
+
+
+def write_inputs(scene: Scene, run_dir: Path) -> None:
+    """What a moist run and its replay read beside the scene; a dry one has none of it."""
+    history = run_dir / "history"
+    if not scene.effects.bridges:
+        for name in ("transfer.parquet", "meta.json"):
+            (history / name).unlink(missing_ok=True)
+        return
+    prepare_laws(scene)
+    write_table(transfer_tables(scene), history / "transfer.parquet")
+    liquid = scene.liquid
+    assert liquid is not None
+    meta = {
+        "surface_tension": liquid.surface_tension_N_per_m,
+        "viscosity": liquid.viscosity_Pa_s,
+        "time_step": scene.time_step_s,
+        "viscous_integration": scene.viscous_integration,
+        "bridges_every": scene.bridges_every,
+        "effects": scene.effects.model_dump(),
+        "types": [
+            {"type": c.type, "radius": c.radius_m, "contact_angle": c.contact_angle_rad, "density": c.density_kg_per_m3}
+            for c in scene.classes
+        ],
+        "output_steps": scene.output_steps,
+    }
+    write_json(history / "meta.json", meta)
+
+
+def prepare_laws(scene: Scene) -> None:
+    """Tables of all laws of the scene that need one."""
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("exact bridge tables (kept for later runs)", total=None, visible=False)
+
+        def report(done: int, of: int) -> None:
+            bar.update(task, completed=done, total=of, visible=True)
+
+        for kind in SLOTS:
+            if kind in scene.effects.laws:
+                registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), report)
+
+
+def transfer_tables(scene: Scene) -> pd.DataFrame:
+    """Transfer ratios T_i(V*) of every pair of types, and of every type with every group of wall parts.
+
+    Columns partner_kind, type_i, type_j (0 for walls), part_class (-1 for spheres), v_star, transfer_i.
+    """
+    name = scene.effects.transfer or "parabola"
+    table, grid = registry.transfer_model(name), v_star_grid(2 if name == "half" else scene.transfer_nodes)
+    groups = wall_groups(scene) if scene.effects.wall_films else {}
+    rows = []
+    for a in scene.classes:
+        cases = [(SPHERE, b.type, b.radius_m, b.contact_angle_rad) for b in scene.classes]
+        for (width, angle), group in groups.items():
+            wire = width < a.radius_m
+            cases.append((SMALL_WALL if wire else LARGE_WALL, group, width, angle))
+        for kind, other, size, angle in cases:
+            values = table(a.radius_m, size, a.contact_angle_rad, angle, kind, grid)
+            row = {"partner_kind": kind, "type_i": a.type, "type_j": other if kind == SPHERE else 0}
+            row["part_class"] = -1 if kind == SPHERE else other
+            rows.append(pd.DataFrame({**row, "v_star": grid, "transfer_i": values}))
+    return pd.concat(rows, ignore_index=True)

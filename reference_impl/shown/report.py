@@ -1,0 +1,271 @@
+"""The report held against the tables it speaks of: every curve by its legend, colour and points, and every number of its tables.
+
+`python -m reference_impl.shown.report REPORT CASES.csv` says what is shown wrong; exit status 1 where anything is.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay.compare import Floats
+from reference_impl.shown import drawn, tables
+from reference_impl.shown.drawn import Curve, Panel
+
+FIGURES = ("moisture", "curves", "classes", "liquid")
+TIME = "time since the slide opened in s"
+AXES = {"liquid": (TIME, "liquid in % of what was put in")}
+ROOM = 1e-5
+"""Of the axis' unit: what is lost when a curve is drawn."""
+APART = 40.0
+"""Least distance of two colours of one panel, of 442 between black and white."""
+CLASSES = {"": "", ", small": "_small", ", near mesh": "_near_mesh", ", large": "_large"}
+HOLDERS = {
+    "on the screen: large": "coarse_material_large", "on the screen: near mesh": "coarse_material_near_mesh",
+    "on the screen: small": "coarse_material_small", "fines in the bin": "fines", "wires": "wires", "side walls": "side_wall",
+    "feed bin and slide": "feed_bin", "outlet": "outlet", "impact plate": "impact_plate", "collecting bin": "collecting_bin",
+}  # fmt: skip
+CANNOT = "share that cannot pass"
+
+
+@dataclass
+class Read:
+    """What was read, and sentences on what is wrong."""
+
+    curves: int = 0
+    numbers: int = 0
+    faults: list[str] = field(default_factory=list)
+
+
+class Runs:
+    """The cases of a report and their tables."""
+
+    def __init__(self, folder: Path, cases: Path, listed: set[int]) -> None:
+        self.folder, self.listed = folder, listed
+        with cases.open() as lines:
+            self.rows = [row for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
+        self.column = cache(self._column)
+
+    def name(self, number: int) -> str:
+        """Folder of a case."""
+        return f"case{number:02d}"
+
+    def numbers(self) -> list[int]:
+        """Cases of the report that have results."""
+        known = [int(row["case"]) for row in self.rows if int(row["case"]) in self.listed]
+        return [n for n in known if (self.folder / self.name(n) / "results" / "fraction_retained.parquet").exists()]
+
+    def done(self, number: int) -> bool:
+        """Whether the results of a case are those of its last run."""
+        path = self.folder / self.name(number) / "status" / "results.json"
+        return path.exists() and bool(json.loads(path.read_text())["ok"])
+
+    def configuration(self, number: int) -> str:
+        """A case but for its liquid, in the report's words."""
+        row = next(r for r in self.rows if int(r["case"]) == number)
+        sizes = "/".join(f"{float(row[f'{c}_mm']):g}" for c in ("small", "near_mesh", "large"))
+        return f"{row['material']} {sizes} mm, {self.screen(number)}"
+
+    def screen(self, number: int) -> str:
+        """Aperture and amplitude of a case in the report's words."""
+        row = next(r for r in self.rows if int(r["case"]) == number)
+        return f"a = {float(row['aperture_mm']):g} mm, A = {float(row['set_amplitude_mm']):g} mm"
+
+    def liquid(self, number: int) -> float:
+        """Per cent of liquid of a case."""
+        return float(next(r for r in self.rows if int(r["case"]) == number)["liquid_percent"])
+
+    def material(self, number: int) -> str:
+        """Material of a case."""
+        return str(next(r for r in self.rows if int(r["case"]) == number)["material"])
+
+    def _column(self, number: int, column: str) -> tuple[Floats, Floats] | None:
+        """Times and values of a column of a case; of liquid in per cent of what was put in."""
+        of_liquid = column.endswith("_m3")
+        name = "liquid_by_holder" if of_liquid else "fraction_retained"
+        path = self.folder / self.name(number) / "results" / f"{name}.parquet"
+        if not path.exists():
+            return None
+        table = pd.read_parquet(path)
+        if column not in table:
+            return None
+        y = 100.0 * table[column] / table["initial_m3"] if of_liquid else table[column]
+        return table["time_since_opening_s"].to_numpy(float), y.to_numpy(float)
+
+
+def check(report: Path, cases: Path) -> Read:
+    """Everything that is wrong with a report, read as it stands in its file."""
+    text, read = report.read_text(encoding="utf-8"), Read()
+    listed = {int(row[0]) for row in tables.table(tables.section(text, "cases"))[1:]}
+    runs = Runs(report.parent, cases, listed)
+    colours: dict[str, dict[str, str]] = {"moisture": {}, "places": {}}
+    for figure in FIGURES:
+        section = tables.section(text, figure)
+        panels = drawn.panels(section) if section else []
+        for panel in panels:
+            read.curves += len(panel.curves)
+            read.faults += [f"figure {figure}, panel {panel.title!r}: {said}" for said in _panel(runs, figure, panel)]
+            read.faults += _colours(figure, panel, colours["places" if figure == "liquid" else "moisture"])
+        read.faults += _missing(runs, figure, panels)
+    read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
+    read.faults += wrong
+    return read
+
+
+def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int, str] | None:
+    """Case and column that a label of a panel means to a reader; None where there is none such."""
+    if figure == "curves":
+        title = re.fullmatch(r"\(\w\) dry (\S+)", panel.title)
+        found = [
+            n
+            for n in runs.numbers()
+            if title and runs.material(n) == title[1] and not runs.liquid(n) and runs.screen(n) == label
+        ]
+        return (found[0], "fraction_retained") if found else None
+    title = re.fullmatch(r"\(\w\) (.*? mm, a = \S+ mm, A = \S+ mm)(?:, M = (\S+) %)?", panel.title)
+    if title is None:
+        return None
+    here = [n for n in runs.numbers() if runs.configuration(n) == title[1]]
+    if figure == "liquid":
+        found = [n for n in here if title[2] and runs.liquid(n) == float(title[2])]
+        return (found[0], f"{HOLDERS[label]}_m3") if found and label in HOLDERS else None
+    words = re.fullmatch(r"(dry|M = (\S+) %)(, .*)?", label)
+    if words is None or (words[3] or "") not in CLASSES:
+        return None
+    found = [n for n in here if runs.liquid(n) == float(words[2] or 0)]
+    return (found[0], f"fraction_retained{CLASSES[words[3] or '']}") if found else None
+
+
+def _panel(runs: Runs, figure: str, panel: Panel) -> Iterator[str]:
+    """What is wrong in one panel."""
+    wanted = AXES.get(figure, (TIME, "fraction retained Y"))
+    if (panel.x_label, panel.y_label) != wanted:
+        yield f"the axes are called {panel.x_label!r} and {panel.y_label!r}; expected {wanted[0]!r} and {wanted[1]!r}"
+    beside = {(d["case"], d["column"]): d for d in panel.beside}
+    for curve in panel.curves:
+        if curve.label is None:
+            yield f"a curve in {curve.colour}{' dashed' if curve.dashed else ''} is not in the legend"
+        elif curve.label == CANNOT:
+            yield from _cannot_pass(runs, figure, panel, curve)
+        else:
+            case = meant(runs, figure, panel, curve.label)
+            if case is None:
+                yield f"there is no case for the label {curve.label!r} in this panel"
+                continue
+            name = (runs.name(case[0]), case[1])
+            if not _same(curve, runs.column(*case)):
+                yield f"the curve labelled {curve.label!r} should be {case[1]} of case {case[0]}, {_is(runs, curve)}"
+            elif curve.claim != ":".join(name):
+                yield f"the curve labelled {curve.label!r} is named {curve.claim} in the file"
+            elif name not in beside or not _same(curve, (np.array(beside[name]["x"]), np.array(beside[name]["y"]))):
+                yield f"the data beside the curve labelled {curve.label!r} are not those of the curve"
+            elif beside[name]["label"] != curve.label or beside[name]["colour"] != curve.colour:
+                yield f"label or colour beside the curve labelled {curve.label!r} are not those of the curve"
+
+
+def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -> bool:
+    """Whether a curve shows these values, where its axes reach."""
+    if of is None or len(of[0]) != len(curve.x):
+        return False
+    inside = of[0] >= 0.0
+    room = ROOM * np.maximum(1.0, np.abs(of[1]).max(initial=0.0))
+    return bool(
+        (np.abs(curve.x - of[0])[inside] <= ROOM).all() and (np.abs(curve.y - factor * of[1])[inside] <= room).all()
+    )
+
+
+def _is(runs: Runs, curve: Curve) -> str:
+    """What a curve shows in truth."""
+    columns = [
+        *(f"fraction_retained{c}" for c in (*CLASSES.values(), "_spheres")),
+        *(f"{h}_m3" for h in HOLDERS.values()),
+    ]
+    for number in runs.numbers():
+        for column in columns:
+            values = runs.column(number, column)
+            if _same(curve, values):
+                return f"but is {column} of case {number}"
+            if values is not None and len(values[1]) == len(curve.y):
+                if _same(curve, (values[0], 1.0 - values[1])):
+                    return f"but is 1 minus {column} of case {number}"
+                if _same(curve, (values[0] + curve.x[-1] - values[0][-1], values[1])):
+                    return f"but is {column} of case {number} moved by {curve.x[-1] - values[0][-1]:.3g} s"
+                with np.errstate(all="ignore"):
+                    factor = float(np.median((curve.y / values[1])[values[1] != 0])) if values[1].any() else 0.0
+                if factor and _same(curve, values, factor):
+                    return f"but is {factor:.4g} times {column} of case {number}"
+    return "but is none of the columns of any case"
+
+
+def _cannot_pass(runs: Runs, figure: str, panel: Panel, curve: Curve) -> Iterator[str]:
+    """The line at the share that cannot pass."""
+    shares = []
+    for number in runs.numbers():
+        title = f"dry {runs.material(number)}" if figure == "curves" else runs.configuration(number)
+        summary = tables.summary(runs.folder, number)
+        if panel.title.split(" ", 1)[-1] == title and summary:
+            shares.append(summary["coarse_share"])
+    if not any(np.allclose(curve.y, share, atol=ROOM, rtol=0.0) for share in shares):
+        yield f"the line at the share that cannot pass is at {curve.y[0]:.4g}; expected {' or '.join(f'{s:.4g}' for s in shares)}"
+
+
+def _colours(figure: str, panel: Panel, seen: dict[str, str]) -> list[str]:
+    """A colour means one liquid amount, or one holder, in all panels; and two colours can be told apart."""
+    found, here = [], {}
+    for curve in panel.curves:
+        if curve.label is None or curve.label == CANNOT or figure == "curves":
+            continue
+        what = curve.label.split(",")[0]
+        here[what] = curve.colour
+        if seen.setdefault(curve.colour, what) != what:
+            found.append(f"figure {figure}, panel {panel.title!r}: {curve.colour} stands for {what!r}, elsewhere for "
+                         f"{seen[curve.colour]!r}")  # fmt: skip
+        if (", near mesh" in curve.label and not curve.dashed) or (", small" in curve.label and curve.dashed):
+            found.append(f"figure {figure}, panel {panel.title!r}: {curve.label!r} is {'dashed' if curve.dashed else 'solid'}; "
+                         "expected small solid, near mesh dashed")  # fmt: skip
+    for (a, one), (b, two) in combinations(here.items(), 2):
+        if np.linalg.norm(np.subtract(_rgb(one), _rgb(two))) < APART:
+            found.append(
+                f"figure {figure}, panel {panel.title!r}: the colours of {a!r} and {b!r} can hardly be told apart"
+            )
+    return found
+
+
+def _rgb(colour: str) -> tuple[int, ...]:
+    return tuple(int(colour[k : k + 2], 16) for k in (1, 3, 5))
+
+
+def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
+    """Cases with results that a figure of all cases leaves out; curves beside a figure that it does not show."""
+    shown = {c.claim.split(":")[0] for panel in panels for c in panel.curves if c.label and c.label != CANNOT}
+    for number in filter(runs.done, runs.numbers()):
+        if runs.name(number) not in shown and (
+            figure == "moisture" or (figure == "curves" and not runs.liquid(number))
+        ):
+            yield f"figure {figure}: case {number} is not shown"
+    for panel in panels:
+        for data in panel.beside:
+            if f"{data['case']}:{data['column']}" not in [c.claim for c in panel.curves]:
+                yield f"figure {figure}, panel {panel.title!r}: {data['column']} of {data['case']} is beside it but not shown"
+
+
+def main(arguments: list[str]) -> int:
+    """Say what is shown wrong."""
+    read = check(Path(arguments[0]), Path(arguments[1]))
+    print(f"{read.curves} curves and {read.numbers} numbers read; {len(read.faults)} wrong")
+    print("\n".join(read.faults))
+    return int(bool(read.faults))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

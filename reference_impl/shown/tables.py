@@ -1,0 +1,205 @@
+"""The numbers in the tables of a report, parsed back and held against the files they come from."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+CASES = {
+    "steps": ("steps",), "wall s": ("wall_s",), "Y at end": ("fraction_retained_end",), "cannot pass": ("coarse_share",),
+    "formations": ("events", "formations"), "ruptures": ("events", "ruptures"),
+}  # fmt: skip
+"""Column of the table of cases -> where it stands in summary.json."""
+LEDGER = {
+    "coarse material": "coarse_material", "fines": "fines", "wires": "wires", "side walls": "side_wall", "feed bin": "feed_bin",
+    "outlet": "outlet", "impact plate": "impact_plate", "collecting bin": "collecting_bin", "left": "left",
+    "of which in bridges": "standing_bridges",
+}  # fmt: skip
+FORCES = {"dry contacts, normal": "contact_normal", "dry contacts, tangential": "contact_tangential"}
+Told = tuple[str, str, float | None, str]
+"""Where a number stands, its text, what it should be, and how many digits it has: `3 digits`, `whole`, `power`."""
+
+
+def section(text: str, name: str) -> str:
+    """HTML of one section; empty where there is none."""
+    found = re.search(rf'<section id="{name}">.*?</section>', text, re.DOTALL)
+    return found[0] if found else ""
+
+
+def table(text: str) -> list[list[str]]:
+    """The words in the cells of the first table, row by row; a line break is a bar."""
+    inner = re.search(r"<table>.*?</table>", text, re.DOTALL)
+    rows = re.findall(r"<tr.*?>(.*?)</tr>", inner[0], re.DOTALL) if inner else []
+    return [[_words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
+
+
+def _words(cell: str) -> str:
+    return " ".join(html.unescape(re.sub(r"<[^>]*>", "", cell.replace("<br>", " | "))).split())
+
+
+def summary(folder: Path, number: int) -> dict[str, Any] | None:
+    """summary.json of a case."""
+    return _json(folder, number, "summary.json")
+
+
+def _json(folder: Path, number: int, name: str) -> Any:
+    path = folder / f"case{number:02d}" / name
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def agrees(text: str, value: float | None, digits: str) -> bool:
+    """Whether a text shows a value to its digits."""
+    if value is None or text in ("–", ""):
+        return value is None and text in ("–", "")
+    match = re.fullmatch(r"([-−]?\d+(?:\.\d+)?(?:e[-−+]?\d+)?)( %)?", text)
+    if match is None:
+        return False
+    shown, value = float(match[1].replace("−", "-")), 100.0 * value if match[2] else value
+    if digits == "whole":
+        return shown == value
+    if shown == 0 or value == 0:
+        return shown == value
+    kept = 2 if digits == "power" else int(digits[0])
+    return abs(shown - value) <= 0.500001 * 10.0 ** (np.floor(np.log10(abs(value))) + 1 - kept)
+
+
+def check(text: str, folder: Path, cases: list[int]) -> tuple[int, list[str]]:
+    """How many numbers were read, and sentences on those that are wrong."""
+    told = [*_cases(text, folder), *_ledger(text, folder), *_agreement(text, folder), *_effects(text, folder),
+            *_contributed(text, folder), *_passed(text, folder, cases), *_cards(text, folder, cases)]  # fmt: skip
+    wrong = [f"{where}: {shown!r} is shown; expected {value if value is None else f'{value:.6g}'}"
+             for where, shown, value, digits in told if not agrees(shown, value, digits)]  # fmt: skip
+    return len(told), wrong
+
+
+def _deep(data: Any, path: tuple[str, ...]) -> Any:
+    for name in path:
+        data = data[name] if data is not None else None
+    return data
+
+
+def _cases(text: str, folder: Path) -> Iterator[Told]:
+    head, *rows = table(section(text, "cases")) or [[]]
+    for row in rows:
+        data = summary(folder, int(row[0]))
+        if data is None or len(row) != len(head):
+            continue
+        where = f"table of cases, case {row[0]}"
+        yield f"{where}, spheres", row[head.index("spheres")], sum(data["spheres"].values()), "whole"
+        for name, path in CASES.items():
+            whole = path[0] in ("steps", "events")
+            yield f"{where}, {name}", row[head.index(name)], _deep(data, path), "whole" if whole else "3 digits"
+
+
+def _ledger(text: str, folder: Path) -> Iterator[Told]:
+    head, *rows = table(section(text, "ledger")) or [[]]
+    for row in rows:
+        data = summary(folder, int(row[0]))
+        where = f"liquid ledger, case {row[0]}"
+        if data is None:
+            yield f"{where}, case", row[0], None, "whole"
+            continue
+        yield f"{where}, put in", row[head.index("put in")], 1e9 * data["initial_liquid_m3"], "5 digits"
+        for name, key in LEDGER.items():
+            end = data["liquid_end_m3"].get(key)
+            yield f"{where}, {name}", row[head.index(name)], None if end is None else 1e9 * end, "4 digits"
+        yield f"{where}, largest error", row[head.index("largest error")], data["ledger_error"], "power"
+
+
+def _agreement(text: str, folder: Path) -> Iterator[Told]:
+    head, *rows = table(section(text, "agreement")) or [[]]
+    columns = {k: int(name.split()[1]) for k, name in enumerate(head) if name.startswith("case ")}
+    replays = {number: _json(folder, number, "replay.json") for number in columns.values()}
+    for row in rows:
+        for k, number in columns.items():
+            known = {
+                name.replace("_", " "): q for name, q in (replays[number] or {"quantities": {}})["quantities"].items()
+            }
+            quantity, where = known.get(row[0]), f"cross-check, {row[0]}, case {number}"
+            if quantity is None:
+                yield where, row[k], None, "power"
+                continue
+            largest, _, median = row[k].partition(" | ")
+            yield f"{where}, largest", largest, quantity["largest"], "power"
+            yield f"{where}, median", median, quantity["median"], "power"
+
+
+def _effects(text: str, folder: Path) -> Iterator[Told]:
+    head, *rows = table(section(text, "effects")) or [[]]
+    for row in rows:
+        for k, name in enumerate(head[2:], 2):
+            plan = _json(folder, int(name), "plan.json")
+            known = {r["effect"].replace("_", " "): r["number"] for r in plan["rows"]} if plan else {}
+            yield f"effects, {row[0]}, case {name}", row[k], known.get(row[0]), "2 digits"
+
+
+def _contributed(text: str, folder: Path) -> Iterator[Told]:
+    head, *rows = table(section(text, "contributed")) or [[]]
+    for row in rows:
+        for k, name in enumerate(head[2:], 2):
+            data = _json(folder, int(name), "contributions.json") or {"effects": {}}
+            audited = {r["effect"]: r for r in (_json(folder, int(name), "audit.json") or {}).get("rows", [])}
+            key = FORCES.get(row[0], row[0].replace(" ", "_"))
+            shown, _, predicted = row[k].partition(" | predicted ")
+            value = audited[key]["measured"] if key in audited else data["effects"].get(key, {}).get("impulse_share")
+            if shown.endswith("%"):
+                yield (
+                    f"contributions, {row[0]}, case {name}",
+                    shown,
+                    value,
+                    "2 digits" if (value or 0) < 0.995 else "3 digits",
+                )
+            if predicted:
+                yield (
+                    f"contributions, {row[0]}, case {name}, predicted",
+                    predicted,
+                    audited.get(key, {}).get("predicted"),
+                    "2 digits",
+                )
+
+
+def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
+    """The first table: what is retained at the end, and what has passed of what can."""
+    _, *rows = table(section(text, "answer")) or [[]]
+    left = list(cases)
+    for row in rows:
+        configs = {n: _json(folder, n, "config.json") for n in left}
+        for name, retained, passed in re.findall(r"(dry|\S+ % liquid): (\S+), (\S+ %) passed", row[2]):
+            amount = 0.0 if name == "dry" else float(name.split()[0])
+            same = [
+                n
+                for n, c in configs.items()
+                if c and _title(c["case"]) == row[0] and c["case"]["liquid_percent"] == amount
+            ]
+            where = f"first table, {row[0]}, {name}"
+            data = summary(folder, same[0]) if same else None
+            if not same or data is None:
+                yield f"{where}: no such case", retained, None, "3 digits"
+                continue
+            end, coarse = data["fraction_retained_end"], data["coarse_share"]
+            yield f"{where}, retained", retained, end, "3 digits"
+            share = (1.0 - end) / (1.0 - coarse)
+            yield f"{where}, passed", passed, round(share, 2), "3 digits"
+            yield f"{where}, cannot pass", row[1], coarse, "3 digits"
+
+
+def _title(case: dict[str, Any]) -> str:
+    sizes = "/".join(f"{case[f'{c}_mm']:g}" for c in ("small", "near_mesh", "large"))
+    return f"{case['material']} {sizes} mm, a = {case['aperture_mm']:g} mm, A = {case['set_amplitude_mm']:g} mm"
+
+
+def _cards(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
+    """The numbers on top that are the worst of all cases."""
+    said = {words: value for value, words in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", text)}
+    errors = [s["ledger_error"] for n in cases if (s := summary(folder, n)) and s["ledger_error"] is not None]
+    replays = [r["quantities"].values() for n in cases if (r := _json(folder, n, "replay.json"))]
+    worst = [q["largest"] for rows in replays for q in rows if q["tolerance"] <= 1e-9]
+    for words, values in (("largest error of the liquid ledger", errors), ("largest relative deviation", worst)):
+        shown = next((value for name, value in said.items() if name.startswith(words)), "–")
+        yield f"card, {words}", shown, max(values, default=None), "power"

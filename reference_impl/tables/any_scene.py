@@ -1,0 +1,83 @@
+"""Liquid by wall and contact statistics of a scene of one's own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from reference_impl.replay.compare import Floats
+from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
+
+NAMES = ("liquid_by_wall", "contact_statistics")
+MOTION = ["type", "x", "y", "z", "vx", "vy", "vz"]
+
+
+def written(folder: Path) -> bool:
+    """Whether the results of a run are those of a scene of one's own."""
+    if any(path.stem in NAMES for path in (folder / "results").glob("*")):
+        return True
+    path = folder / "summary.json"
+    try:
+        return path.exists() and "contacts_end" in json.loads(path.read_text())
+    except (OSError, ValueError, TypeError, RecursionError):
+        return False  # said where it is read
+
+
+def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
+    """Read all outputs of a run once."""
+    of = Bodies.of(folder, scene, lambda wall: str(wall["name"]))
+    radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
+    r, liquid, touching, lost = np.array([radius[k] for k in of.kind]), [], [], 0
+    for o in outputs(folder, scene, of, MOTION):
+        stamp = {"step": float(o.step), "time_s": o.step * scene["time_step_s"]}
+        liquid.append({**stamp, **_held(of, o)})
+        touching.append({**stamp, **_contacts(of, o, r[o.at], scene)})
+        lost = max(lost, int((~o.here).sum()))
+    by_wall, contacts = pd.DataFrame(liquid), pd.DataFrame(touching)
+    initial = float(of.film.sum())
+    return Own(
+        tables=dict(zip(NAMES, (by_wall, contacts), strict=True)),
+        liquid=by_wall,
+        checks={"no_particle_lost": float(lost), "liquid_accounted_for": accounted(by_wall, initial)},
+        limits={"no_particle_lost": 0.0, "liquid_accounted_for": ALL_THERE},
+        said=[len(of.ids), lost],
+        more={},
+        ends={str(k): float(v) for k, v in touching[-1].items() if k not in ("step", "time_s")},
+        mass=float(of.mass.sum()),
+        initial=initial,
+        counts=of.counts,
+    )
+
+
+def _held(of: Bodies, o: Output) -> dict[str, float]:
+    """One row of where the liquid is [m3]."""
+    row = {f"spheres_{slug(c)}_m3": o.on[of.kind == kind].sum() for kind, c in of.names.items()}
+    row |= {f"wall_{name}_m3": amount for name, amount in zip(of.walls, o.walls, strict=True)}
+    total = sum(row.values()) + o.left
+    return {**row, "left_m3": o.left, "total_m3": total, "standing_bridges_m3": o.standing, "initial_m3": of.film.sum()}
+
+
+def _contacts(of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any]) -> dict[str, float]:
+    """One row of touching spheres, bridges, speeds and height of the centre of mass."""
+    at, v = (o.places[names].to_numpy(float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
+    pairs = cKDTree(at).query_pairs(2.0 * float(r.max()), output_type="ndarray")
+    a, b = pairs[:, 0], pairs[:, 1]
+    depth = (r[a] + r[b] - np.sqrt(((at[a] - at[b]) ** 2).sum(axis=1))) / np.minimum(r[a], r[b])
+    depth, speed, g = depth[depth > 0.0], np.sqrt((v**2).sum(axis=1)), np.array(scene["gravity_m_per_s2"], float)
+    pull, n, mass = float(np.sqrt((g**2).sum())), len(at), of.mass[o.at]
+    height = at @ (-g / pull) if pull else np.zeros(n)
+    return {
+        "contacts_per_sphere": 2.0 * len(depth) / n,
+        "mean_overlap": float(depth.mean()) if len(depth) else 0.0,
+        "largest_overlap": float(depth.max(initial=0.0)),
+        "bridges_per_sphere": 2.0 * o.bridges / n,
+        "mean_speed_m_per_s": float(speed.mean()),
+        "largest_speed_m_per_s": float(speed.max()),
+        "centre_of_mass_height_m": float((mass * height).sum() / mass.sum()),
+    }

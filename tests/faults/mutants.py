@@ -1,0 +1,119 @@
+"""Random faults in source text: an operator, a constant, an index, a sign, a dropped line, two arguments exchanged.
+
+Made on tokens, so that C++ and Python are treated alike; what no longer compiles is drawn anew by whoever tries it.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+OPERATORS = {
+    "+": "-", "-": "+", "*": "/", "/": "*", "<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==",
+    "&&": "||", "||": "&&", "+=": "-=", "-=": "+=", "and": "or", "or": "and", "min": "max", "max": "min", "sin": "cos",
+    "true": "false", "false": "true", "True": "False", "False": "True", "x": "y", "y": "z", "z": "x", "i": "j", "j": "i",
+}  # fmt: skip
+SKIPPED = r'"""(?:.|\n)*?"""|//[^\n]*|/\*(?:.|\n)*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\''
+"""Comments and texts; in Python what follows # as well."""
+TOKEN = re.compile(
+    rf"(?P<skip>{SKIPPED}|#[^\n]*)|(?P<number>\b\d+\.?\d*(?:[eE][+-]?\d+)?)|(?P<word>[A-Za-z_]\w*)"
+    r"|(?P<sign><=|>=|==|!=|&&|\|\||\+=|-=|\*=|->|::|<<|>>|\+\+|--|\*\*|[-+*/<>])"
+)
+PAIR = re.compile(r"\(([A-Za-z_][\w.]*), ([A-Za-z_][\w.]*)\)")
+NO_STATEMENT = (
+    "import",
+    "from",
+    "def",
+    "class",
+    "return",
+    "@",
+    "#",
+    "}",
+    "using",
+    "struct",
+    "namespace",
+    "template",
+    "*",
+)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A fault: the file, its line, what was done to it, and the new text."""
+
+    path: Path
+    line: int
+    what: str
+    text: str
+
+
+def draw(paths: list[Path], chance: random.Random) -> Mutant:
+    """One fault in one of the files, every place as likely as any other of the same file; long files are hit more often."""
+    weights = [p.stat().st_size for p in paths]
+    while True:
+        path = chance.choices(paths, weights)[0]
+        found = list(mutants(path))
+        if found:
+            return chance.choice(found)
+
+
+def mutants(path: Path) -> Iterator[Mutant]:
+    """All faults that can be made in a file."""
+    text = path.read_text()
+    yield from _tokens(path, text)
+    yield from _exchanged(path, text)
+    yield from _dropped(path, text)
+
+
+def _line(text: str, place: int) -> int:
+    return text.count("\n", 0, place) + 1
+
+
+def _tokens(path: Path, text: str) -> Iterator[Mutant]:
+    for match in TOKEN.finditer(text):
+        old = match.group()
+        line = text[text.rfind("\n", 0, match.start()) + 1 : match.start()].lstrip()
+        if match.group("skip") or line.startswith(("import ", "from ", "#include", "def ", "class ", "@")):
+            continue
+        new = _number(old) if match.group("number") else OPERATORS.get(old)
+        if new is not None:
+            yield Mutant(
+                path, _line(text, match.start()), f"{old} -> {new}", text[: match.start()] + new + text[match.end() :]
+            )
+
+
+def _number(old: str) -> str:
+    """A constant one per cent too large, a whole number one too large."""
+    return repr(1.01 * float(old) or 1e-3) if "." in old or "e" in old.lower() else str(int(old) + 1)
+
+
+def _exchanged(path: Path, text: str) -> Iterator[Mutant]:
+    for match in PAIR.finditer(text):
+        a, b = match.groups()
+        new = f"({b}, {a})"
+        yield Mutant(
+            path,
+            _line(text, match.start()),
+            f"{match.group()} -> {new}",
+            text[: match.start()] + new + text[match.end() :],
+        )
+
+
+def _dropped(path: Path, text: str) -> Iterator[Mutant]:
+    """Whole statements on one line that change something."""
+    lines = text.split("\n")
+    for k, line in enumerate(lines):
+        said = line.strip()
+        if path.suffix == ".py":
+            whole = re.fullmatch(r"[\w.\[\], ]+ (?:[-+*/]?=) .*[^,({\[]|[\w.]+\(.*\)", said) and said.count(
+                "("
+            ) == said.count(")")
+            new = line[: len(line) - len(line.lstrip())] + "pass"
+        else:
+            whole = said.endswith(";") and re.match(r"[\w.>\[\]-]+ (?:[-+*/]?=) |[\w.>-]+\(", said)
+            new = ""
+        if whole and not said.startswith(NO_STATEMENT):
+            yield Mutant(path, k + 1, f"dropped: {said}", "\n".join([*lines[:k], new, *lines[k + 1 :]]))

@@ -1,0 +1,394 @@
+"""The report read as it is shown: planted faults in labels, colours, panels, curves and tables are found and named."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pywet import config as settings
+from pywet import stages
+from pywet.files import write_json, write_table
+from pywet.plan import audit
+from pywet.report import collect, plots, report
+from pywet.runs.shapes import FORCES
+from reference_impl.shown import report as shown
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parent.parent.parent
+CASES = (1, 2, 3, 4, 5, 6)
+"""Dry, 5 % and 10 % liquid at two amplitudes: two panels of three curves."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Six cases whose tables differ in every column."""
+    root, config, random = tmp_path_factory.mktemp("report"), settings.load(ROOT / "config"), np.random.default_rng(3)
+    for number in CASES:
+        case = config.case(number)
+        run = synthetic.make(root / case.name, moist=case.liquid_percent > 0, name=case.name)
+        stages.results(run)
+        _tables(run, random)
+        _files(run, number, random)
+        write_json(run / "config.json", {"case": json.loads(case.model_dump_json())})
+        for stage in stages.NEEDS:
+            stages.attempt(run, stage, lambda: None)
+    return root
+
+
+def _tables(run: Path, random: np.random.Generator) -> None:
+    """Curves of 31 outputs that fall at random, and liquid that goes from holder to holder."""
+    time = np.linspace(-0.1, 1.4, 31)
+    clock = {"step": np.arange(31) * 100, "time_s": time + 0.1, "time_since_opening_s": time}
+    for name in ("fraction_retained", "liquid_by_holder"):
+        path = run / "results" / f"{name}.parquet"
+        columns = [c for c in pd.read_parquet(path) if c not in clock]
+        table = pd.DataFrame({**clock, **{c: 1.0 - np.sort(random.uniform(0, 0.6, 31)) * (time > 0) for c in columns}})
+        for kind in ("small", "near_mesh", "large") if name == "fraction_retained" else ():
+            table[f"fraction_retained_{kind}"] = 1.0 - np.sort(random.uniform(0, 0.6, 31)) * (time > 0)
+        if name == "liquid_by_holder":
+            shares = np.cumsum(random.uniform(0, 1, (31, len(plots.PLACES))), axis=0)
+            shares *= 2e-6 / shares.sum(axis=1)[:, None]
+            table = table.assign(initial_m3=2e-6, **dict(zip((f"{p}_m3" for p in plots.PLACES), shares.T, strict=True)))
+        write_table(table, path)
+
+
+def _files(run: Path, number: int, random: np.random.Generator) -> None:
+    data = json.loads((run / "summary.json").read_text())
+    table = pd.read_parquet(run / "results" / "fraction_retained.parquet")
+    data["fraction_retained_end"] = float(table["fraction_retained"].iloc[-1])
+    data["coarse_share"], data["wall_s"], data["steps"] = 0.3, float(random.uniform(10, 90)), 48000 + number
+    if data["events"]:
+        data["events"] = {"formations": 12000 + number, "ruptures": 11000 + number}
+        data["ledger_error"] = float(random.uniform(1e-16, 9e-16))
+        holders = (
+            "coarse_material",
+            "fines",
+            "wires",
+            "side_wall",
+            "outlet",
+            "collecting_bin",
+            "left",
+            "standing_bridges",
+        )
+        data["liquid_end_m3"] = {name: float(random.uniform(1e-8, 1e-6)) for name in holders}
+        rows = {}
+        for name in ("volume", "force"):
+            largest, median = (float(v) for v in random.uniform(2, 9, 2) * [1e-13, 1e-16])
+            rows[name] = {"scale": "itself", "count": 3, "largest": largest, "median": median, "tolerance": 1e-9}
+        write_json(run / "replay.json", {"quantities": rows})
+    write_json(run / "summary.json", data)
+    effects = []
+    for name, law in (("bridges", None), ("capillary", "rabinovich"), ("gravity", None)):
+        number, share = (float(v) for v in random.uniform([0.02, 0.1], [3.0, 0.9]))
+        words = {"effect": name, "on": True, "why": "preset", "quantity": "force over weight", "law": law}
+        effects.append(
+            {**words, "number": number, "threshold": 0.01, "predicted_share": share, "predicted_within": 3.0}
+        )
+    write_json(run / "plan.json", {"rows": effects, "effects": {}})
+    shares = {
+        name: {"acting": True, "impulse_share": float(random.uniform(0.1, 0.9)), "energy_share": 0.1} for name in FORCES
+    }
+    write_json(run / "contributions.json", {"effects": shares})
+    audit.write(run)
+
+
+def written(folder: Path) -> Path:
+    out = folder / "report.html"
+    report.write(settings.load(ROOT / "config"), "smoke", CASES, folder, ROOT / "workflow" / "report", None, out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def right(folder: Path) -> str:
+    """The report without a fault."""
+    return written(folder).read_text()
+
+
+def read(path: Path) -> list[str]:
+    return shown.check(path, ROOT / "config" / "cases.csv").faults
+
+
+def test_the_report_as_it_is(folder: Path, right: str) -> None:
+    """Two panels of three curves and a line, one of two and a line, one of two classes for three amounts, one stack of ten."""
+    path = folder / "whole.html"
+    path.write_text(right)
+    found = shown.check(path, ROOT / "config" / "cases.csv")
+    assert found.faults == [] and found.curves == 2 * 4 + 3 + 6 + 10 and found.numbers > 150
+
+
+Curve = Callable[..., None]
+
+
+def curve(
+    change: Callable[[Any, str, dict[str, Any]], tuple[Any, str, dict[str, Any]]],
+) -> Callable[[pytest.MonkeyPatch], None]:
+    """Every curve drawn with another table, column or look."""
+    drawn = plots._curve
+
+    def other(axes: Any, result: collect.CaseResult, column: str, **look: Any) -> None:
+        table, column, look = change(result.retained, column, look)
+        drawn(axes, _with(result, table), column, **look)
+
+    return lambda patch: patch.setattr(plots, "_curve", other)
+
+
+def _with(result: collect.CaseResult, table: Any) -> collect.CaseResult:
+    from dataclasses import replace
+
+    return replace(result, retained=table)
+
+
+def swapped(text: str, one: str, two: str) -> str:
+    return text.replace(one, "\0").replace(two, one).replace("\0", two)
+
+
+def places(**labels: tuple[str, str]) -> Callable[[pytest.MonkeyPatch], None]:
+    return lambda patch: [patch.setitem(plots.PLACES, name, look) for name, look in labels.items()] and None
+
+
+def titles_swapped(patch: pytest.MonkeyPatch) -> None:
+    made = plots._panels
+
+    def other(*given: Any) -> list[plots.Panel]:
+        panels = made(*given)
+        names = [name for name, _ in panels]
+        return [(name, group) for name, (_, group) in zip(names[::-1], panels, strict=True)]
+
+    patch.setattr(plots, "_panels", other)
+
+
+def colours_of_one_panel(patch: pytest.MonkeyPatch) -> None:
+    made, calls = plots._moisture_colours, iter(range(100))
+    patch.setattr(plots, "_moisture_colours", lambda group: made(group)[:: -1 if next(calls) == 1 else 1])
+
+
+def in_fractions(patch: pytest.MonkeyPatch) -> None:
+    made = plots._draw_liquid
+    from dataclasses import replace
+
+    def other(axes: Any, group: Any) -> None:
+        made(axes, [replace(group[0], liquid=group[0].liquid.assign(initial_m3=2e-4))])
+
+    patch.setattr(plots, "_draw_liquid", other)
+
+
+DASHES = {"-": (0, (4, 2)), (0, (4, 2)): "-"}
+DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
+    "labels swapped": (
+        lambda p: p.setattr(
+            plots, "_moisture", lambda r: {0: "M = 5 %", 5: "dry"}.get(r.case.liquid_percent, "M = 10 %")
+        ),
+        "labelled 'dry' should be fraction_retained of case 1, but is fraction_retained of case 2",
+    ),
+    "classes swapped": (
+        curve(lambda t, c, k: (t, c.replace("small", "x").replace("near_mesh", "small").replace("x", "near_mesh"), k)),
+        "labelled 'dry, small' should be fraction_retained_small of case 1, but is fraction_retained_near_mesh of case 1",
+    ),
+    "spheres without liquid": (
+        curve(lambda t, c, k: (t, "fraction_retained_spheres" if c == "fraction_retained" else c, k)),
+        "but is",
+    ),
+    "one minus": (
+        curve(lambda t, c, k: (t.assign(**{c: 1 - t[c]}), c, k)),
+        "but is 1 minus fraction_retained of case 1",
+    ),
+    "late": (
+        curve(lambda t, c, k: (t.assign(time_since_opening_s=t["time_since_opening_s"] + 0.05), c, k)),
+        "moved by 0.05 s",
+    ),
+    "a hundredth off": (
+        curve(lambda t, c, k: (t.assign(**{c: 0.99 * t[c]}), c, k)),
+        "but is 0.99 times fraction_retained of case 1",
+    ),
+    "dashes swapped": (
+        curve(lambda t, c, k: (t, c, {**k, "linestyle": DASHES.get(k.get("linestyle", ""), "-")})),
+        "expected small solid, near mesh dashed",
+    ),
+    "colours of one panel swapped": (colours_of_one_panel, "stands for 'M = 10 %', elsewhere for 'dry'"),
+    "panels swapped": (titles_swapped, "should be fraction_retained of case 4, but is fraction_retained of case 1"),
+    "another amplitude in the title": (
+        lambda p: p.setattr(plots, "title", lambda r: "POM 5/7/10 mm, a = 8 mm, A = 2 mm"),
+        "there is no case for the label 'dry' in this panel",
+    ),
+    "a case left out": (
+        lambda p: p.setattr(plots, "_draw_moisture", lambda axes, g, d=plots._draw_moisture: d(axes, g[1:])),
+        "figure moisture: case 1 is not shown",
+    ),
+    "holders swapped": (
+        places(wires=("outlet", "#d98032"), outlet=("wires", "#e07a9c")),
+        "should be outlet_m3 of case 2, but is wires_m3",
+    ),
+    "two colours alike": (
+        places(outlet=("outlet", "#d98436")),
+        "the colours of 'wires' and 'outlet' can hardly be told apart",
+    ),
+    "liquid in fractions": (in_fractions, "but is 0.01 times"),
+    "share of another": (
+        lambda p: p.setattr(
+            plots, "_end", lambda axes, g: axes.axhline(0.35, color="#aab3bb", linestyle=":", label=shown.CANNOT)
+        ),
+        "the line at the share that cannot pass is at 0.35; expected 0.3",
+    ),
+    "axes swapped": (
+        lambda p: p.setattr(
+            plots, "_label_liquid", lambda a: (a.set_xlabel("liquid in % of what was put in"), a.set_ylabel(shown.TIME))
+        ),
+        "the axes are called 'liquid in % of what was put in'",
+    ),
+}
+"""Faults of the code that draws."""
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_faults_of_what_draws_are_found_and_named(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plant, said = DRAWN[name]
+    plant(monkeypatch)
+    faults = read(written(folder))
+    assert any(said in fault for fault in faults), faults
+
+
+def cell(section: str, row: str, column: int, change: Callable[[str], str]) -> Callable[[str], str]:
+    """One cell of a table changed: section, words of the first cell of its row, number of the column."""
+
+    def changed(text: str) -> str:
+        start = text.index(f'<section id="{section}">')
+        rows = [
+            m
+            for m in re.finditer(r"<tr.*?</tr>", text[start:], re.DOTALL)
+            if re.match(rf"<tr[^>]*>\s*<td>{row}</td>", m[0])
+        ]
+        cells = list(re.finditer(r"<td.*?>(.*?)</td>", rows[0][0], re.DOTALL))
+        at = start + rows[0].start() + cells[column].start(1)
+        was = cells[column][1]
+        return text[:at] + change(was) + text[at + len(was) :]
+
+    return changed
+
+
+def digit(was: str) -> str:
+    """The last digit one more."""
+    at = max(m.start() for m in re.finditer(r"\d", was.split("e")[0]))
+    return was[:at] + str((int(was[at]) + 1) % 10) + was[at + 1 :]
+
+
+def in_section(name: str, change: Callable[[str], str]) -> Callable[[str], str]:
+    def changed(text: str) -> str:
+        start = text.index(f'<section id="{name}">')
+        end = text.index("</section>", start)
+        return text[:start] + change(text[start:end]) + text[end:]
+
+    return changed
+
+
+SHOWN: dict[str, tuple[Callable[[str], str], str]] = {
+    "texts of the legend swapped": (
+        in_section("moisture", lambda s: swapped(s, ">M = 5 %<", ">dry<")),
+        "labelled 'dry' should be",
+    ),
+    "colours of the legend swapped": (
+        in_section(
+            "liquid",
+            lambda s: re.sub(r"(legend_1.*)", lambda m: swapped(m[1], "#d98032", "#e07a9c"), s, flags=re.DOTALL),
+        ),
+        "labelled 'outlet' should be outlet_m3 of case 2, but is wires_m3",
+    ),
+    "a colour not in the legend": (
+        in_section("classes", lambda s: s.replace("stroke: #4a9bd4", "stroke: #4a9bd5", 1)),
+        "is not in the legend",
+    ),
+    "names of curves": (
+        in_section("moisture", lambda s: s.replace("case01:fraction_retained", "case02:fraction_retained", 1)),
+        "is named case02:fraction_retained in the file",
+    ),
+    "data beside": (
+        in_section("moisture", lambda s: re.sub(r'("y": \[.*?), [\d.]+\]', r"\1, 0.5]", s, count=1)),
+        "the data beside the curve labelled",
+    ),
+    "labels beside": (
+        in_section("moisture", lambda s: s.replace('"label": "dry"', '"label": "wet"')),
+        "label or colour beside the curve labelled 'dry'",
+    ),
+    "numbers of an axis": (
+        in_section("curves", lambda s: s.replace(">0.6<", ">0.7<").replace(">0.8<", ">0.9<")),
+        "should be fraction_retained of case",
+    ),
+    "end misprinted": (cell("cases", "3", 10, digit), "table of cases, case 3, Y at end"),
+    "a sphere more": (cell("cases", "1", 6, digit), "table of cases, case 1, spheres"),
+    "events swapped": (
+        lambda t: cell("cases", "2", 13, lambda _: "12002")(cell("cases", "2", 12, lambda _: "11002")(t)),
+        "case 2, formations: '11002' is shown; expected 12002",
+    ),
+    "ledger misprinted": (cell("ledger", "5", 3, digit), "liquid ledger, case 5, fines"),
+    "columns of the ledger swapped": (
+        in_section("ledger", lambda s: swapped(s, "<th>fines</th>", "<th>wires</th>")),
+        "liquid ledger, case 2, fines",
+    ),
+    "ledger's error": (cell("ledger", "6", 12, digit), "liquid ledger, case 6, largest error"),
+    "largest and median swapped": (
+        cell("agreement", "force", 3, lambda was: "<br>".join(was.split("<br>")[::-1])),
+        "cross-check, force, case 2, largest",
+    ),
+    "number of an effect": (cell("effects", "capillary", 4, digit), "effects, capillary, case 3"),
+    "contribution misprinted": (
+        cell("contributed", "capillary", 3, lambda was: "77 %" + was[4:]),
+        "contributions, capillary, case 2",
+    ),
+    "prediction misprinted": (
+        cell("contributed", "capillary", 3, lambda was: re.sub(r"predicted \S+", "predicted 99", was)),
+        "case 2, predicted",
+    ),
+    "amounts in the first table swapped": (
+        in_section("answer", lambda s: swapped(s, "5 % liquid", "10 % liquid")),
+        "first table",
+    ),
+    "passed misprinted": (
+        in_section("answer", lambda s: re.sub(r"(\d+) % passed", "3 % passed", s, count=1)),
+        "dry, passed",
+    ),
+    "card misprinted": (
+        lambda t: re.sub(r"<b>(\d\.\d)(e−16)", r"<b>9.9\2", t, count=1),
+        "card, largest error of the liquid ledger",
+    ),
+}
+"""Faults of what is shown, planted in the page."""
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_faults_of_what_is_shown_are_found_and_named(name: str, folder: Path, right: str) -> None:
+    plant, said = SHOWN[name]
+    wrong = plant(right)
+    assert wrong != right
+    path = folder / "wrong.html"
+    path.write_text(wrong)
+    faults = read(path)
+    assert any(said in fault for fault in faults), faults
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser on this machine")
+def test_a_browser_shows_what_was_read(folder: Path, right: str, tmp_path: Path) -> None:
+    """The page as chromium has it in memory, after its scripts and its mending of markup, reads the same."""
+    (folder / "page.html").write_text(right)
+    command = [
+        "chromium",
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-gpu",
+        f"--user-data-dir={tmp_path}",
+        "--dump-dom",
+    ]
+    dom = subprocess.run(
+        [*command, str(folder / "page.html")], capture_output=True, text=True, timeout=120, check=True
+    ).stdout
+    (folder / "dom.html").write_text(dom)
+    path, cases = folder / "page.html", ROOT / "config" / "cases.csv"
+    mine, theirs = shown.check(path, cases), shown.check(folder / "dom.html", cases)
+    assert (theirs.faults, theirs.curves, theirs.numbers) == ([], mine.curves, mine.numbers)
