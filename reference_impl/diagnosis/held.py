@@ -49,7 +49,8 @@ class Held:
         if _is_number(self.given) and _is_number(self.expected):
             size = self.scale if self.scale is not None else abs(self.expected) or 1.0
             apart = abs(float(self.given) - float(self.expected))
-            return max(0.0, apart - self.room) / size if math.isfinite(apart) else 1e300
+            off = max(0.0, apart - self.room) / size
+            return min(off, 1e300) if math.isfinite(apart) else 1e300
         return 0.0 if type(self.given) is type(self.expected) and self.given == self.expected else 1.0
 
     @property
@@ -170,8 +171,10 @@ def shown(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return [_plain(v) for v in value]
+    if isinstance(value, dict):
+        return str(value)
     return number(value.item() if hasattr(value, "item") else value)
 
 

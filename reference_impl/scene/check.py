@@ -26,7 +26,7 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     scene = io.scene(run)
     try:
         _compare(section, run, dict(config), scene)
-    except (KeyError, TypeError, ValueError, StopIteration, IndexError, AttributeError, ZeroDivisionError) as error:
+    except (KeyError, TypeError, ValueError, StopIteration, IndexError, AttributeError, ArithmeticError) as error:
         raise io.ReplayError(
             f"{run}: scene.json and {configuration.FILE} cannot be laid beside each other ({error!r}); expected both as "
             "`pywet run` writes them: build the run again"

@@ -30,13 +30,13 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
     laws = {**preset, **{kind: law for kind, law in chosen.items() if kind != "preset" and law is not None}}
     by_number = asked.get("decide", "preset") == "tolerance"
     moist = float(config["case"]["liquid_percent"]) > 0.0
-    bridges = moist if asked.get("bridges", "auto") == "auto" else bool(asked["bridges"])
+    by_hand = {
+        effect: switch in (True, "on") for effect, switch in asked.items() if switch in (True, False, "on", "off")
+    }
+    bridges = by_hand.get("bridges", moist)
 
     def on(effect: str, possible: bool = True) -> bool | None:
-        switch = asked.get(effect, "auto")
-        if switch != "auto":
-            return bool(switch)
-        return None if possible and by_number else possible
+        return by_hand.get(effect, None if possible and by_number else possible)
 
     found: dict[str, Any] = {"bridges": bridges}
     for effect in SWITCHED:
@@ -52,8 +52,8 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
         found[effect] = on(effect)
     walls = on("wall_films", bridges)
     found["wall_films"] = walls if bridges else True
-    found["liquid_weight"] = asked.get("liquid_weight", "auto") is True
-    found["shedding"] = laws.get("shedding", DRIPPING) if asked.get("shedding", "auto") is True else None
+    found["liquid_weight"] = by_hand.get("liquid_weight", False)
+    found["shedding"] = laws.get("shedding", DRIPPING) if by_hand.get("shedding") else None
     return {name: value for name, value in found.items() if value is not None or name not in _TRUTHS}
 
 

@@ -121,6 +121,14 @@ def test_no_false_alarm_at_other_scales(number: int, scale: str, tmp_path: Path)
     assert not scene.check(tmp_path).findings
 
 
+def test_no_false_alarm_on_a_scene_for_the_other_engine(tmp_path: Path) -> None:
+    """Its rolling resistance is off, and an own seed counts."""
+    from pywet import stages
+
+    stages.build(ROOT / "config", 4, "smoke", tmp_path, engine="yade", seed=7)
+    assert not scene.check(tmp_path).findings
+
+
 EFFECTS = [
     {"capillary": False, "viscous_normal": False},
     {"wall_films": False, "sharing_by_size": False, "rolling": False},
