@@ -120,7 +120,7 @@ def opens_late(steps: int, step_s: float, speed: float) -> Change:
 
 
 def first_triangle(of_kind: int | None) -> Change:
-    """Triangles of the upper face of the floor are all its first one (of events of a kind)."""
+    """Of each wall part only the lowest triangle that is there (of events of a kind)."""
 
     def change(table: pd.DataFrame) -> pd.DataFrame:
         rows = table["partner_kind"] > 0
@@ -208,8 +208,8 @@ FAULTS: dict[str, Planted] = {
     "snapshots: end at j a millimetre off": Planted(
         "bridges", moved(["xj_z"], 1e-3), "snapshot_ends", "it is moved by 0, 0, 0.001"
     ),
-    "snapshots: first triangle of the part": Planted(
-        "bridges", first_triangle(None), "snapshot_triangle", "it is the first triangle of the part"
+    "snapshots: one triangle for every bridge of a part": Planted(
+        "bridges", first_triangle(None), "snapshot_triangle", "it is not the closest of the part"
     ),
     "works: capillary and normal drag exchanged": Planted(
         "energy",
