@@ -134,9 +134,9 @@ def drum_radius(count: int, radius: float, width: float) -> float:
     return math.sqrt(count * 4.0 / 3.0 * radius**3 / (0.55 * 0.35 * width))
 
 
-def drum_walls(radius: float, width: float, sides: int = 32, thickness: float = 0.003) -> tuple[Surface, ...]:
+def drum_walls(radius: float, width: float, sides: int = 32) -> tuple[Surface, ...]:
     """Mantle and two lids of a drum about the z axis, turning."""
-    low, high = -0.5 * width, 0.5 * width
+    low, high, thickness = -0.5 * width, 0.5 * width, 0.003
     outline = polygon(radius + thickness, sides)
     return (
         make_surface("mantle", "wall", tube(radius, thickness, sides, low, high), "turns"),

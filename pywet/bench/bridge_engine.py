@@ -28,7 +28,7 @@ STEPS = 4000
 
 def measured(query: Query) -> dict[str, Any]:
     """The answer with force, viscous force and rupture distance as the engine gives them."""
-    found = answer(query)
+    answered = answer(query)
     forces: dict[str, list[float | None]] = {}
     viscous: dict[str, list[float | None]] = {}
     distances: dict[str, float | None] = {}
@@ -43,10 +43,10 @@ def measured(query: Query) -> dict[str, Any]:
         viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
         broken = events[events["kind"] == RUPTURE]
         distances.setdefault(limit, float(broken["separation"].iloc[0]) if len(broken) else None)
-    found.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances)
-    found["volume_m3"] = float(events.loc[events["kind"] == FORMATION, "volume"].iloc[0])
-    found["measured_in"] = "liggghts"
-    return found
+    answered.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances)
+    answered["volume_m3"] = float(events.loc[events["kind"] == FORMATION, "volume"].iloc[0])
+    answered["measured_in"] = "liggghts"
+    return answered
 
 
 def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -> tuple[pd.DataFrame, pd.DataFrame]:

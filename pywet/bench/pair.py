@@ -52,8 +52,8 @@ class Pair:
 
     def exact(self, gaps: Floats) -> Floats:
         """Exact force [N], in overlap that at touch; nan where there is no bridge."""
-        found = [young_laplace.solve(max(float(s), 0.0), *self.bridge) for s in gaps]
-        return np.array([math.nan if b is None else b.force(self.sigma) for b in found])
+        bridges = [young_laplace.solve(max(float(s), 0.0), *self.bridge) for s in gaps]
+        return np.array([math.nan if b is None else b.force(self.sigma) for b in bridges])
 
     def limit(self, preset: str) -> float:
         """Static rupture distance [m]: Willett's law by the reference (`paper`), or the limit of stability (`exact`)."""

@@ -168,9 +168,9 @@ def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, flo
     """Run a scene by name and leave its numbers in scene_result.json."""
     if name not in SCENES:
         raise PywetError(f"there is no scene named {name}; expected one of {', '.join(SCENES)}")
-    found = SCENES[name](Path(run_dir), choice or Choice())
-    write_json(Path(run_dir) / RESULT, {k: None if math.isnan(v) else v for k, v in found.items()})
-    return found
+    numbers = SCENES[name](Path(run_dir), choice or Choice())
+    write_json(Path(run_dir) / RESULT, {k: None if math.isnan(v) else v for k, v in numbers.items()})
+    return numbers
 
 
 def _ledger(run_dir: Path) -> pd.Series:

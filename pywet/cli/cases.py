@@ -100,13 +100,21 @@ def replay(
 
 @app.command()
 def view(
-    run_dir: RunFolder, step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None
+    run_dir: RunFolder,
+    step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None,
+    movie: Annotated[
+        bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp, nothing else.")
+    ] = False,
 ) -> None:
-    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it."""
+    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or a movie."""
     from pywet import stages
     from pywet.report import render, vtk
 
     showing.need_run(run_dir)
+    if movie:
+        for path in showing.movie(run_dir):
+            out.print(str(path), soft_wrap=True, markup=False)
+        return
     stages.vtk(run_dir)
     for kind in vtk.KINDS:
         out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)

@@ -53,6 +53,6 @@ def agreement(
     make_folder(folder)
     for name in only or sources.SOURCES:
         with err.status(f"agreement: {name}"):
-            made = sources.run(name, folder)
+            made = sources.run_source(name, folder)
         out.print(f"{name:<12}{made.failed or f'{len(made.cells)} cells, {made.wall_s:.0f} s'}", soft_wrap=True)
-    out.print(str(page.make(folder)), soft_wrap=True, markup=False)
+    out.print(str(page.write_page(folder)), soft_wrap=True, markup=False)

@@ -24,9 +24,20 @@ def atlas(folder: Path, stock: bool) -> Path:
 
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("atlas", total=1.0)
-        return page.write(
+        return page.write_page(
             folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
         )
+
+
+def movie(run_dir: Path) -> list[Path]:
+    """The movie of a run with a progress bar."""
+    from rich.progress import Progress
+
+    from pywet.report import movie as drawing
+
+    with Progress(console=err, transient=True) as bar:
+        task = bar.add_task("movie", total=1.0)
+        return drawing.write(run_dir, progress=lambda share: bar.update(task, completed=share))
 
 
 def say_time(config: Any, case: int, scale: str) -> None:
@@ -49,7 +60,7 @@ def stage(folder: Path, stage: str, work: Any) -> None:
     """Run a stage, leave its status, stop with its reason when it failed."""
     from pywet import stages
 
-    status = stages.attempt(folder, stage, work)
+    status = stages.attempt(folder, stage, work, aloud=False)
     if not status.ok:
         raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
 

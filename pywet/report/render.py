@@ -16,15 +16,16 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report import sketch, vtk
-from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, blues, colour_limit
+from pywet.report import caption, cuboids, sketch, vtk
+from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit
 from pywet.runs.rundir import Floats, RunDir
-from pywet.schema import LARGE_WALL
+from pywet.schema import LARGE_WALL, SPHERE
 
 SIZE = (1500, 1250)
-METAL = "#9aa3ab"
-WIDEST_BRIDGE = 0.4
-"""Radius of the thickest tube over that of the smallest sphere: wide enough to show around the point of contact."""
+ANGLE = 35.0
+"""Of the camera, from top to bottom."""
+FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+"""Corners of the six faces of a cuboid."""
 BAR = {
     "title": "film thickness in µm\n",
     "color": "#333333",
@@ -69,28 +70,38 @@ def telling_step(run: RunDir) -> int:
 
 
 def draw(run: RunDir, step: int, picture: Path) -> None:
-    """Draw with VTK in this process."""
+    """Draw with VTK in this process: the scene, and below it what one is looking at."""
+    image, mm = scene(run, step, view(run, step), colour_limit(run, step), SIZE)
+    caption.below(image, caption.entries(run), caption.said(run, step), mm).save(str(picture), format="PNG")
+
+
+def scene(
+    run: RunDir, step: int, seen: tuple[Floats, float], limit: float, size: tuple[int, int], fine: bool = True
+) -> tuple[Any, float]:
+    """The scene as pixels (rows, columns, 3), and how many of these are a millimetre at its middle; `seen`: middle, width [m]."""
     import pyvista as pv
 
     pv.OFF_SCREEN = True
-    plotter: Any = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="three lights")
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="three lights")
     plotter.set_background(BACKGROUND)
-    centre, width = _view(run, step)
-    limit = colour_limit(run, step)
-    _add_spheres(plotter, run, step, limit)
+    centre, width = seen
+    _add_spheres(plotter, run, step, limit, 40 if fine else 16, size[0] // 56)
     _add_bridges(plotter, run, step, centre)
     _add_walls(plotter, run, step, centre, limit)
-    plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
-    plotter.enable_anti_aliasing("ssaa")
+    if fine:
+        plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
+        plotter.enable_anti_aliasing("ssaa")
     away = np.array([0.7, -2.2, 0.85]) * width
     aim = np.array([0.04, 0.0, 0.0]) * width
     plotter.camera_position = [tuple(centre + away), tuple(centre + aim), (0.0, 0.0, 1.0)]
-    plotter.camera.view_angle = 35.0
-    plotter.screenshot(str(picture))
+    plotter.camera.view_angle = ANGLE
+    image = plotter.screenshot(return_img=True)
     plotter.close()
+    per_metre = size[1] / 2.0 / np.tan(np.radians(ANGLE / 2.0)) / float(np.linalg.norm(away))
+    return image, 1e-3 * per_metre
 
 
-def _view(run: RunDir, step: int) -> tuple[Floats, float]:
+def view(run: RunDir, step: int) -> tuple[Floats, float]:
     """Middle and size [m] of what is worth seeing: the screen, the bed on it and the impact plate below."""
     here = run.trajectory[run.trajectory["step"] == step]
     corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
@@ -102,42 +113,44 @@ def _view(run: RunDir, step: int) -> tuple[Floats, float]:
     return np.asarray((low + high) / 2.0), float((high - low).max())
 
 
-def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float) -> None:
+def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int, letters: int) -> None:
     import pyvista as pv
 
     mesh = vtk.particles(run, step)
     cloud = pv.PolyData(mesh.points)
     cloud["diameter"] = 2.0 * mesh.point_data["radius"]
     cloud["film thickness in µm"] = 1e6 * mesh.point_data["film_thickness"]
-    ball = pv.Sphere(radius=0.5, theta_resolution=40, phi_resolution=40)
+    ball = pv.Sphere(radius=0.5, theta_resolution=facets, phi_resolution=facets)
     glyphs = cloud.glyph(scale="diameter", geom=ball, orient=False)
     look: dict[str, Any] = {"smooth_shading": True, "specular": 0.35, "specular_power": 20}
     if run.moist:
         name = "film thickness in µm"
-        plotter.add_mesh(glyphs, scalars=name, cmap=blues(), clim=(0.0, 1e6 * limit), scalar_bar_args=BAR, **look)
+        bar = {**BAR, "title_font_size": letters, "label_font_size": letters, "unconstrained_font_size": True}
+        plotter.add_mesh(glyphs, scalars=name, cmap=blues(), clim=(0.0, 1e6 * limit), scalar_bar_args=bar, **look)
     else:
         plotter.add_mesh(glyphs, color="#d9d3c7", **look)
 
 
 def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
-    """Bridges as straight tubes whose cross-section grows with the bridge's volume; those to cut-away walls are left out."""
+    """Bridges as cuboids whose visible volume is the bridge's; those to cut-away walls are left out."""
     import pyvista as pv
 
-    mesh = vtk.bridges(run, step)
-    if not len(mesh.points):
+    here = run.at_step("history/bridges", step) if run.moist else run.spheres[:0]
+    if not len(here):
         return
-    volume, kind = (np.asarray(mesh.cell_data[name][0]) for name in ("volume", "partner_kind"))
-    ends = mesh.points.reshape(-1, 2, 3)
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    shown = (length > 0) & ((kind != LARGE_WALL) | (ends[:, 1, 1] > centre[1]))
-    widest = WIDEST_BRIDGE * float(run.spheres["radius"].min())
-    radius = widest * np.clip(np.cbrt(volume / volume.max()), 0.5, 1.0)
-    tubes = [
-        pv.Cylinder(center=(a + b) / 2.0, direction=b - a, radius=r, height=h, resolution=14)
-        for (a, b), r, h in zip(ends[shown], radius[shown], length[shown], strict=True)
-    ]
-    if tubes:
-        plotter.add_mesh(pv.merge(tubes), color=BRIDGE_COLOUR, smooth_shading=True, split_sharp_edges=True)
+    first, second = (here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
+    kind = here["partner_kind"].to_numpy()
+    radius = run.spheres.set_index("id")["radius"]
+    ri, rj = (here[end].map(radius).to_numpy(dtype=float) for end in "ij")
+    volume, gap = (here[name].to_numpy(dtype=float) for name in ("volume", "separation"))
+    at_wall = kind != SPHERE
+    shown = (kind != LARGE_WALL) | (second[:, 1] > centre[1])
+    every = (first, second, at_wall, volume, gap, ri, np.where(at_wall, np.inf, rj))
+    corners = cuboids.corners(*(values[shown] for values in every))
+    if len(corners):
+        quads = (8 * np.arange(len(corners))[:, None, None] + FACES).reshape(-1, 4)
+        faces = np.insert(quads, 0, 4, axis=1)
+        plotter.add_mesh(pv.PolyData(corners.reshape(-1, 3), faces.ravel()), color=BRIDGE_COLOUR)
 
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: float) -> None:

@@ -12,6 +12,7 @@ from pywet.report import vtk
 from pywet.runs.rundir import Floats, RunDir
 
 BACKGROUND = "#f4f6f8"
+METAL = "#9aa3ab"
 BRIDGE_COLOUR = "#e4572e"
 TURN, TILT = np.radians(18.0), np.radians(24.0)
 """The view is turned about the vertical and tilted downwards by these angles."""

@@ -27,7 +27,8 @@ SORT = {
 
 OUTPUT = (
     "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
-    "contributions.json", "audit.json", "summary.json", "picture.png", "results", "vtk", "engine.partial.new",
+    "contributions.json", "audit.json", "summary.json", "picture.png", "movie.mp4", "movie.webp", "results", "vtk",
+    "engine.partial.new",
     *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
 )  # fmt: skip
 """All that follows from a run, by its path in the run directory."""

@@ -252,7 +252,7 @@ def readers(bench: Bench, run: Path) -> list[Callable[[], Any]]:
         lambda: stages.judge([run]),
         lambda: showing.show_summary(run),
         lambda: report.context(bench.config, "smoke", [collect.collect_run(run, bench.config.case(2))], None),
-        lambda: quantities.read(run),
+        lambda: quantities.read_run(run),
         lambda: digest.check(digest.load(bench.folder / "digest.json"), run),
     ]
 

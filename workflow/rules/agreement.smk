@@ -5,7 +5,7 @@
 # A source that fails leaves its reason in its file, and the page is made with its cells blank. What `engines` and the screening
 # cases have left in results/ is read where it is there, so run this target after them.
 
-from pywet.evidence.agreement.sources import SOURCES, found
+from pywet.evidence.agreement.sources import SOURCES, left_by_others
 
 AGREEMENT = "results/agreement"
 
@@ -16,7 +16,7 @@ rule agreement_source:
     params:
         source="{source}",
         # what is read is there or not: no input, but a reason to run again
-        found=lambda wildcards: found(wildcards.source, Path(AGREEMENT).parent),
+        found=lambda wildcards: left_by_others(wildcards.source, Path(AGREEMENT).parent),
     log:
         f"{AGREEMENT}/logs/{{source}}.log",
     wildcard_constraints:

@@ -19,6 +19,18 @@ rule picture:
         "../scripts/picture.py"
 
 
+rule movie:
+    input:
+        status=f"{ROOT}/{{case}}/status/vtk.json",
+    output:
+        video=f"{ROOT}/{{case}}/movie.mp4",
+        loop=f"{ROOT}/{{case}}/movie.webp",
+    log:
+        f"{LOGS}/{{case}}/movie.log",
+    script:
+        "../scripts/movie.py"
+
+
 rule report:
     input:
         cases=STATUS,

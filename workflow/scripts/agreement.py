@@ -6,4 +6,4 @@ from pywet import stages
 from pywet.evidence.agreement import page
 
 with stages.logged(Path(snakemake.log[0])):
-    page.make(Path(snakemake.output.page).parent)
+    page.write_page(Path(snakemake.output.page).parent)

@@ -6,4 +6,4 @@ from pywet import stages
 from pywet.evidence.agreement import sources
 
 with stages.logged(Path(snakemake.log[0])):
-    sources.run(snakemake.params.source, Path(snakemake.output.data).parent.parent)
+    sources.run_source(snakemake.params.source, Path(snakemake.output.data).parent.parent)

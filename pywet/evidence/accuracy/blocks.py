@@ -25,14 +25,14 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 def all_standings(table: dict[str, Any]) -> list[front.Standing]:
     """Where the defaults stand, for every knob, kind of case and group that was measured."""
-    found = [
+    standings = [
         front.standing(table, knob, kind, group, scenes)
         for kind, scenes in figures.SCENES.items()
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
     ]
-    return [s for s in found if s is not None]
+    return [s for s in standings if s is not None]
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -79,7 +79,7 @@ def fronts(table: dict[str, Any]) -> str:
     )
 
 
-def standing_table(table: dict[str, Any], standings: Sequence[front.Standing], beaten: Sequence[front.Standing]) -> str:
+def standing_table(table: dict[str, Any], standings: Sequence[front.Standing]) -> str:
     order = {(s.kind, s.knob, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
@@ -88,9 +88,11 @@ def standing_table(table: dict[str, Any], standings: Sequence[front.Standing], b
             if any(own):
                 cells = [Cell("–", "none") if s is None else _standing_cell(s) for s in own]
                 rows.append([Cell(f"{kind}: {KNOBS[knob].title}"), *cells])
-    said = [paragraph(_objection(s)) for s in beaten] or [
-        paragraph("No level of any setting is as cheap and better than the default beyond doubt.")
-    ]
+    said = [
+        paragraph(f"{KNOBS[s.knob].title.capitalize()}, {s.kind}, {s.group}: {s.said}.")
+        for s in standings
+        if s.verdict == "beaten"
+    ] or [paragraph("No level of any setting is as cheap and better than the default beyond doubt.")]
     said += [paragraph(text) for text in bargains(table)]
     return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
 
@@ -101,26 +103,21 @@ def _standing_cell(standing: front.Standing) -> Cell:
     return Cell(standing.verdict + by, grade, standing.said)
 
 
-def _objection(standing: front.Standing) -> str:
-    title = KNOBS[standing.knob].title.capitalize()
-    return f"{title}, {standing.kind}, {standing.group}: {standing.said}."
-
-
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
-    found = []
+    sentences = []
     for kind, scenes in figures.SCENES.items():
         for knob in KNOBS:
             for group in GROUPS:
                 text = front.bargain(table, knob, kind, group, scenes)
                 if text:
-                    found.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
-    if any(text.startswith("Capillary law") for text in found):
-        found.append(
+                    sentences.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
+    if any(text.startswith("Capillary law") for text in sentences):
+        sentences.append(
             "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "
             "`preset: exact` under `laws:` in config.yaml."
         )
-    return found
+    return sentences
 
 
 def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
@@ -148,7 +145,10 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         "Price in moist and in dry runs, error in fraction retained and in liquid shares. Green: the scale's default. Errors are "
         "against the finest level of the same scale; pale where chance may have made them."
     )
-    chosen = "".join(f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{_stands(t)}" for t in others)
+    chosen = "".join(
+        f"<h3>{_name(t).capitalize()}</h3>{fronts(t)}{live_with(t)}{standing_table(t, all_standings(t))}"
+        for t in others
+    )
     return text + html_table(header, rows) + chosen
 
 
@@ -161,11 +161,6 @@ def seeds_said(made: dict[str, Any]) -> str:
 def _name(table: dict[str, Any]) -> str:
     made = table["provenance"]
     return f"{made['scale']} scale" + ("" if made["size"] == made["scale"] else f", {made['size']}")
-
-
-def _stands(table: dict[str, Any]) -> str:
-    found = all_standings(table)
-    return standing_table(table, found, [s for s in found if s.verdict == "beaten"])
 
 
 def _at_scale(row: dict[str, Any] | None, default: bool, groups: tuple[str, ...]) -> list[Cell]:

@@ -19,6 +19,7 @@ from typing import Any
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import knobs
 from pywet.evidence.accuracy.errors import GROUPS, WET_SCENES
+from pywet.evidence.accuracy.knobs import CONFIGURABLE
 from pywet.files import read_json
 
 STORED = Path(__file__).with_name("table.json")
@@ -26,8 +27,6 @@ WANTED = ("fraction retained", "liquid shares", "force", "restitution")
 """Groups that count unless others are named."""
 NEAREST = ("reduced", "smoke")
 """Whose table is taken for a scale without one."""
-CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
-"""Knobs that a choice turns; contact log and ranks change nothing but the price, and are the user's."""
 
 
 @dataclass(frozen=True)
@@ -69,15 +68,15 @@ def parse(text: str) -> float:
 @cache
 def stored(path: Path = STORED) -> dict[str, Any]:
     """The stored table of the study; a knob that came after it has no levels there, and stays where it is."""
-    found: dict[str, Any] = read_json(
+    table: dict[str, Any] = read_json(
         path, "make the table of the accuracy study with `pywet study accuracy --store`", dict[str, Any]
     )
-    return found
+    return table
 
 
-def for_scale(scale: str, path: Path = STORED) -> tuple[dict[str, Any], tuple[str, ...]]:
+def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
     """The table of a scale and the knobs it may turn; without one of its own the nearest, with springs and wires left alone."""
-    tables = stored(path)["scales"]
+    tables = stored()["scales"]
     if scale in tables:
         return tables[scale], CONFIGURABLE
     nearest = next(tables[name] for name in NEAREST if name in tables)
@@ -88,7 +87,7 @@ def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGUR
     """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default."""
     scenes = WET_SCENES if moist else ("dry", "pair_dry")
     kind = "moist" if moist else "dry"
-    found: dict[str, list[Option]] = {}
+    by_knob: dict[str, list[Option]] = {}
     for knob, rows in table["knobs"].items():
         for row in rows:
             price = row["price"].get(kind)
@@ -103,8 +102,8 @@ def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGUR
                     size, limit = abs(error["value"]), error["limit"]
                     counted = size + limit if cheaper else size if size > limit else 0.0
                     charge[error["group"]] = max(charge[error["group"]], counted)
-            found.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"], charge))
-    return found
+            by_knob.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"], charge))
+    return by_knob
 
 
 def choose(
@@ -130,9 +129,9 @@ def choose(
     return best
 
 
-def combinations(found: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
+def combinations(by_knob: dict[str, list[Option]], wanted: Sequence[str]) -> Iterable[Chosen]:
     """Every combination of levels that is not worse than another of its knob in price and in all wanted errors."""
-    for picked in product(*(_worth(levels, wanted) for levels in found.values())):
+    for picked in product(*(_worth(levels, wanted) for levels in by_knob.values())):
         error = {group: sum(o.charge[group] for o in picked) for group in wanted}
         yield Chosen({o.knob: o.level for o in picked}, math.prod(o.price for o in picked), error)
 
@@ -168,8 +167,8 @@ def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTE
 def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
     """Group -> the largest error of any level that chance alone may make: what the study can tell apart."""
     scenes = WET_SCENES if moist else ("dry", "pair_dry")
-    found = dict.fromkeys(GROUPS, 0.0)
+    largest = dict.fromkeys(GROUPS, 0.0)
     for rows in table["knobs"].values():
         for error in (e for row in rows for e in row["errors"] if e["scene"] in scenes):
-            found[error["group"]] = max(found[error["group"]], error["limit"])
-    return found
+            largest[error["group"]] = max(largest[error["group"]], error["limit"])
+    return largest

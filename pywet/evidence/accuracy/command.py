@@ -26,12 +26,12 @@ def habit(table: dict[str, Any]) -> cost.Habit:
     return cost.Habit(laws, integrations, table["habit"]["exact_start"])
 
 
-def calibrated(config_dir: Path, anew: bool = False) -> cost.Coefficients:
+def calibrated(config_dir: Path) -> cost.Coefficients:
     """The cost model of this machine; measured with a progress bar at the first call."""
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("measuring this machine (once, a minute)", total=None, visible=False)
         return cost.of_this_machine(
-            config_dir, lambda done, of: bar.update(task, completed=done, total=of, visible=True), anew
+            config_dir, lambda done, of: bar.update(task, completed=done, total=of, visible=True)
         )
 
 
@@ -46,7 +46,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     table, turned = choice.for_scale(scale)
     moist = config.case(case).liquid_percent > 0
     chosen = choice.choose(table, share, moist, groups, turned)
-    changed = edit.settings_of(chosen.levels, turned)
+    changed = {knob: level for knob, level in chosen.levels.items() if knob in turned}
     machine, known = calibrated(config.folder), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)

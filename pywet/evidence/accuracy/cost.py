@@ -103,17 +103,15 @@ def kept() -> Coefficients | None:
         return None
 
 
-def of_this_machine(
-    config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None, anew: bool = False
-) -> Coefficients:
+def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
     """The coefficients from the cache, or measured now and kept there."""
-    held = None if anew else kept()
+    held = kept()
     if held is not None:
         return held
-    found = calibrate(config_dir, report)
+    measured = calibrate(config_dir, report)
     date = datetime.datetime.now(datetime.UTC).isoformat()
-    write_json(_path(), {**asdict(found), "machine": machine(), "date": date})
-    return found
+    write_json(_path(), {**asdict(measured), "machine": machine(), "date": date})
+    return measured
 
 
 @dataclass(frozen=True)

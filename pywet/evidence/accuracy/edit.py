@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
+from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.knobs import KNOBS, Level
-from pywet.evidence.accuracy.sieve import law_names, put
 from pywet.files import atomic_write
 
 Levels = Mapping[str, Level]
+Entry = TypeVar("Entry", bound=BaseModel)
 
 
-def settings_of(levels: Levels, turned: Sequence[str]) -> dict[str, Level]:
-    """The levels that are written: those of the knobs that may be turned."""
-    return {knob: level for knob, level in levels.items() if knob in turned}
+def put(entry: Entry, value: float) -> Entry:
+    """An entry of the configuration with another value."""
+    return entry.model_copy(update={"value": value})
+
+
+def law_names(level: str) -> dict[str, str | None]:
+    """Fields of the configuration's laws for a level of the capillary knob."""
+    exact = level == "exact"
+    own = {"preset": "exact", "capillary": None} if exact else {"preset": "paper", "capillary": level}
+    return {**own, "rupture": None, "transfer": None}
 
 
 def shown(knob: str, level: Level) -> str:

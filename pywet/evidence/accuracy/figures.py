@@ -40,8 +40,8 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
         columns = min(3, len(drawn))
         figure, axes = panels(len(drawn), columns, (4.0, 2.9), sharey=True)
         for ax, (knob, kinds) in zip(axes, drawn, strict=False):
-            for kind, found in kinds.items():
-                _draw_levels(ax, found, table["default"][knob], kind)
+            for kind, levels in kinds.items():
+                _draw_levels(ax, levels, table["default"][knob], kind)
             _dress(ax, KNOBS[knob].title, kinds)
         for first in axes[::columns]:
             first.set_ylabel("error [%]")
@@ -50,20 +50,16 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a knob for a moist and for a dry case, where they differ at all."""
-    found = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
-    return {kind: levels for kind, levels in found.items() if _tells(levels)}
+    by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
+    return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 
-def _tells(found: list[dict[str, Any]]) -> bool:
-    return any(p["value"] > 0.0 for p in found)
-
-
-def _draw_levels(ax: Axes, found: list[dict[str, Any]], base: Any, kind: str) -> None:
+def _draw_levels(ax: Axes, levels: list[dict[str, Any]], base: Any, kind: str) -> None:
     colour = KIND_COLOUR[kind]
-    x = [p["price"] for p in found]
-    y = [100.0 * max(p["value"], FLOOR) for p in found]
+    x = [p["price"] for p in levels]
+    y = [100.0 * max(p["value"], FLOOR) for p in levels]
     ax.plot(x, y, color=colour, lw=1.0, alpha=0.5, zorder=2)
-    for k, p in enumerate(found):
+    for k, p in enumerate(levels):
         zero = p["value"] < FLOOR
         if p["limit"] > 0.0 and not zero:
             ax.plot([x[k]] * 2, [y[k], 100.0 * (p["value"] + p["limit"])], color=colour, lw=0.9, alpha=0.6, zorder=2)
@@ -81,7 +77,7 @@ def _draw_levels(ax: Axes, found: list[dict[str, Any]], base: Any, kind: str) ->
 def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
-    prices = [p["price"] for found in kinds.values() for p in found]
+    prices = [p["price"] for levels in kinds.values() for p in levels]
     ax.set_xlim(min(0.7, 0.8 * min(prices)), max(1.6, 1.9 * max(prices)))
     ticks = [t for t in (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20) if ax.get_xlim()[0] <= t <= ax.get_xlim()[1]]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
@@ -108,12 +104,12 @@ def fronts(table: dict[str, Any]) -> Figure:
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, 2, figsize=(11.5, 4.4), sharey=True, layout="constrained")
         for ax, kind in zip(axes, ("moist", "dry"), strict=True):
-            found = choice.options(table, kind == "moist")
+            options = choice.options(table, kind == "moist")
             ends = []
             for (name, groups), colour in zip(wanted.items(), colours, strict=True):
                 if kind == "dry" and name == "force":
                     continue
-                line = _front(found, groups)
+                line = _front(options, groups)
                 x, y = [p for p, _ in line], [100.0 * max(e, FLOOR) for _, e in line]
                 ax.step(x, y, where="post", color=colour, lw=1.8)
                 ax.plot(x, y, "o", ms=3.5, color=colour)
@@ -134,9 +130,9 @@ def fronts(table: dict[str, Any]) -> Figure:
     return figure
 
 
-def _front(found: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
+def _front(options: dict[str, Any], wanted: Sequence[str]) -> list[tuple[float, float]]:
     """Prices and errors that no other combination beats, from cheap to exact."""
-    pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(found, wanted))
+    pairs = sorted((c.price, max(c.error.values())) for c in choice.combinations(options, wanted))
     line: list[tuple[float, float]] = []
     for price, error in pairs:
         if not line or error < line[-1][1] - 1e-12:

@@ -31,14 +31,14 @@ class Standing:
 
 def points(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tuple[str, ...]) -> list[dict[str, Any]]:
     """Levels of a knob with price and the error that is largest in the group; coarse to fine."""
-    found = []
+    of_levels = []
     for row in table["knobs"].get(knob, ()):
         price = row["price"].get(kind)
         errors = [e for e in row["errors"] if e["group"] == group and e["scene"] in scenes]
         if price is None or not errors:
             continue
         worst = max(errors, key=lambda e: (abs(e["value"]) > e["limit"], abs(e["value"])))
-        found.append(
+        of_levels.append(
             {
                 "level": row["level"],
                 "price": price["ratio"],
@@ -51,7 +51,7 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tupl
                 "errors": {(e["scene"], e["quantity"]): (abs(e["value"]), e["family"]) for e in errors},
             }
         )
-    return found
+    return of_levels
 
 
 def standing(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tuple[str, ...]) -> Standing | None:
@@ -82,11 +82,11 @@ def bargain(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tup
     own = next((p for p in levels if p["level"] == table["default"][knob]), None)
     if own is None:
         return None
-    found = [p for p in levels if p["price"] <= WORTH and own["value"] - p["value"] > GAIN]
-    found = [p for p in found if _compare(p, own)[0] and not _compare(p, own)[1]]
-    if not found:
+    better = [p for p in levels if p["price"] <= WORTH and own["value"] - p["value"] > GAIN]
+    better = [p for p in better if _compare(p, own)[0] and not _compare(p, own)[1]]
+    if not better:
         return None
-    best = min(found, key=lambda p: p["value"])
+    best = min(better, key=lambda p: p["value"])
     return (
         f"the default ({own['level']}) is off by {100 * own['value']:.0f} %; {best['level']} takes that to "
         f"{100 * best['value']:.1g} % for {best['price']:.2f} of the price"

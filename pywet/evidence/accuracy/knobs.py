@@ -102,6 +102,8 @@ KNOBS: dict[str, Knob] = {
     )
 }  # fmt: skip
 """Name of a field of `Setting` -> its knob."""
+CONFIGURABLE = ("fraction", "stiffness", "wire_sides", "capillary", "integration", "bridges_every")
+"""Knobs that a choice turns in the configuration; contact log and ranks change nothing but the price, and are the user's."""
 KNOBS_OF: dict[str, tuple[str, ...]] = {
     "dry": ("fraction", "stiffness", "wire_sides", "ranks"),
     "moist": tuple(KNOBS),

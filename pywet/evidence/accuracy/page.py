@@ -49,7 +49,7 @@ def write_page(
     sections = [
         Section("If you can live with …", blocks.live_with(table), "choose"),
         Section("The fronts: error against price", blocks.fronts(table), "fronts"),
-        Section("Where the defaults stand", blocks.standing_table(table, standings, beaten), "defaults"),
+        Section("Where the defaults stand", blocks.standing_table(table, standings), "defaults"),
         *(_knobs(table, group) for group in GROUPS),
         *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
         Section("What chance alone does", _seeds(table, runs, size), "seeds"),

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.evidence.accuracy.knobs import Setting, log_windows
+from pywet.evidence.accuracy.edit import changed, put
+from pywet.evidence.accuracy.knobs import CONFIGURABLE, Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
 from pywet.screening import cases
@@ -27,7 +27,6 @@ SEEDS = (10007, 10009, 10037, 10039, 10061, 10067)
 """Seeds of the engine are primes above 10000."""
 PLACES = ("coarse_material", "fines")
 LIQUID = ("coarse_material_m3", "fines_m3", "standing_bridges_m3")
-Entry = TypeVar("Entry", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -66,49 +65,17 @@ def size_named(name: str) -> Size:
 def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Config:
     """The configuration with another setting and seed, and a scale named SCALE of the study's size."""
     windows, steps = log_windows(setting.contact_log)
-    step = config.settings.time_step
-    settled = config.settings.model_copy(
-        update={
-            "seed": seed,
-            "time_step": step.model_copy(
-                update={
-                    "fraction": put(step.fraction, setting.fraction),
-                    "viscous_integration": setting.integration,
-                    "bridges_every": setting.bridges_every,
-                }
-            ),
-            "laws": config.settings.laws.model_copy(update=law_names(setting.capillary)),
-            "output": config.settings.output.model_copy(
-                update={"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
-            ),
-        }
-    )
+    log = {"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
+    output = config.settings.output.model_copy(update=log)
     scale = config.scale(size.scale)
-    update = {
-        "wire_sides": put(scale.wire_sides, setting.wire_sides),
-        "stiffness_factor": put(scale.stiffness_factor, setting.stiffness),
-    }
-    for name, value in (
-        ("width_mm", size.width_mm),
-        ("duration_s", size.duration_s),
-        ("slide_opens_at_s", size.opens_s),
-    ):
-        if value is not None:
-            update[name] = put(getattr(scale, name), value)
-    made = {**config.scales.scales, SCALE: scale.model_copy(update=update)}
-    return replace(config, settings=settled, scales=config.scales.model_copy(update={"scales": made}))
-
-
-def put(entry: Entry, value: float) -> Entry:
-    """An entry of the configuration with another value."""
-    return entry.model_copy(update={"value": value})
-
-
-def law_names(level: str) -> dict[str, str | None]:
-    """Fields of the configuration's laws for a level of the capillary knob."""
-    if level == "exact":
-        return {"preset": "exact", "capillary": None, "rupture": None, "transfer": None}
-    return {"preset": "paper", "capillary": level, "rupture": None, "transfer": None}
+    given = {"width_mm": size.width_mm, "duration_s": size.duration_s, "slide_opens_at_s": size.opens_s}
+    update = {name: put(getattr(scale, name), value) for name, value in given.items() if value is not None}
+    scales = config.scales.model_copy(
+        update={"scales": {**config.scales.scales, SCALE: scale.model_copy(update=update)}}
+    )
+    settled = config.settings.model_copy(update={"seed": seed, "output": output})
+    levels = {knob: getattr(setting, knob) for knob in CONFIGURABLE}
+    return changed(replace(config, settings=settled, scales=scales), SCALE, levels)
 
 
 def prepare(folder: Path, kind: str, setting: Setting, size: Size, seed: int, config_dir: Path) -> Scene:

@@ -148,15 +148,15 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
         scene, spheres, near = _prepare(folder, config, width_mm, which)
         steps = max(2 * EVERY, round(WORK / (3.0 if which.lists else 1.0) / len(spheres)))
         if deck.attached(scene):
-            found = _run(folder, scene, (FIRST, steps, steps), which)
+            run = _run(folder, scene, (FIRST, steps, steps), which)
             spent = [piece["run_s"] for piece in read_json(folder / "engine" / LOOP_TIME)]
-            step, start = min(spent[1:]) / steps, found["cpu_s"] - sum(spent)
+            step, start = min(spent[1:]) / steps, run["cpu_s"] - sum(spent)
         else:
             short, long = (
                 min(_run(folder, scene, (n,), which)["cpu_s"] for _ in range(REPEATS))
                 for n in (FIRST, FIRST + 3 * steps)
             )
-            found, step, start = {"bridges": 0.0}, (long - short) / (3 * steps), short
+            run, step, start = {"bridges": 0.0}, (long - short) / (3 * steps), short
         report()
         return Timed(
             step=step,
@@ -165,7 +165,7 @@ def _timed(config: Config, width_mm: float, which: Lattice, report: Callable[[],
             pairs=len(cKDTree(spheres[["x", "y", "z"]]).query_pairs(2.0 * min(c.radius_m for c in scene.classes))),
             near=near,
             triangles=sum(len(w.triangle_part) for w in scene.walls if w.holder == "wires"),
-            bridges=found["bridges"],
+            bridges=run["bridges"],
         )
 
 
@@ -222,10 +222,10 @@ def _lattice(scene: Scene, width: float, low: float, gap: float) -> pd.DataFrame
 
 def _near(wires: Surface, spheres: pd.DataFrame, reach: float) -> int:
     """Pairs of a sphere and a wire whose axis is nearer than `reach`."""
-    found, x = 0, spheres[["x", "y", "z"]].to_numpy()
+    near, x = 0, spheres[["x", "y", "z"]].to_numpy()
     for part in range(len(wires.part_half_width)):
         points = wires.corners[wires.part == part].reshape(-1, 3)
         low, high = points.min(axis=0), points.max(axis=0)
         across = np.delete(x - 0.5 * (low + high), np.argmax(high - low), axis=1)
-        found += int((np.hypot(*across.T) < reach).sum())
-    return found
+        near += int((np.hypot(*across.T) < reach).sum())
+    return near

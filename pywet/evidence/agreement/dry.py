@@ -118,13 +118,13 @@ def _truths(row: str) -> Iterator[Cell]:
 def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell]:
     """Deviation after the impact; momentum of the sliding impact."""
     table = read_table(folder / "trajectory.parquet")
-    found, link = read(table), f"runs/{folder.name}/"
+    outcome, link = read(table), f"runs/{folder.name}/"
     note = f"{PARTS} steps in the contact, first order in the step"
     if row == "restitution":
-        yield measured(row, column, np.array([found.normal]), np.array([RESTITUTION]), note=note, link=link)
+        yield measured(row, column, np.array([outcome.normal]), np.array([RESTITUTION]), note=note, link=link)
         return
     names = ["tangential velocity", "spin"]
-    yield measured(row, column, found.oblique, best.oblique, np.ones(2), at=names, note=note, link=link)
+    yield measured(row, column, outcome.oblique, best.oblique, np.ones(2), at=names, note=note, link=link)
     if row == "oblique_slide":
         linear, _, (size, _) = momenta(table, TWO)
         lost = np.linalg.norm(linear - linear[0], axis=1)

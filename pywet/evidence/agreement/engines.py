@@ -60,11 +60,11 @@ def source(crosscheck: Path) -> Source:
 def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
     """Fraction retained over time, and where the spheres lie at the end, of both groups."""
     try:
-        found = verdict.compare(groups[LIGGGHTS], groups[YADE], force=True)
+        comparison = verdict.compare(groups[LIGGGHTS], groups[YADE], force=True)
     except PywetError as error:
         yield from (not_run(row, YADE, str(error)) for row in ("retained_dry", *ENDS))
         return
-    by_name = {r.quantity: r for r in found.rows}
+    by_name = {r.quantity: r for r in comparison.rows}
     curves = [r for name, r in by_name.items() if name.startswith("fraction retained")]
     yield from _pair("retained_dry", curves, groups, lambda r: r.deviation)
     for row, name in ENDS.items():
@@ -145,8 +145,8 @@ def _set_against(row: str, column: str, ours: Floats, other: Floats, link: str) 
     if len(other) < 2 or len(ours) < 2:
         return not_run(row, column, HOW)
     scale = abs(float(ours.mean()))
-    _, (found,) = statistics.test([Sample(ours[:, None] / scale, other[:, None] / scale)])
-    said = "beyond" if found.p <= statistics.LEVEL else "within"
+    _, (finding,) = statistics.test([Sample(ours[:, None] / scale, other[:, None] / scale)])
+    said = "beyond" if finding.p <= statistics.LEVEL else "within"
     off = abs(float(other.mean() - ours.mean())) / scale
-    note = f"mean {other.mean():.4g} of {len(other)} seeds, {said} their spread (p = {found.p:.2g})"
-    return Cell(row, column, "measured", off, len(other), None, "", note, link, found.p > statistics.LEVEL)
+    note = f"mean {other.mean():.4g} of {len(other)} seeds, {said} their spread (p = {finding.p:.2g})"
+    return Cell(row, column, "measured", off, len(other), None, "", note, link, finding.p > statistics.LEVEL)

@@ -254,12 +254,12 @@ def _drag(pair: Pair, gaps: Floats) -> Iterator[Cell]:
     )
     for column in (WASHINO, EASO):
         try:
-            found = liggghts_drag(pair.points(gaps), column, ETA)["drag"].to_numpy(float)
+            drag = liggghts_drag(pair.points(gaps), column, ETA)["drag"].to_numpy(float)
         except PywetError as error:
             yield not_run(row, column, str(error))
             continue
         yield measured(
-            row, column, found, wanted, at=names, note="force with viscosity less that without, over the speed"
+            row, column, drag, wanted, at=names, note="force with viscosity less that without, over the speed"
         )
 
 
@@ -272,7 +272,7 @@ def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
     """Force over gap of all programs for the picture."""
     apart = drawn_gaps(pair)[drawn_gaps(pair) >= 0]
     exact = [None if math.isnan(f) else f for f in pair.exact(apart)]
-    found: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}
+    curves: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}
     for column in STOCK:
         for preset in CAPILLARY if column == YADE else ("paper",):
             try:
@@ -280,8 +280,8 @@ def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
             except PywetError:
                 continue
             name = f"YADE {LAWS[column, preset]}" if column == YADE else f"stock {column}"
-            found[name] = {"gap": gaps.tolist(), "force": [float(v) for v in np.nan_to_num(values)]}
-    return found
+            curves[name] = {"gap": gaps.tolist(), "force": [float(v) for v in np.nan_to_num(values)]}
+    return curves
 
 
 assert set(RADII) == set(PAIRS)

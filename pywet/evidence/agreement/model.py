@@ -56,16 +56,16 @@ class Source:
 
 
 def measured(
-    row: str, column: str, found: Floats, truth: Floats, size: Floats | None = None, *, at: Sequence[str] = (),
+    row: str, column: str, values: Floats, truth: Floats, size: Floats | None = None, *, at: Sequence[str] = (),
     note: str = "", link: str = "",
 ) -> Cell:  # fmt: skip
-    """Largest and median of |found − truth|/size (size: |truth|) over all values; `at` says where each one is.
+    """Largest and median of |values − truth|/size (size: |truth|) over all values; `at` says where each one is.
 
     >>> measured("r", "yade", np.array([1.0, 2.2]), np.array([1.0, 2.0]), at=["near", "far"]).worst_at
     'far'
     """
-    found, truth = np.asarray(found, dtype=float), np.asarray(truth, dtype=float)
-    off = np.abs(found - truth) / (np.abs(truth) if size is None else np.asarray(size, dtype=float))
+    values, truth = np.asarray(values, dtype=float), np.asarray(truth, dtype=float)
+    off = np.abs(values - truth) / (np.abs(truth) if size is None else np.asarray(size, dtype=float))
     if len(off) == 0 or not np.isfinite(off).all():
         bad = int(np.count_nonzero(~np.isfinite(off)))
         return Cell(row, column, "failed", note=f"{bad} of {len(off)} values are not finite; {note}", link=link)
@@ -74,9 +74,9 @@ def measured(
     return Cell(row, column, "measured", float(off[k]), len(off), float(np.median(off)), where, note, link)
 
 
-def truth(row: str, column: str, note: str, count: int = 0, link: str = "") -> Cell:
+def truth(row: str, column: str, note: str, count: int = 0) -> Cell:
     """The cell that the row's others are held against."""
-    return Cell(row, column, "truth", 0.0, count, note=note, link=link)
+    return Cell(row, column, "truth", 0.0, count, note=note)
 
 
 def basis(row: str, column: str, note: str, count: int = 0, link: str = "") -> Cell:

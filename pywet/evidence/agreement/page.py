@@ -46,11 +46,11 @@ class Table:
     @property
     def ours(self) -> list[Cell]:
         """Measured cells of LIGGGHTS + pywet, in the order of the rows."""
-        found = [self.cells.get((row.key, LIGGGHTS)) for row in ROWS]
-        return [c for c in found if c is not None and c.state == "measured"]
+        ours = [self.cells.get((row.key, LIGGGHTS)) for row in ROWS]
+        return [c for c in ours if c is not None and c.state == "measured"]
 
 
-def read(folder: Path) -> Table:
+def read_sources(folder: Path) -> Table:
     """Read the sources' files; one that is missing counts as failed."""
     sources = {}
     for name in SOURCES:
@@ -60,18 +60,18 @@ def read(folder: Path) -> Table:
     return Table(cells, sources)
 
 
-def make(folder: Path) -> Path:
+def write_page(folder: Path) -> Path:
     """Write index.html and table.json into the folder; the page."""
-    found = read(folder)
-    write_json(folder / "table.json", [c.__dict__ for c in found.cells.values()])
+    results = read_sources(folder)
+    write_json(folder / "table.json", [c.__dict__ for c in results.cells.values()])
     sections = [
-        Section("The table", f"<style>{STYLE.read_text()}</style>{legend()}{big_table(found)}", "Table"),
-        Section("What the deviations mean", meanings(found), "Meaning"),
-        Section("Pictures", pictures.all_of(found.sources), "Pictures"),
-        Section("What cannot be compared, and why", limits(found), "Limits"),
-        Section("Where the numbers come from", provenance(found), "Sources"),
+        Section("The table", f"<style>{STYLE.read_text()}</style>{legend()}{big_table(results)}", "Table"),
+        Section("What the deviations mean", meanings(results), "Meaning"),
+        Section("Pictures", pictures.all_of(results.sources), "Pictures"),
+        Section("What cannot be compared, and why", limits(results), "Limits"),
+        Section("Where the numbers come from", provenance(results), "Sources"),
     ]
-    return write(folder / "index.html", "Table of agreement", LEAD, sections, cards(found), "snakemake agreement")
+    return write(folder / "index.html", "Table of agreement", LEAD, sections, cards(results), "snakemake agreement")
 
 
 def colour(deviation: float) -> str:
@@ -83,12 +83,12 @@ def colour(deviation: float) -> str:
     return next(shade for top, shade, _ in BINS if deviation <= top)
 
 
-def cards(found: Table) -> list[Card]:
+def cards(results: Table) -> list[Card]:
     """Counts at the top."""
-    ours = found.ours
+    ours = results.ours
     tight = [c for c in ours if (c.deviation or 0.0) <= ROUND_OFF]
-    comparisons = sum(c.count for c in found.cells.values() if c.state == "measured")
-    failed = [s.name for s in found.sources.values() if s.failed]
+    comparisons = sum(c.count for c in results.cells.values() if c.state == "measured")
+    failed = [s.name for s in results.sources.values() if s.failed]
     shown = [
         Card(str(len(ROWS)), "quantities × scenes"),
         Card(f"{comparisons:,}".replace(",", " "), "single comparisons behind the table"),
@@ -118,7 +118,7 @@ def legend() -> str:
     )
 
 
-def big_table(found: Table) -> str:
+def big_table(results: Table) -> str:
     """Rows by group, one column for each program."""
     head = "".join(f"<th>{html.escape(h)}</th>" for h in ("quantity", "scene", *COLUMNS.values()))
     body = []
@@ -126,17 +126,17 @@ def big_table(found: Table) -> str:
         body.append(f'<tr class="group"><td colspan="{2 + len(COLUMNS)}">{html.escape(group)}</td></tr>')
         before = ""
         for row in (r for r in ROWS if r.group == group):
-            cells = "".join(_td(row, found.cells.get((row.key, column)), found) for column in COLUMNS)
+            cells = "".join(_td(row, results.cells.get((row.key, column)), results) for column in COLUMNS)
             name = '<tr class="again"><td>' if row.quantity == before else "<tr><td>"
             body.append(f"{name}{html.escape(row.quantity)}</td><td>{html.escape(row.scene)}</td>{cells}</tr>")
             before = row.quantity
     return f'<table class="agreement"><thead><tr>{head}</tr></thead><tbody>\n' + "\n".join(body) + "\n</tbody></table>"
 
 
-def _td(row: Row, cell: Cell | None, found: Table) -> str:
+def _td(row: Row, cell: Cell | None, results: Table) -> str:
     """One cell as HTML."""
     if cell is None:
-        failed = [f"{s.name}: {s.failed}" for s in found.sources.values() if s.failed]
+        failed = [f"{s.name}: {s.failed}" for s in results.sources.values() if s.failed]
         why = f"no result; {'; '.join(failed)}" if failed else "not part of this row's comparison"
         return f'<td class="{"failed" if failed else "none"}" title="{html.escape(why)}">{"?" if failed else "—"}</td>'
     hint = html.escape(_hint(row, cell))
@@ -166,10 +166,10 @@ def _hint(row: Row, cell: Cell) -> str:
     return "; ".join(parts) + (f". {cell.note}" if cell.note else "")
 
 
-def meanings(found: Table) -> str:
+def meanings(results: Table) -> str:
     """What a reader should take from the colours; every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
     by_row = {r.key: r for r in ROWS}
-    loose = sorted((c for c in found.ours if (c.deviation or 0.0) > ROUND_OFF), key=lambda c: -(c.deviation or 0.0))
+    loose = sorted((c for c in results.ours if (c.deviation or 0.0) > ROUND_OFF), key=lambda c: -(c.deviation or 0.0))
     rows: list[list[Td | str]] = [
         [by_row[c.row].quantity, Td(by_row[c.row].scene, left=True), said(c.deviation), Td(c.note, left=True)]
         for c in loose
@@ -195,11 +195,11 @@ MEANINGS = (
 )
 
 
-def limits(found: Table) -> str:
+def limits(results: Table) -> str:
     """Reasons of the empty cells, by column, most frequent first."""
     by_row = {r.key: r for r in ROWS}
     reasons: dict[str, dict[str, list[str]]] = {column: {} for column in COLUMNS}
-    for (key, column), cell in found.cells.items():
+    for (key, column), cell in results.cells.items():
         if cell.state in ("impossible", "not run", "failed"):
             why = cell.note if cell.state == "impossible" else f"{cell.state}: {cell.note}"
             reasons[column].setdefault(why, []).append(by_row[key].quantity)
@@ -213,11 +213,11 @@ def limits(found: Table) -> str:
     return table(["program", "reason", "cells", "quantities"], rows)
 
 
-def provenance(found: Table) -> str:
+def provenance(results: Table) -> str:
     """Sources, their state and time."""
     rows: list[list[Td | str]] = [
         [s.name, str(len(s.cells)), f"{s.wall_s:.0f} s", Td(s.failed, "bad", left=True) if s.failed else Td("run", "good")]
-        for s in found.sources.values()
+        for s in results.sources.values()
     ]  # fmt: skip
     said_how = paragraph(
         "`snakemake --cores 2 agreement` (or `pywet agreement`) runs the sources and writes this page; `data/*.json` hold the"

@@ -31,7 +31,7 @@ def drawn_gaps(pair: Pair) -> Floats:
 
 def pairs() -> list[Pair]:
     """The three pairs of the table."""
-    found = []
+    bodies = []
     for key, (ri, rj) in RADII.items():
-        found.append(Pair(key, ri, rj, V_STAR * bridge_radius(ri, rj) ** 3, (ANGLE, ANGLE), SIGMA))
-    return found
+        bodies.append(Pair(key, ri, rj, V_STAR * bridge_radius(ri, rj) ** 3, (ANGLE, ANGLE), SIGMA))
+    return bodies

@@ -39,8 +39,8 @@ def source(folder: Path) -> Source:
     """Cells of the replayed scenes and of the conserved quantities."""
     made = {"pair": _pair(folder / "pair"), "wall_pull": _wall(folder / "wall_pull"), "bed": _bed(folder / "bed")}
     cells: list[Cell] = []
-    for scene, found in made.items():
-        cells += _cells(scene, [found], f"runs/{scene}/", "")
+    for scene, replayed in made.items():
+        cells += _cells(scene, [replayed], f"runs/{scene}/", "")
     cells += [
         *_cluster(folder / "cluster"),
         *_split(folder / "exact_pair"),
@@ -65,12 +65,12 @@ def screening(results: Path) -> Source:
                 reasons = {**REPLAY_REASONS, **OWN_REASONS.get(key, {})}
                 cells += [impossible(f"{key}_{row}", column, why) for column, why in reasons.items()]
             continue
-        found = [read_json(f, shape=Replay) for f in kept]
+        replays = [read_json(f, shape=Replay) for f in kept]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
-        contacts = sum(f.get("contacts", 0) for f in found)
-        said = f"{len(found)} case{'s' * (len(found) > 1)}: {', '.join(names)}; {contacts} contacts"
+        contacts = sum(f.get("contacts", 0) for f in replays)
+        said = f"{len(replays)} case{'s' * (len(replays) > 1)}: {', '.join(names)}; {contacts} contacts"
         said += "; exact laws come from tables" if row == "screening_exact" else ""
-        cells += _cells(row, found, f"../{kept[0].parent.parent.name}/report.html", said, names)
+        cells += _cells(row, replays, f"../{kept[0].parent.parent.name}/report.html", said, names)
     return Source("screening", cells)
 
 

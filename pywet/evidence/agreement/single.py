@@ -42,10 +42,10 @@ def _buck(folder: Path) -> Iterator[Cell]:
     from pywet.collisions.wall.curves import problem
     from pywet.collisions.wall.twin import normal_coefficient
 
-    row, found, own, model = "buck", [], [], []
+    row, engine_e, own, model = "buck", [], [], []
     for k, speed in enumerate(SPEEDS):
         case = problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=speed)
-        found.append(engine.throw(case, folder / f"buck_{k}").e_n)
+        engine_e.append(engine.throw(case, folder / f"buck_{k}").e_n)
         own.append(normal_coefficient(case))
         model.append(float(wall.collide(case)["e_n"]))
     names = [f"{speed:g} m/s" for speed in SPEEDS]
@@ -56,7 +56,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
     )
     note = f"50 steps per contact; the paper's own reading of the model gives e up to {apart:.3f} away"
     yield measured(
-        row, LIGGGHTS, np.array(found), np.array(own), np.ones(len(own)), at=names, note=note, link="runs/buck_0/"
+        row, LIGGGHTS, np.array(engine_e), np.array(own), np.ones(len(own)), at=names, note=note, link="runs/buck_0/"
     )
     yield from _rest(row)
 
@@ -120,6 +120,6 @@ def _three(folder: Path) -> Iterator[Cell]:
     yield impossible(row, EXACT, "no closed form for three spheres")
     yield truth(row, REFERENCE, note, truth_v.size)
     note = f"a spring of {STIFFNESS:.0e} N/m stands for the model's hard impact; stiffer ones come closer"
-    found = twin.velocity[-1, :, :2].ravel()
-    yield measured(row, LIGGGHTS, found, truth_v.ravel(), size, at=names, note=note, link="runs/davis_three/")
+    final = twin.velocity[-1, :, :2].ravel()
+    yield measured(row, LIGGGHTS, final, truth_v.ravel(), size, at=names, note=note, link="runs/davis_three/")
     yield from _rest(row)

@@ -31,7 +31,7 @@ READ = {"screening": "*/case*/replay.json", "engines": "crosscheck/**/*.parquet"
 """What the last two sources read of other targets' results."""
 
 
-def found(name: str, results: Path) -> list[str]:
+def left_by_others(name: str, results: Path) -> list[str]:
     """Files of other targets that a source would read now, with their times: when these change, it is to be run again."""
     pattern = READ.get(name)
     return sorted(f"{p} {p.stat().st_mtime:.0f}" for p in results.glob(pattern)) if pattern else []
@@ -42,7 +42,7 @@ def data_file(folder: Path, name: str) -> Path:
     return folder / "data" / f"{name}.json"
 
 
-def run(name: str, folder: Path) -> Source:
+def run_source(name: str, folder: Path) -> Source:
     """Run one source and write its file; a failure is written, not raised."""
     if name not in SOURCES:
         raise PywetError(f"there is no source {name}; expected one of {', '.join(SOURCES)}")

@@ -37,12 +37,12 @@ class Stock:
         """Measure points (columns of engines.stock.points, `pair`, `what`) by every law; adds to what is there."""
         for column, law in dict.fromkeys((c, name) for (c, _), name in LAWS.items()):
             try:
-                found = self._program(column)(points, law)
+                forces = self._program(column)(points, law)
             except PywetError as error:
                 self.tables[column, law] = error
                 continue
             before = self.tables.get((column, law))
-            self.tables[column, law] = pd.concat([before, found]) if isinstance(before, pd.DataFrame) else found
+            self.tables[column, law] = pd.concat([before, forces]) if isinstance(before, pd.DataFrame) else forces
 
     @staticmethod
     def _program(column: str) -> Callable[[pd.DataFrame, str], pd.DataFrame]:
@@ -72,12 +72,12 @@ class Stock:
 
 def scans(stock: Stock, pairs: Sequence[str], column: str) -> dict[str, Floats]:
     """Gaps of the fine scan of each pair whose coarse scan found the end."""
-    found = {}
+    gaps = {}
     for pair in pairs:
         try:
             low, high = stock.bracket(column, pair, "coarse")
         except PywetError:
             continue
         if np.isfinite(low):
-            found[pair] = np.linspace(low, high, SCAN)
-    return found
+            gaps[pair] = np.linspace(low, high, SCAN)
+    return gaps

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,15 +27,15 @@ def _text(figure: Figure) -> str:
     return whole[whole.index("<svg") :]
 
 
-def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, laws: Sequence[str] = SHOWN) -> str:
+def error_maps(forces: pd.DataFrame, errors: pd.DataFrame) -> str:
     """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
     with plt.rc_context(STYLE):
-        figure, axes = panels(len(laws), 4, (2.9, 2.5))
+        figure, axes = panels(len(SHOWN), 4, (2.9, 2.5))
         equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
         degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
         at = equal.index[equal["angle_i_deg"] == degrees]
         image: Any = None
-        for axis, law in zip(axes, laws, strict=False):
+        for axis, law in zip(axes, SHOWN, strict=False):
             off = forces.loc[at].assign(error=100 * errors.loc[at, law])
             table = off.pivot_table(index="v_star", columns="share", values="error")
             look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
@@ -47,28 +46,26 @@ def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, laws: Sequence[str] =
         return _text(figure)
 
 
-def force_curves(angles: Sequence[float] = (0.0, 20.0, 40.0, 60.0), v_star: float = 1e-2) -> str:
+def force_curves() -> str:
     """Force over separation of all laws for equal spheres at four contact angles."""
     with plt.rc_context(STYLE):
-        figure, axes = panels(len(angles), 4, (3.0, 2.8))
-        for axis, degrees in zip(axes, angles, strict=False):
+        figure, axes = panels(4, 4, (3.0, 2.8))
+        for axis, degrees in zip(axes, (0.0, 20.0, 40.0, 60.0), strict=True):
             theta = math.radians(degrees)
-            _curves(axis, v_star, (1.0, 1.0, theta, theta), 1.0, SHOWN)
-            axis.set(title=f"θ = {degrees:g}°, V* = {v_star:g}", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
+            _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0)
+            axis.set(title=f"θ = {degrees:g}°, V* = 0.01", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
         axes[0].legend(fontsize=7)
         return _text(figure)
 
 
-def _curves(
-    axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float, laws: Sequence[str]
-) -> None:
+def _curves(axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float) -> None:
     """Exact force and laws up to the exact rupture distance."""
     limit = young_laplace.rupture(volume, *pair).separation
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
-    for law in laws:
+    for law in SHOWN:
         values = registry.get("capillary", law).functions[0](gaps, volume, *pair, sigma)
-        axis.plot(gaps, values, color=COLOURS.get(law, "#888888"), lw=1.1, label=law)
+        axis.plot(gaps, values, color=COLOURS[law], lw=1.1, label=law)
     axis.plot(gaps, [b.force(sigma) if b else np.nan for b in solved], **EXACT)
     axis.axvline(limit, color="#27323d", lw=0.8, ls=":")
 
@@ -134,7 +131,7 @@ def validation() -> str:
     with plt.rc_context(STYLE):
         figure, axes = panels(len(cases) + 1, 3, (3.9, 3.0))
         for axis, (title, volume, pair, sigma) in zip(axes, cases, strict=False):
-            _curves(axis, volume, pair, sigma, SHOWN)
+            _curves(axis, volume, pair, sigma)
             axis.set(title=title, xlabel="S [m]", ylabel="F [N]", ylim=(0, None))
             axis.ticklabel_format(scilimits=(-2, 2), axis="both")
         axes[0].legend(fontsize=7)

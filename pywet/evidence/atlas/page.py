@@ -24,14 +24,14 @@ Report = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
 
-def write(folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True) -> Path:
+def write_page(folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True) -> Path:
     """Compute and draw everything; returns the page's path."""
     report("exact bridges", 0.0)
     atlas = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
     report("laws, and tables of the exact law", 0.15)
-    found = errors.force_errors(atlas.forces).drop(columns=list(cost.LEFT_OUT), errors="ignore")
+    force_errors = errors.force_errors(atlas.forces).drop(columns=list(cost.LEFT_OUT), errors="ignore")
     tables = {
-        "forces": errors.force_table(atlas.forces, found),
+        "forces": errors.force_table(atlas.forces, force_errors),
         "rupture": errors.rupture_table(atlas.limits),
         "transfer": errors.transfer_table(atlas.limits),
         "misprints": errors.misprint_table(atlas.forces, atlas.limits),
@@ -42,7 +42,7 @@ def write(folder: Path, report: Report = lambda what, share: None, *, with_stock
     tables["stock"] = stock.summary(measured)
     report("pictures", 0.85)
     pictures = {
-        "error_maps": figures.error_maps(atlas.forces, found),
+        "error_maps": figures.error_maps(atlas.forces, force_errors),
         "force_curves": figures.force_curves(),
         "rupture": figures.rupture_curves(atlas.limits),
         "fig7": figures.fig7(),
@@ -127,18 +127,18 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
     )  # fmt: skip
 
 
-def _rupture(found: Frame, pictures: dict[str, str]) -> str:
+def _rupture(rupture: Frame, pictures: dict[str, str]) -> str:
     rows: list[list[Cell | str]] = [
         [f"`{r.law}`", str(r.bodies), _graded(float(r.median)), _percent(float(r.p95)), _percent(float(r.worst))]
-        for r in found[~found["law"].isin(cost.LEFT_OUT)].itertuples()
+        for r in rupture[~rupture["law"].isin(cost.LEFT_OUT)].itertuples()
     ]
     return table(["law", "bodies", "median |error| %", "95 % %", "worst %"], rows) + drawing(pictures["rupture"])
 
 
-def _sharing(found: Frame, pictures: dict[str, str]) -> str:
+def _sharing(transfer: Frame, pictures: dict[str, str]) -> str:
     """Parabola against exact, per pair of bodies."""
     rows: list[list[Cell | str]] = []
-    for (q, small, large), part in found.groupby(["ratio", "angle_i_deg", "angle_j_deg"], sort=False):
+    for (q, small, large), part in transfer.groupby(["ratio", "angle_i_deg", "angle_j_deg"], sort=False):
         worst = part.loc[part["difference"].abs().idxmax()]
         middle, exact = f"{part['difference'].abs().median():.3f}", f"{worst['transfer_i']:.3f}"
         rows.append(
@@ -157,18 +157,18 @@ def _sharing(found: Frame, pictures: dict[str, str]) -> str:
     return table(header, rows) + drawing(pictures["fig7"], caption)
 
 
-def _misprints(found: Frame) -> str:
+def _misprints(misprints: Frame) -> str:
     rows: list[list[Cell | str]] = [
         [f"`{r.printed}`", f"`{r.mended}`", str(r.bodies), f"{r.smallest:.0f}", f"{r.median:.0f}", f"{r.largest:.0f}"]
-        for r in found.itertuples()
+        for r in misprints.itertuples()
     ]
     return table(["as printed", "against", "bodies", "smallest %", "median %", "largest %"], rows)
 
 
-def _stock(found: Frame, missing: list[str]) -> str:
+def _stock(stock_errors: Frame, missing: list[str]) -> str:
     rows: list[list[Cell | str]] = [
         [*map(str, (r.program, r.law, r.bodies)), f"{r.share:g}", _percent(float(r.low)), _percent(float(r.high)), str(r.bridges)]
-        for r in found.itertuples()
+        for r in stock_errors.itertuples()
     ]  # fmt: skip
     said = paragraph(
         "Two bodies inside Debian's LIGGGHTS 3.8.0 and YADE 2023.02a; range of F/F exact − 1 in per cent over V* = 1e-3 and 1e-2 "

@@ -31,16 +31,16 @@ def compare(
         if against is not None:
             return _against(runs, against)
         left, right = _groups(runs, a, b)
-        found = verdict.compare(left, right, force)
+        comparison = verdict.compare(left, right, force)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
     if json_file is not None:
         from pywet.files import write_json
 
-        write_json(json_file, found.as_dict())
-    show(found)
-    return DIFFERENT if found.different else SAME
+        write_json(json_file, comparison.as_dict())
+    show(comparison)
+    return DIFFERENT if comparison.different else SAME
 
 
 def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple[list[Path], list[Path]]:
@@ -53,14 +53,14 @@ def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple
     return [r for p in left for r in verdict.runs_in(p)], [r for p in right for r in verdict.runs_in(p)]
 
 
-def show(found: verdict.Comparison) -> None:
+def show(comparison: verdict.Comparison) -> None:
     """The table and the one sentence."""
-    several = found.level is not None
+    several = comparison.level is not None
     last = ["spread", "p"] if several else []
     table = Table(box=None, header_style="bold", pad_edge=False)
     for name in ("quantity", "A", "B", "off", *last, "at [s]", ""):
         table.add_column(name, no_wrap=name != "quantity", min_width=None if name in ("quantity", "") else 7)
-    for row in found.rows:
+    for row in comparison.rows:
         colour = "red" if row.different else "green"
         numbers = [f"{row.spread:.1e}", f"{row.p:.2g}"] if several else []
         table.add_row(
@@ -68,17 +68,17 @@ def show(found: verdict.Comparison) -> None:
             "" if row.time_s is None else f"{row.time_s:.3g}", f"[{colour}]{SHORT.get(row.verdict, row.verdict)}",
         )  # fmt: skip
     out.print(table)
-    for name, entry in found.checks.items():
+    for name, entry in comparison.checks.items():
         (x, n), (y, m) = entry["a"], entry["b"]
         out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)
     for label in "ab":
-        for sentence in dict.fromkeys(found.compared[label]):
+        for sentence in dict.fromkeys(comparison.compared[label]):
             out.print(f"{label.upper()} {sentence}", soft_wrap=True)
-    if found.left_out:
-        out.print(f"not compared, since only some runs have them: {', '.join(found.left_out)}", soft_wrap=True)
+    if comparison.left_out:
+        out.print(f"not compared, since only some runs have them: {', '.join(comparison.left_out)}", soft_wrap=True)
     out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
-    out.print(f"method: {found.method}", soft_wrap=True)
-    out.print(found.verdict, style="red" if found.different else "green", soft_wrap=True, markup=False)
+    out.print(f"method: {comparison.method}", soft_wrap=True)
+    out.print(comparison.verdict, style="red" if comparison.different else "green", soft_wrap=True, markup=False)
 
 
 def _against(runs: Sequence[Path], file: Path) -> int:
@@ -86,13 +86,13 @@ def _against(runs: Sequence[Path], file: Path) -> int:
     if not runs:
         raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
     stored = digest.load(file)
-    found = [row for run in runs for row in digest.check(stored, run)]
+    rows = [row for run in runs for row in digest.check(stored, run)]
     table = Table("run", "quantity", "now", "digest", "allowed", "", box=None, header_style="bold")
-    for row in found:
+    for row in rows:
         said = "[green]as stored" if row.ok else "[red]changed"
         table.add_row(row.run, row.quantity, f"{row.value:.6g}", f"{row.mean:.6g}", f"± {row.allowed:.2g}", said)
     out.print(table)
-    bad = sorted({row.quantity for row in found if not row.ok})
+    bad = sorted({row.quantity for row in rows if not row.ok})
     out.print(
         f"changed since {stored.made}: {', '.join(bad)}" if bad else f"as the digest of {stored.made} says",
         style="red" if bad else "green",

@@ -21,7 +21,7 @@ from scipy import stats
 
 from pywet.bench.scenes import RESULT
 from pywet.errors import PywetError
-from pywet.evidence.compare.quantities import RunData, read
+from pywet.evidence.compare.quantities import RunData, read_run
 from pywet.files import read_if_there, read_model, write_json
 
 TIMES = 5
@@ -72,25 +72,25 @@ class Row:
 
 def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
     """Numbers of a run as (value, scale, unit): each quantity, a curve at TIMES of its span."""
-    found = {}
+    numbers = {}
     for q in run.quantities.values():
         if len(q.times) == 0:
-            found[q.name] = (float(q.values[0]), q.scale, q.unit)
+            numbers[q.name] = (float(q.values[0]), q.scale, q.unit)
             continue
         for share in np.arange(1, TIMES + 1) / TIMES:
             at = q.times[0] + share * (q.times[-1] - q.times[0])
-            found[f"{q.name} at {share:.0%}"] = (float(q.at(np.array([at]))[0]), q.scale, q.unit)
-    return found
+            numbers[f"{q.name} at {share:.0%}"] = (float(q.at(np.array([at]))[0]), q.scale, q.unit)
+    return numbers
 
 
 def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
     """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
-    found, result = numbers_of(read(run_dir)), Path(run_dir) / RESULT
+    held, result = numbers_of(read_run(run_dir)), Path(run_dir) / RESULT
     told = read_if_there(result, shape=dict[str, Any]) or {}
     numbers = {
         f"result {k}": (float(v), abs(float(v)) or 1.0, "") for k, v in told.items() if isinstance(v, int | float)
     }
-    return {**found, **numbers}
+    return {**held, **numbers}
 
 
 def make(name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], tolerance: float) -> Digest:
@@ -106,7 +106,7 @@ def make(name: str, command: str, runs: Sequence[dict[str, tuple[float, float, s
 
 def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) -> Digest:
     """Digest of finished run directories; refused when one fails a check of its own, the replay above all."""
-    runs = [read(p) for p in paths]
+    runs = [read_run(p) for p in paths]
     for run in runs:
         for check, (ok, value) in run.checks.items():
             if not ok:

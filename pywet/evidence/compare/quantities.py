@@ -58,16 +58,16 @@ class RunData:
 
     def fingerprint(self) -> dict[str, str]:
         """Hash of the content of each table (not of its file)."""
-        found = {}
+        hashes = {}
         for name in HASHED:
             table = _table(self.path, name)
             if table is not None:
                 rows = pd.util.hash_pandas_object(table, index=False).to_numpy()
-                found[name] = hashlib.sha256(rows.tobytes()).hexdigest()[:16]
-        return found
+                hashes[name] = hashlib.sha256(rows.tobytes()).hexdigest()[:16]
+        return hashes
 
 
-def read(run_dir: Path) -> RunData:
+def read_run(run_dir: Path) -> RunData:
     """Read a finished run."""
     run_dir = Path(run_dir)
     if not (run_dir / "scene.json").exists():
@@ -76,16 +76,16 @@ def read(run_dir: Path) -> RunData:
         )
     scene = Scene.read(run_dir / "scene.json")
     held = _whole(run_dir)
-    found = [
+    quantities = [
         *_retained(run_dir),
         *_liquid(run_dir, scene),
         *_counts(run_dir),
         *_energies(run_dir),
         *_bed(run_dir, scene),
     ]
-    if not found:
+    if not quantities:
         raise PywetError(f"{run_dir} has no results; expected a finished run: run it again")
-    return RunData(run_dir, scene, {q.name: q for q in found}, dict(_checks(run_dir)), held)
+    return RunData(run_dir, scene, {q.name: q for q in quantities}, dict(_checks(run_dir)), held)
 
 
 def _whole(run_dir: Path) -> dict[str, Any]:

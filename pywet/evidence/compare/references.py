@@ -38,9 +38,9 @@ class Reference:
 
 def _replayed(run_dir: Path) -> Numbers:
     """Replay a run and give its numbers; refused when the replay disagrees."""
-    found = stages.replay(run_dir)
-    if found is not None and not found["ok"]:
-        bad = [name for name, q in found["quantities"].items() if not q["ok"]]
+    replay = stages.replay(run_dir)
+    if replay is not None and not replay["ok"]:
+        bad = [name for name, q in replay["quantities"].items() if not q["ok"]]
         raise PywetError(f"the replay of {run_dir.name} disagrees on {', '.join(bad)}; no digest is made of such a run")
     return digest.numbers_in(run_dir)
 
@@ -73,8 +73,8 @@ def wall(seed: int, folder: Path) -> Numbers:
     from pywet.collisions.wall import wall as module
     from pywet.collisions.wall.curves import problem
 
-    found = module.collide(problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=1.0, angle_deg=30.0))
-    return _flat(found)
+    outcome = module.collide(problem("glass_1.74mm", ("water", 100), normal_velocity_m_per_s=1.0, angle_deg=30.0))
+    return {k: (float(v), max(abs(float(v)), 1e-300), "") for k, v in outcome.items() if isinstance(v, int | float)}
 
 
 def spheres(seed: int, folder: Path) -> Numbers:
@@ -90,10 +90,6 @@ def spheres(seed: int, folder: Path) -> Numbers:
     for name in ("end", "viscous", "impact"):
         numbers[f"energy {name}"] = (float(getattr(made.energy, name)), float(made.energy.start), "")
     return numbers
-
-
-def _flat(found: dict[str, object]) -> Numbers:
-    return {k: (float(v), max(abs(float(v)), 1e-300), "") for k, v in found.items() if isinstance(v, int | float)}
 
 
 SCENES: dict[str, Reference] = {

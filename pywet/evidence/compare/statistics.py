@@ -89,13 +89,13 @@ def permutation(
     n, m = len(samples[0].a), len(samples[0].b)
     joined = np.concatenate([np.concatenate([s.a, s.b]) for s in samples], axis=1)
     largest = _largest(joined - joined.mean(0), arrangements(n, m, seed, most), n, m, floor)
-    found = []
+    findings = []
     for s in samples:
         t = np.abs(pooled_t(s.a, s.b, floor))
         at = int(t.argmax())
         p = float(np.mean(largest >= t[at] * (1.0 - 1e-6)))
-        found.append(Finding(float(t[at]), at, p))
-    return found
+        findings.append(Finding(float(t[at]), at, p))
+    return findings
 
 
 def _largest(centred: Floats, chosen: list[NDArray[np.int64]], n: int, m: int, floor: float) -> Floats:
@@ -113,8 +113,8 @@ def student(samples: Sequence[Sample]) -> list[Finding]:
     raw = []
     for s in samples:
         picks = np.unique(np.linspace(0, s.a.shape[1] - 1, min(POINTS, s.a.shape[1])).round().astype(int))
-        found = [(_p_value(s.a[:, k], s.b[:, k]), int(k)) for k in picks]
-        (t, p), at = min(found, key=lambda f: f[0][1])
+        tested = [(_p_value(s.a[:, k], s.b[:, k]), int(k)) for k in picks]
+        (t, p), at = min(tested, key=lambda f: f[0][1])
         raw.append(Finding(t, at, min(1.0, p * len(picks))))
     return holm(raw)
 
@@ -135,17 +135,17 @@ def _p_value(a: Floats, b: Floats) -> tuple[float, float]:
     return float(t), float(2.0 * stats.t.sf(t, max(freedom, 1.0)))
 
 
-def holm(found: Sequence[Finding]) -> list[Finding]:
+def holm(findings: Sequence[Finding]) -> list[Finding]:
     """Holm's step-down adjustment over the quantities.
 
     >>> [f.p for f in holm([Finding(1.0, 0, 0.01), Finding(1.0, 0, 0.04)])]
     [0.02, 0.04]
     """
-    order = sorted(range(len(found)), key=lambda k: found[k].p)
-    adjusted, largest = list(found), 0.0
+    order = sorted(range(len(findings)), key=lambda k: findings[k].p)
+    adjusted, largest = list(findings), 0.0
     for rank, k in enumerate(order):
-        largest = max(largest, min(1.0, (len(found) - rank) * found[k].p))
-        adjusted[k] = Finding(found[k].t, found[k].at, largest)
+        largest = max(largest, min(1.0, (len(findings) - rank) * findings[k].p))
+        adjusted[k] = Finding(findings[k].t, findings[k].at, largest)
     return adjusted
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.evidence.compare import statistics
-from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData, read
+from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData, read_run
 from pywet.evidence.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.scene import Scene
 from reference_impl.replay import whole
@@ -67,12 +67,12 @@ def runs_in(folder: Path) -> list[Path]:
     folder = Path(folder)
     if (folder / "scene.json").exists():
         return [folder]
-    found = sorted(p.parent for p in folder.glob("*/scene.json"))
-    if not found:
+    run_dirs = sorted(p.parent for p in folder.glob("*/scene.json"))
+    if not run_dirs:
         raise PywetError(
             f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds"
         )
-    return found
+    return run_dirs
 
 
 def unlike(a: Scene, b: Scene) -> list[str]:
@@ -92,7 +92,7 @@ def unlike(a: Scene, b: Scene) -> list[str]:
 
 def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: float = LEVEL) -> Comparison:
     """Compare two runs (one path each) or two groups; `NotComparable` unless `force` when they simulate different things."""
-    groups = [[read(p) for p in paths] for paths in (a, b)]
+    groups = [[read_run(p) for p in paths] for paths in (a, b)]
     if not force:
         _comparable(groups)
     every = list(dict.fromkeys(n for g in groups for r in g for n in r.quantities))
@@ -151,16 +151,16 @@ def _comparable(groups: list[list[RunData]]) -> None:
 
 def _checks(groups: list[list[RunData]]) -> tuple[dict[str, Any], str]:
     """Checks by name: passed of all in each group; and what one group passes and the other not."""
-    found: dict[str, Any] = {}
+    checks: dict[str, Any] = {}
     for label, group in zip("ab", groups, strict=True):
         for run in group:
             for name, (ok, value) in run.checks.items():
-                entry = found.setdefault(name, {"a": [0, 0], "b": [0, 0], "worst": 0.0})
+                entry = checks.setdefault(name, {"a": [0, 0], "b": [0, 0], "worst": 0.0})
                 entry[label][0] += int(ok)
                 entry[label][1] += 1
                 entry["worst"] = max(entry["worst"], value)
-    failing = [n for n, e in found.items() if e["a"][0] < e["a"][1] or e["b"][0] < e["b"][1]]
-    return found, f"failed checks: {', '.join(failing)}" if failing else ""
+    failing = [n for n, e in checks.items() if e["a"][0] < e["a"][1] or e["b"][0] < e["b"][1]]
+    return checks, f"failed checks: {', '.join(failing)}" if failing else ""
 
 
 def _times(groups: list[list[RunData]], name: str) -> Floats:
@@ -212,8 +212,8 @@ def _groups(groups: list[list[RunData]], names: list[str], level: float) -> tupl
         kept.append(first.quantities[name])
         samples.append(Sample(a, b))
         times.append(at)
-    method, found = statistics.test(samples, level)
-    rows = [_row(q, s, t, f, level) for q, s, t, f in zip(kept, samples, times, found, strict=True)]
+    method, findings = statistics.test(samples, level)
+    rows = [_row(q, s, t, f, level) for q, s, t, f in zip(kept, samples, times, findings, strict=True)]
     called = [r for r in rows if r.different]
     n, m = len(groups[0]), len(groups[1])
     if called:
@@ -227,13 +227,13 @@ def _groups(groups: list[list[RunData]], names: list[str], level: float) -> tupl
     return method, rows, verdict
 
 
-def _row(q: Quantity, s: Sample, times: Floats, found: statistics.Finding, level: float) -> Row:
-    k = found.at
+def _row(q: Quantity, s: Sample, times: Floats, finding: statistics.Finding, level: float) -> Row:
+    k = finding.at
     a, b = float(s.a[:, k].mean()), float(s.b[:, k].mean())
     squares = ((s.a[:, k] - a) ** 2).sum() + ((s.b[:, k] - b) ** 2).sum()
     spread = float(np.sqrt(squares / max(len(s.a) + len(s.b) - 2, 1)))
-    different = found.p <= level
+    different = finding.p <= level
     return Row(
         q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, float(times[k]) if len(times) else None,
-        found.t, found.p, "differs beyond the spread" if different else "within the spread", different,
+        finding.t, finding.p, "differs beyond the spread" if different else "within the spread", different,
     )  # fmt: skip

@@ -46,19 +46,19 @@ def liquid(run_dir: Path, names: Iterable[str]) -> dict[str, float]:
     """Where the liquid is at the end; all of it on the spheres where nothing moves it."""
     scene = scene_of(run_dir)
     spheres = read_table(run_dir / "history" / "spheres.parquet")
-    found = {"liquid_in_bridges": 0.0, "liquid_on_walls": 0.0, "bridges_per_sphere": 0.0}
+    shares = {"liquid_in_bridges": 0.0, "liquid_on_walls": 0.0, "bridges_per_sphere": 0.0}
     total = float(spheres["film"].sum())
     small = spheres.loc[spheres["type"] == 1, "id"]
-    found["liquid_on_small"] = float(spheres.loc[spheres["type"] == 1, "film"].sum()) / total if total else 0.0
+    shares["liquid_on_small"] = float(spheres.loc[spheres["type"] == 1, "film"].sum()) / total if total else 0.0
     if scene.effects.bridges and total:
         ledger = read_table(run_dir / "history" / "ledger.parquet").iloc[-1]
         films = read_table(run_dir / "history" / "films.parquet")
         films = films[films["step"] == films["step"].max()]
-        found["liquid_in_bridges"] = float(ledger["bridges"]) / total
-        found["liquid_on_walls"] = float(ledger["walls"]) / total
-        found["bridges_per_sphere"] = 2.0 * float(ledger["bridge_count"]) / len(spheres)
-        found["liquid_on_small"] = float(films.loc[films["id"].isin(small), "film"].sum()) / total
-    return {name: found[name] for name in names}
+        shares["liquid_in_bridges"] = float(ledger["bridges"]) / total
+        shares["liquid_on_walls"] = float(ledger["walls"]) / total
+        shares["bridges_per_sphere"] = 2.0 * float(ledger["bridge_count"]) / len(spheres)
+        shares["liquid_on_small"] = float(films.loc[films["id"].isin(small), "film"].sum()) / total
+    return {name: shares[name] for name in names}
 
 
 def settled(run_dir: Path) -> dict[str, float]:

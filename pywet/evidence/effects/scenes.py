@@ -80,21 +80,21 @@ def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angl
     )
 
 
-def _wet(setup: Setup, moisture: float, viscosity: float = 1e-3) -> Setup:
-    return replace(setup, liquid=wetting(setup.classes, moisture, viscosity))
+def _wet(setup: Setup, moisture: float) -> Setup:
+    return replace(setup, liquid=wetting(setup.classes, moisture))
 
 
-def dry_glass(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def dry_glass(seed: int, size: float, config_dir: Path) -> Setup:
     """Dry glass of 3 mm falling into a box."""
     return _bed((1.5e-3,), max(27, round(220 * size)), seed, 2500.0, 15.0, 3e3, 2e-5)
 
 
-def moist_pom(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def moist_pom(seed: int, size: float, config_dir: Path) -> Setup:
     """Plastic of 3 and 5 mm with 5 % water falling into a box."""
     return _wet(_bed((1.5e-3, 2.5e-3), max(26, round(180 * size)), seed, 1358.0, 40.0, 2e3, 5e-5, 0.35), 5.0)
 
 
-def micron_powder(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def micron_powder(seed: int, size: float, config_dir: Path) -> Setup:
     """Glass of 50 um with 1 % water: the capillary force is thousands of weights."""
     made = _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8), 1.0)
     seconds = 0.008
@@ -102,7 +102,7 @@ def micron_powder(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
     return replace(made, seconds=seconds, surroundings=s)
 
 
-def thick_oil(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
     """A pile of glass in a tray, wetted with oil of 2 Pa s, at rest."""
     side, r = (5 if size >= 0.5 else 3), 1.5e-3
     classes = _glass(r, side * (side + 1) * (2 * side + 1) // 6)
@@ -118,7 +118,7 @@ def thick_oil(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
     )
 
 
-def fast_dilute(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def fast_dilute(seed: int, size: float, config_dir: Path) -> Setup:
     """Two clouds of glass of 8 mm with a little solvent fly through each other at 5 m/s; only their motion is asked."""
     count, r, speed, pitch = max(32, 2 * round(128 * size)), 4e-3, 5.0, 13e-3
     classes = _glass(r, count)
@@ -137,7 +137,7 @@ def fast_dilute(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
     )  # fmt: skip
 
 
-def collision(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def collision(seed: int, size: float, config_dir: Path) -> Setup:
     """Two wet spheres meet once, off centre; exact to the last digit, so that the smallest effect shows."""
     r, speed, gap = 1.5e-3, 1.0, 2e-4
     classes = _glass(r, 2)
@@ -165,7 +165,7 @@ def collision(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
     )  # fmt: skip
 
 
-def wet_drum(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def wet_drum(seed: int, size: float, config_dir: Path) -> Setup:
     """Glass of 3 mm with 2 % water in a slow drum."""
     count, r = max(60, round(150 * size)), 1.5e-3
     classes = _glass(r, count)
@@ -185,7 +185,7 @@ def wet_drum(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
     )
 
 
-def tiny_screening(seed: int, size: float, config_dir: Path = CONFIG) -> Setup:
+def tiny_screening(seed: int, size: float, config_dir: Path) -> Setup:
     """Sixteen beads of screening case 2 at smoke scale; the seed says which."""
     loaded = config.load(config_dir)
     made = cases.ingredients(loaded, 2, "smoke")

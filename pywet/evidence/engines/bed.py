@@ -79,31 +79,31 @@ def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
 
 def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     """Run the bed in every engine; one row per engine with its numbers. Each run directory is folder/ENGINE."""
-    found = []
+    beds = []
     ours = folder / "pywet"
     scene = prepare(ours, bed)
     small.run(ours, [])
     ledger = read_table(ours / "history" / "ledger.parquet").iloc[-1]
     standing = int(ledger["bridge_count"])
     volume = float(ledger["bridges"]) / max(standing, 1)
-    found.append({"engine": OURS, **measure(ours), "bridges_per_sphere": 2.0 * standing / bed.spheres})
+    beds.append({"engine": OURS, **measure(ours), "bridges_per_sphere": 2.0 * standing / bed.spheres})
     prepare(folder / "yade", bed)
     assert scene.liquid is not None
     liquid = moist.Bridges(
         "Rabinovich", volume, scene.liquid.surface_tension_N_per_m, scene.classes[0].contact_angle_rad
     )
     bridges = moist.run(folder / "yade", liquid, progress=False)
-    found.append({"engine": "YADE", **measure(folder / "yade"), "bridges_per_sphere": 2.0 * len(bridges) / bed.spheres})
+    beds.append({"engine": "YADE", **measure(folder / "yade"), "bridges_per_sphere": 2.0 * len(bridges) / bed.spheres})
     for model in LIGGGHTS_MODELS:
         dry = prepare(folder / model, bed, wet=False)
         stock(folder / model, dry, bed, model)
-        found.append({"engine": model, **measure(folder / model), "bridges_per_sphere": math.nan})
+        beds.append({"engine": model, **measure(folder / model), "bridges_per_sphere": math.nan})
     for name, engine in ((DRY, "liggghts"), ("YADE, dry", "yade")):
         path = folder / f"dry_{engine}"
         prepare(path, bed, wet=False)
         stages.simulate(path, 1, False, engine)
-        found.append({"engine": name, **measure(path), "bridges_per_sphere": math.nan})
-    return pd.DataFrame(found).assign(seed=bed.seed)
+        beds.append({"engine": name, **measure(path), "bridges_per_sphere": math.nan})
+    return pd.DataFrame(beds).assign(seed=bed.seed)
 
 
 def measure(run_dir: Path) -> dict[str, float]:
@@ -160,7 +160,7 @@ def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
     `spread` is two standard errors of the difference.
     """
     table = pd.concat(tables, ignore_index=True)
-    found = []
+    made = []
     for engine in table["engine"].unique():
         reference = DRY if engine.endswith("dry") else OURS
         if engine == reference:
@@ -174,7 +174,7 @@ def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
             error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
             scene = f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds"
             spread = 2.0 * error / value
-            found.append(
+            made.append(
                 row(scene, quantity.replace("_", " "), engine, two.mean(), reference, value, spread, TWO_ERRORS)
             )
-    return found
+    return made

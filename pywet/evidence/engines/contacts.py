@@ -27,6 +27,8 @@ PHASES = 6
 PITCH = 0.03
 GAP = 2e-4
 GRAVITY = 9.81
+CASE = 1
+"""The screening case whose contacts they are."""
 ENGINES = {"LIGGGHTS": "liggghts", "YADE": "yade"}
 
 
@@ -39,10 +41,10 @@ class Site:
     first: int
 
 
-def rows(config_dir: Path, folder: Path, case: int = 1, scale: str = "smoke") -> list[dict[str, Any]]:
+def rows(config_dir: Path, folder: Path) -> list[dict[str, Any]]:
     """Measured coefficients against the scene's, one row per pair, quantity and engine."""
-    made = cases.ingredients(config.load(config_dir).without_rolling(), case, scale)
-    found = []
+    made = cases.ingredients(config.load(config_dir).without_rolling(), CASE, "smoke")
+    table = []
     for name, engine in ENGINES.items():
         hits, slides = folder / f"collisions_{engine}", folder / f"sliding_{engine}"
         sites = _collisions(made, hits)
@@ -52,12 +54,12 @@ def rows(config_dir: Path, folder: Path, case: int = 1, scale: str = "smoke") ->
         for (a, b), values in _restitution(hits, sites).items():
             pair = next(p for p in made.pairs if (p.a, p.b) == (a, b))
             what = f"{made.classes[a - 1].name} on {made.classes[b - 1].name if b else 'wall'}"
-            found.append(_row("single collisions", f"restitution, {what}", name, values, pair.restitution))
+            table.append(_row("single collisions", f"restitution, {what}", name, values, pair.restitution))
         for kind, value in _friction(slides).items():
             pair = next(p for p in made.pairs if (p.a, p.b) == (kind, 0))
             what = f"friction on a wall, {made.classes[kind - 1].name}"
-            found.append(_row("sliding spheres", what, name, np.array([value]), pair.friction))
-    return found
+            table.append(_row("sliding spheres", what, name, np.array([value]), pair.friction))
+    return table
 
 
 def _sites(made: cases.Ingredients) -> Iterator[tuple[int, int, float]]:
@@ -112,21 +114,21 @@ def _prepare(made: cases.Ingredients, path: Path, spheres: list[small.Sphere], s
 def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndarray]:
     """Relative speed after over before, of each pair at each instant of touch."""
     end = last(path).set_index("id")["vz"]
-    found: dict[tuple[int, int], list[float]] = {}
+    after_over_before: dict[tuple[int, int], list[float]] = {}
     for s in sites:
         after = end[s.first] if s.b == 0 else end[s.first + 1] - end[s.first]
-        found.setdefault((s.a, s.b), []).append(float(after) / SPEED)
-    return {pair: np.array(values) for pair, values in found.items()}
+        after_over_before.setdefault((s.a, s.b), []).append(float(after) / SPEED)
+    return {pair: np.array(values) for pair, values in after_over_before.items()}
 
 
 def _friction(path: Path) -> dict[int, float]:
     """Loss of speed per time over g, of each class, from the second half of the run."""
     table = read_table(path / "trajectory.parquet")
-    found = {}
+    friction = {}
     for kind, rows_of in table.groupby("type"):
         late = rows_of.iloc[len(rows_of) // 2 :]
-        found[int(kind)] = -float(np.polyfit(late["time"], late["vx"], 1)[0]) / GRAVITY  # type: ignore[arg-type]
-    return found
+        friction[int(kind)] = -float(np.polyfit(late["time"], late["vx"], 1)[0]) / GRAVITY  # type: ignore[arg-type]
+    return friction
 
 
 def _row(scene: str, quantity: str, engine: str, values: np.ndarray, reference: float) -> dict[str, Any]:

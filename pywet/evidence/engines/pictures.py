@@ -40,7 +40,7 @@ def screening(times: Floats, one: Floats, two: Floats, frame: pd.DataFrame, said
         save_png(figure, path)
 
 
-def pulls(path: Path, shares: int = 40) -> None:
+def pulls(path: Path) -> None:
     """Force over gap: exact bridge, and what each engine gives, for spheres and at a wall."""
     from pywet.evidence.engines import pulls as scenes
 
@@ -49,7 +49,7 @@ def pulls(path: Path, shares: int = 40) -> None:
         figure, axes = plt.subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
         for ax, (title, pair) in zip(axes, chosen.items(), strict=True):
             limit = pair.limit("exact")
-            gaps = np.linspace(0.005, 1.25, shares) * limit
+            gaps = np.linspace(0.005, 1.25, 40) * limit
             exact = pair.exact(gaps[gaps < limit])
             ax.plot(1e6 * gaps[gaps < limit], 1e3 * exact, color=COLOURS["exact"], lw=3, alpha=0.35, label="exact")
             closed = scenes.engine_forces(pair, gaps)

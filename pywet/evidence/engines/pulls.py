@@ -28,6 +28,8 @@ PAIRS = {
 }
 SHARES = (0.02, 0.2, 0.4, 0.6, 0.8)
 """Gaps over the exact rupture distance."""
+SCAN = 300
+"""Gaps at which the end of a force is looked for."""
 STOCK: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
     "YADE": lambda points: yade_force(points, "Rabinovich"),
     "washino": lambda points: liggghts_force(points, "washino"),
@@ -38,7 +40,7 @@ OURS = "LIGGGHTS+pywet"
 
 def rows() -> list[dict[str, Any]]:
     """All pulls as rows {scene, quantity, engine, value, reference, reference_value, deviation, note}."""
-    found = []
+    made = []
     for scene, pair in PAIRS.items():
         limit = pair.limit("exact")
         gaps = np.array(SHARES) * limit
@@ -46,31 +48,31 @@ def rows() -> list[dict[str, Any]]:
         for engine, values in {"reference": closed, **engine_forces(pair, gaps)}.items():
             for k, share in enumerate(SHARES):
                 quantity = f"force at {share:.0%} of the rupture distance [N]"
-                found.append(row(scene, quantity, engine, values[k], "exact", exact[k]))
+                made.append(row(scene, quantity, engine, values[k], "exact", exact[k]))
                 if engine in (OURS, "YADE"):
-                    found.append(row(scene, quantity, engine, values[k], "Rabinovich, closed form", closed[k]))
+                    made.append(row(scene, quantity, engine, values[k], "Rabinovich, closed form", closed[k]))
         for engine, distance in rupture_distances(pair, limit).items():
-            found.append(row(scene, "rupture distance [m]", engine, distance, "exact", limit))
-    return found
+            made.append(row(scene, "rupture distance [m]", engine, distance, "exact", limit))
+    return made
 
 
 def engine_forces(pair: Pair, gaps: Floats) -> dict[str, Floats]:
     """Attraction at each gap [N], from the engines' binaries; our own plugin runs inside LIGGGHTS."""
-    found = {OURS: np.array([math.nan if v is None else v for v in _ours(pair, gaps)["force_N"]["rabinovich"]])}
+    forces = {OURS: np.array([math.nan if v is None else v for v in _ours(pair, gaps)["force_N"]["rabinovich"]])}
     for engine, measure in STOCK.items():
-        found[engine] = measure(pair.points(gaps))["force"].to_numpy(float)
-    return found
+        forces[engine] = measure(pair.points(gaps))["force"].to_numpy(float)
+    return forces
 
 
-def rupture_distances(pair: Pair, limit: float, fine: int = 300) -> dict[str, float]:
+def rupture_distances(pair: Pair, limit: float) -> dict[str, float]:
     """Gap at which each engine's bridge ends [m]: halfway between the last gap with a force and the next one."""
-    found = {OURS: float(_ours(pair, np.array([0.5 * limit]))["rupture_distance_m"]["willett_unequal"])}
-    gaps = np.linspace(0.5, 1.6, fine) * limit
+    distances = {OURS: float(_ours(pair, np.array([0.5 * limit]))["rupture_distance_m"]["willett_unequal"])}
+    gaps = np.linspace(0.5, 1.6, SCAN) * limit
     for engine, measure in STOCK.items():
         force = measure(pair.points(gaps))["force"].to_numpy(float)
         last = int(np.flatnonzero(np.abs(force) > 0).max(initial=-1))
-        found[engine] = 0.5 * float(gaps[last] + gaps[last + 1]) if 0 <= last < fine - 1 else math.nan
-    return found
+        distances[engine] = 0.5 * float(gaps[last] + gaps[last + 1]) if 0 <= last < SCAN - 1 else math.nan
+    return distances
 
 
 def _ours(pair: Pair, gaps: Floats) -> dict[str, Any]:

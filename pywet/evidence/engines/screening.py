@@ -74,7 +74,7 @@ def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:
     write_results(RunDir(run_dir))
 
 
-def read(run_dirs: list[Path]) -> tuple[Floats, Floats]:
+def retained_curves(run_dirs: list[Path]) -> tuple[Floats, Floats]:
     """Times [s] since the slide opened, shape (T,), and fraction retained of each run, shape (runs, T)."""
     tables = [read_table(Path(d) / "results" / "fraction_retained.parquet") for d in run_dirs]
     times = tables[0]["time_since_opening_s"].to_numpy()
@@ -94,7 +94,7 @@ def compare(times: Floats, one: Floats, two: Floats) -> tuple[pd.DataFrame, Verd
         raise PywetError(f"{len(one)} and {len(two)} runs were given; expected the same number of each, at least two")
     # where all runs are equal, as before the slide opens, there is nothing to test
     floor = FLOOR * sqrt(2.0 / len(one))
-    (found,) = statistics.permutation([Sample(one, two)], floor, seed=0, most=MANY)
+    (finding,) = statistics.permutation([Sample(one, two)], floor, seed=0, most=MANY)
     t = statistics.pooled_t(two, one, floor)
     difference = two.mean(axis=0) - one.mean(axis=0)
     error = np.sqrt((one.var(axis=0, ddof=1) + two.var(axis=0, ddof=1)) / len(one))
@@ -111,9 +111,9 @@ def compare(times: Floats, one: Floats, two: Floats) -> tuple[pd.DataFrame, Verd
         }
     )
     verdict = Verdict(
-        runs=len(one), times=len(times), largest_t=found.t, at_time_s=float(times[found.at]), p=found.p,
+        runs=len(one), times=len(times), largest_t=finding.t, at_time_s=float(times[finding.at]), p=finding.p,
         largest_difference=float(np.abs(difference).max()), end_difference=float(difference[-1]),
-        end_standard_error=float(error[-1]), agree=found.p > statistics.LEVEL,
+        end_standard_error=float(error[-1]), agree=finding.p > statistics.LEVEL,
     )  # fmt: skip
     return frame, verdict
 
@@ -122,8 +122,8 @@ def compare_engines(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
     """Compare runs of LIGGGHTS and YADE; writes fraction_retained.parquet (and CSV), verdict.json and the picture."""
     from pywet.evidence.engines import pictures
 
-    times, one = read(run_dirs["liggghts"])
-    _, two = read(run_dirs["yade"])
+    times, one = retained_curves(run_dirs["liggghts"])
+    _, two = retained_curves(run_dirs["yade"])
     frame, verdict = compare(times, one, two)
     named = {
         f"{a}_{k}": f"{a}_{e}" for a in ("mean", "deviation") for k, e in zip(("one", "two"), ENGINES, strict=True)
@@ -137,11 +137,11 @@ def compare_engines(run_dirs: dict[str, list[Path]], folder: Path) -> Verdict:
 
 def rows(frame: pd.DataFrame, verdict: Verdict) -> list[dict[str, Any]]:
     """Fraction retained of YADE against LIGGGHTS at quarters of the time, as rows of a table of agreement."""
-    found = []
+    made = []
     scene = f"dry screening, {verdict.runs} seeds"
     for k in np.linspace(0, len(frame) - 1, 5).astype(int)[1:]:
         at = frame.iloc[k]
         quantity = f"fraction retained {at['time_since_opening_s']:.2f} s after opening"
         spread = 2.0 * at["standard_error"] / at["mean_one"]
-        found.append(row(scene, quantity, "YADE", at["mean_two"], "LIGGGHTS", at["mean_one"], spread, TWO_ERRORS))
-    return found
+        made.append(row(scene, quantity, "YADE", at["mean_two"], "LIGGGHTS", at["mean_one"], spread, TWO_ERRORS))
+    return made

@@ -63,7 +63,7 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
 
 def _decided(statement: Statement, worlds: Sequence[Cases]) -> tuple[str, tuple[tuple[float, ...], ...]]:
     values = tuple(tuple(part.quantity(world) for world in worlds) for part in statement.parts)
-    verdicts = [decide(part, found) for part, found in zip(statement.parts, values, strict=True)]
+    verdicts = [decide(part, of_seeds) for part, of_seeds in zip(statement.parts, values, strict=True)]
     return FAILS if FAILS in verdicts else OPEN if OPEN in verdicts else HOLDS, values
 
 

@@ -45,7 +45,7 @@ second (dry; moist 1.1 ± 3.2 %), and from a time step of 0.1 to one of 0.025 no
 """
 
 
-def write(data: Path = FOLDER / "data", config: Config | None = None) -> str:
+def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str:
     """Write the figures beside `data` and return the page's text."""
     config = config or settings.load(Path("config"))
     variants = kept.variants(data)
@@ -163,7 +163,7 @@ def fig14(pair: Sequence[Kept]) -> str:
 
 def main() -> None:
     """Write docs/full_scale.md."""
-    text = write()
+    text = page_text()
     with atomic_write(FOLDER.with_suffix(".md")) as partial:
         partial.write_text(text)
     print(f"{FOLDER.with_suffix('.md')} is written")

@@ -24,6 +24,8 @@ from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass
 
 Floats = NDArray[np.float64]
 Part = tuple[Floats, float | None]
+FCC = tuple(p for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)) for p in ((a, b, 0), (a, 0, b), (0, a, b)))
+"""Places of the twelve neighbours in a face-centred cubic packing, over the edge of half a cell."""
 
 
 def ball(

@@ -15,7 +15,7 @@ from pywet.bench import small
 from pywet.bench.bodies import water
 from pywet.bench.small import Sphere
 from pywet.evidence.stability import outcome
-from pywet.evidence.stability.cells import Batch, Cell, ball
+from pywet.evidence.stability.cells import FCC, Batch, Cell, ball
 from pywet.evidence.stability.maps import DRAWN, spheres, springs
 from pywet.evidence.stability.random_cases import bar, slab
 from pywet.scene import Vibration
@@ -34,22 +34,14 @@ def of(v_star: float, radius: float = R) -> float:
     return v_star * radius**3 / DRAWN
 
 
-def neighbours() -> Floats:
-    """Directions to the twelve neighbours in a face-centred cubic packing, shape (12, 3)."""
-    found = []
-    for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        found += [(a, b, 0), (a, 0, b), (0, a, b)]
-    return np.array(found) / math.sqrt(2.0)
-
-
 def dense(film: float, speed: float, outward: bool = False, kind: int = 1, radius: float = R) -> tuple[Sphere, ...]:
     """Thirteen spheres that touch exactly (S = 0), thrown about, or all twelve outward at the same speed."""
     random = np.random.default_rng(4)
-    found = [ball(kind, (0.0, 0.0, 0.0), film=film)]
-    for n in neighbours():
+    bodies = [ball(kind, (0.0, 0.0, 0.0), film=film)]
+    for n in np.array(FCC) / math.sqrt(2.0):
         v = speed * n if outward else random.normal(0.0, speed, 3)
-        found.append(ball(kind, 2.0 * radius * n, v, film=film))
-    return tuple(found)
+        bodies.append(ball(kind, 2.0 * radius * n, v, film=film))
+    return tuple(bodies)
 
 
 def two(gap: float, speed: float, films: tuple[float, float], kinds: tuple[int, int] = (1, 1)) -> tuple[Sphere, ...]:
@@ -108,8 +100,8 @@ def plain() -> Batch:
 
 def dense_dry() -> tuple[Sphere, ...]:
     """Only the middle one of thirteen has a film: twelve bridges draw on it at once, then the twelve part and come back."""
-    found = dense(0.0, 0.1, outward=True)
-    return (ball(1, (0.0, 0.0, 0.0), film=of(0.05)), *found[1:])
+    bodies = dense(0.0, 0.1, outward=True)
+    return (ball(1, (0.0, 0.0, 0.0), film=of(0.05)), *bodies[1:])
 
 
 def wedged(film: float, gap: float = 2e-6) -> tuple[Sphere, ...]:

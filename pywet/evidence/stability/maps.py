@@ -136,8 +136,8 @@ def point(batch: Batch, run_dir: Path) -> dict[str, Any]:
         running.launch(run_dir, allow_unstable=True)
     except StoppedRun as error:
         return {"state": "stopped", "said": error.reason, "made": math.nan}
-    found = judge.verdicts(batch, run_dir)
-    return worst([state_of(v) for v in found])
+    verdicts = judge.verdicts(batch, run_dir)
+    return worst([state_of(v) for v in verdicts])
 
 
 ORDER = ("stable", "energy", "ledger", "not finite", "stopped")
@@ -264,7 +264,7 @@ def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     limits = [chart.limit(float(x), y) for x in chart.x[1]]
     if chart.name.startswith("step_"):
         how = chart.name.removeprefix("step_")
-        found = [point(stepping(y, float(x), how), run_dir / str(n)) for n, x in enumerate(chart.x[1])]
+        states = [point(stepping(y, float(x), how), run_dir / str(n)) for n, x in enumerate(chart.x[1])]
     else:
         batch = chart.batch(y)
         left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
@@ -272,8 +272,8 @@ def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
         if len(stopped) < len(batch.cells):
             judged = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)}
         lost = {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
-        found = [lost.get(c.name) or judged[c.name] for c in batch.cells]
-    table = pd.DataFrame(found)
+        states = [lost.get(c.name) or judged[c.name] for c in batch.cells]
+    table = pd.DataFrame(states)
     table.insert(0, "x", chart.x[1])
     table.insert(1, "y", y)
     table["limit"] = limits

@@ -15,7 +15,7 @@ from pywet.bench import small
 from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
 from pywet.bench.small import Sphere
 from pywet.evidence.stability import cells
-from pywet.evidence.stability.cells import Batch, Cell, Part, ball
+from pywet.evidence.stability.cells import FCC, Batch, Cell, Part, ball
 from pywet.evidence.stability.maps import DRAWN
 from pywet.laws.contact import film_thickness
 from pywet.scene import Effects, Liquid, SphereClass
@@ -104,17 +104,17 @@ def pair(s: Setting, how: str) -> tuple[Sphere, ...]:
 
 def chain(s: Setting) -> tuple[Sphere, ...]:
     """Three to six spheres in a row, thrown about."""
-    found: list[Sphere] = []
+    bodies: list[Sphere] = []
     x = 0.0
     for _ in range(int(s.random.integers(3, 7))):
         kind = int(s.random.integers(1, len(s.radii) + 1))
         film, r = s.film(kind), s.radii[kind - 1]
-        if found:
-            last = found[-1]
+        if bodies:
+            last = bodies[-1]
             reach = s.thickness(kind, film) + s.thickness(last.kind, last.film or 0.0)
             x += s.radii[last.kind - 1] + r + s.gap(reach)
-        found.append(ball(kind, (x, 0.0, 0.0), 0.5 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film))
-    return tuple(found)
+        bodies.append(ball(kind, (x, 0.0, 0.0), 0.5 * s.fast() * direction(s.random), (0.0, 0.0, 0.0), film))
+    return tuple(bodies)
 
 
 def star(s: Setting) -> tuple[Sphere, ...]:
@@ -122,22 +122,18 @@ def star(s: Setting) -> tuple[Sphere, ...]:
     big, kind = len(s.radii), int(s.random.integers(1, len(s.radii) + 1))
     film, r = s.film(big), s.radii[big - 1] + s.radii[kind - 1]
     v = s.fast()
-    found = [ball(big, (0.0, 0.0, 0.0), film=film)]
+    bodies = [ball(big, (0.0, 0.0, 0.0), film=film)]
     for axis in range(3):
         for sign in (-1.0, 1.0):
             n = sign * np.eye(3)[axis]
-            found.append(ball(kind, r * n, v * n, film=s.film(kind) if axis else 0.0))
-    return tuple(found)
+            bodies.append(ball(kind, r * n, v * n, film=s.film(kind) if axis else 0.0))
+    return tuple(bodies)
 
 
 def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
     """Equal spheres that touch exactly: a tetrahedron, or thirteen of a face-centred cubic packing."""
     kind = int(s.random.integers(1, len(s.radii) + 1))
-    points = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
-    if how == "dense":
-        points = [(0, 0, 0)]
-        for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            points += [(a, b, 0), (a, 0, b), (0, a, b)]
+    points = ((0, 0, 0), *FCC) if how == "dense" else ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
     side = s.radii[kind - 1] * (math.sqrt(2.0) if how == "dense" else 1.0 / math.sqrt(2.0))
     film = s.film(kind)
     return tuple(

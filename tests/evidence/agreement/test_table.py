@@ -54,7 +54,7 @@ def test_page_shows_cells_with_hints_and_links(tmp_path: Path) -> None:
     ]
     for name in sources.SOURCES:
         Source(name, cells if name == "replayed" else []).write(sources.data_file(tmp_path, name))
-    text = page.make(tmp_path).read_text()
+    text = page.write_page(tmp_path).read_text()
     assert '<td class="" style="background:#b5dfc4" title="largest 1e-15; over 1 comparisons' in text
     assert "worst at t = 1 ms" in text and '<a href="runs/x/">1e-15</a>' in text
     assert text.count("it cannot &lt;do&gt; this") == 2  # in the cell's hint and in the list of limits
@@ -70,13 +70,13 @@ def test_a_failed_source_blanks_only_its_cells(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setitem(sources.SOURCES, "dry", broken)
     monkeypatch.setitem(sources.SOURCES, "single", lambda folder: 1 / 0)  # type: ignore[arg-type,return-value]
-    assert sources.run("dry", tmp_path).failed == "the program yade was not found"
-    assert "ZeroDivisionError" in sources.run("single", tmp_path).failed
-    sources.run("screening", tmp_path)
-    text = page.make(tmp_path).read_text()
+    assert sources.run_source("dry", tmp_path).failed == "the program yade was not found"
+    assert "ZeroDivisionError" in sources.run_source("single", tmp_path).failed
+    sources.run_source("screening", tmp_path)
+    text = page.write_page(tmp_path).read_text()
     assert "the program yade was not found" in text and "not run" in text
     with pytest.raises(PywetError, match="no source"):
-        sources.run("guesses", tmp_path)
+        sources.run_source("guesses", tmp_path)
 
 
 def test_screening_takes_the_worst_case_of_each_preset(tmp_path: Path) -> None:
@@ -204,8 +204,8 @@ def test_replayed_pair_gives_every_quantity(tmp_path: Path) -> None:
 def test_every_row_has_a_cell_or_a_reason_in_every_column(tmp_path: Path) -> None:
     """All sources: no cell is missing, no row is unknown, no source fails."""
     for name in sources.SOURCES:
-        assert sources.run(name, tmp_path / "agreement").failed == ""
-    found = page.read(tmp_path / "agreement").cells
+        assert sources.run_source(name, tmp_path / "agreement").failed == ""
+    found = page.read_sources(tmp_path / "agreement").cells
     assert {key for key, _ in found} <= set(BY_KEY)
     ours = [key for key in BY_KEY if (key, LIGGGHTS) not in found]
     assert ours == []

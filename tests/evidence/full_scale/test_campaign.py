@@ -141,13 +141,15 @@ def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> No
     if data.exists():
         folder.mkdir()
         (folder / "data").symlink_to(data)
-    assert page.write(folder / "data", settings.load(ROOT / "config")) == (ROOT / "docs" / "full_scale.md").read_text()
+    assert (
+        page.page_text(folder / "data", settings.load(ROOT / "config")) == (ROOT / "docs" / "full_scale.md").read_text()
+    )
 
 
 def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     for case in (1, 2, 11):
         make(tmp_path / "data", case)
-    text = page.write(tmp_path / "data", settings.load(ROOT / "config"))
+    text = page.page_text(tmp_path / "data", settings.load(ROOT / "config"))
     assert (
         "Not run yet: 3, 4, 5" in text
         and "| case02-1 | full, springs 1e+04 N/m, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text

@@ -1,0 +1,55 @@
+"""What stands below a picture of a run: legend, time, fraction retained and a scale bar, so that one knows what one looks at."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from pywet.report.sketch import BRIDGE_COLOUR, METAL
+from pywet.runs.rundir import RunDir
+
+INK, PAPER, SOFT, FILM, DRY = "#27323d", "#ffffff", "#aab3bb", "#5b9fd0", "#d9d3c7"
+LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
+"""Of scale bars [mm]."""
+
+
+def entries(run: RunDir) -> list[tuple[str, str]]:
+    """Colours and what they stand for."""
+    there = set(run.triangles["holder"]) if run.scene.walls else set()
+    metal = ", ".join(name.replace("_", " ") for name in ("wires", "impact_plate") if name in there)
+    moist = [(FILM, "spheres, darker where their film is thicker"), (BRIDGE_COLOUR, "liquid bridges")]
+    return [*(moist if run.moist else [(DRY, "spheres")]), *([(METAL, metal)] if metal else [])]
+
+
+def said(run: RunDir, step: int) -> str:
+    """Name, time, and the part of the spheres' mass that is not in the bin."""
+    line = run.timeline
+    row = int(np.searchsorted(line.steps, step))
+    retained = 1.0 - float(line.mass @ line.passed[row] / line.mass.sum())
+    return f"{run.scene.name}   t = {line.times[row]:.3f} s   retained {100 * retained:.1f} % of the spheres' mass"
+
+
+def below(image: Any, legend: list[tuple[str, str]], text: str, pixels_per_mm: float) -> Image.Image:
+    """The picture with a strip below it."""
+    scene = Image.fromarray(np.asarray(image)[..., :3])
+    size = max(11, scene.width // 62)
+    font, line = ImageFont.load_default(size), int(1.7 * size)
+    whole = Image.new("RGB", (scene.width, scene.height + 2 * line + size), PAPER)
+    whole.paste(scene, (0, 0))
+    pen, top = ImageDraw.Draw(whole), scene.height + size // 2
+    pen.text((size, top), text, fill=INK, font=font)
+    length = max((mm for mm in LENGTHS if mm * pixels_per_mm < scene.width / 5), default=LENGTHS[0])
+    right, y = scene.width - size, top + line // 2
+    left = right - length * pixels_per_mm
+    pen.line([(left, y), (right, y)], fill=INK, width=max(2, size // 6))
+    for end in (left, right):
+        pen.line([(end, y - size // 3), (end, y + size // 3)], fill=INK, width=max(2, size // 6))
+    pen.text((left - size // 2, y), f"{length} mm", fill=INK, font=font, anchor="rm")
+    x, y = float(size), top + line
+    for colour, words in legend:
+        pen.rectangle([x, y + size // 6, x + size, y + size + size // 6], fill=colour, outline=SOFT)
+        pen.text((x + 1.5 * size, y), words, fill=INK, font=font)
+        x += 3 * size + pen.textlength(words, font=font)
+    return whole

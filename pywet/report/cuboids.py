@@ -1,0 +1,60 @@
+"""Liquid bridges drawn as Elskamp & Kruggel-Emden (2018) do in their Fig. 11: cuboids between two bodies whose visible volume is
+the bridge's.
+
+Of a cuboid with square section one sees what is outside both spheres. Its side follows from that volume, its length
+d_lb = d_i + d_j + S from the depth at which its edges meet the spheres. A wall is a plane.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pywet.runs.rundir import Floats
+
+NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16)[k] for k in (0, 1))
+HALVINGS = 60
+
+
+def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
+    """Volume [m3] of square prisms of a side [m] along the line of centres, between two spheres; rj may be infinite."""
+    across = side[:, None] * (NODES + 1.0) / 4.0  # a quarter of the square
+    square = across[:, :, None] ** 2 + across[:, None, :] ** 2
+    height = np.maximum(gap[:, None, None] + depth(square, ri) + depth(square, rj), 0.0)
+    return np.asarray(side**2 * np.einsum("nij,i,j->n", height, WEIGHTS, WEIGHTS) / 4.0)
+
+
+def depth(square: Floats, radius: Floats) -> Floats:
+    """By how much a sphere recedes at a distance from the axis, given squared; 0 for an infinite radius."""
+    r = radius.reshape(-1, *(1,) * (square.ndim - 1))
+    inside = np.minimum(square, r**2)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(r), inside / (r + np.sqrt(r**2 - inside)), 0.0)
+
+
+def sides(volume: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
+    """Side [m] of the square whose visible volume is the bridge's, at most what fits on the smaller sphere."""
+    low, high = np.zeros_like(volume), np.sqrt(2.0) * np.minimum(ri, rj)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        less = visible(middle, gap, ri, rj) < volume
+        low, high = np.where(less, middle, low), np.where(less, high, middle)
+    return np.asarray((low + high) / 2.0)
+
+
+def corners(
+    first: Floats, second: Floats, at_wall: Floats, volume: Floats, gap: Floats, ri: Floats, rj: Floats
+) -> Floats:
+    """Corners (n, 8, 3) of the cuboids between centres `first` and `second` (at walls: the closest point), four at either end."""
+    along = second - first
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    side = sides(volume, gap, ri, rj)
+    into = [depth(side**2 / 2.0, r) for r in (ri, rj)]
+    start = ri - into[0]
+    end = ri + gap + np.where(at_wall, 0.0, into[1])
+    least = np.eye(3)[np.abs(along).argmin(axis=1)]
+    u = np.cross(along, least)
+    u *= (side / np.linalg.norm(u, axis=1) / 2.0)[:, None]
+    v = np.cross(along, u)
+    square = np.stack([-u - v, u - v, u + v, v - u], axis=1)
+    ends = [first + d[:, None] * along for d in (start, np.maximum(end, start))]
+    return np.concatenate([at[:, None, :] + square for at in ends], axis=1)

@@ -1,0 +1,133 @@
+"""A run in motion: an MP4 and a short loop, drawn without a screen; beside the scene its fraction retained over time.
+
+The camera and the colours are the same in all frames. Frames are drawn in a child process, as pictures are (`render.py`).
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.report import caption, render
+from pywet.report.sketch import colour_limit
+from pywet.runs.rundir import Floats, RunDir
+
+SIZE = (560, 480)
+CHART = 220
+"""Width of the curve beside the scene, in pixels."""
+PER_SECOND = 12
+LOOP = 24
+"""Frames of the loop."""
+
+
+def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = lambda share: None) -> list[Path]:
+    """Write movie.mp4 and the loop movie.webp of a run and return both."""
+    run = RunDir(Path(run_dir))
+    _ffmpeg()  # before the work, not after it
+    with tempfile.TemporaryDirectory() as folder:
+        for done in _drawn(run, frames, Path(folder)):
+            progress(done)
+        pictures = [Image.open(path).convert("RGB") for path in sorted(Path(folder).glob("*.png"))]
+        return [_mp4(pictures, run.path / "movie.mp4"), _loop(pictures, run.path / "movie.webp")]
+
+
+def spread(count: int, most: int) -> list[int]:
+    """At most so many of `count` places, evenly spread, the first and the last included."""
+    return [int(k) for k in np.unique(np.linspace(0, count - 1, min(most, count)).round())]
+
+
+def _drawn(run: RunDir, frames: int, folder: Path) -> Iterator[float]:
+    """Draw in a child process; gives the part that is done as frames appear."""
+    command, said = [sys.executable, "-P", "-m", "pywet.report.movie", str(run.path), str(folder), str(frames)], ""
+    for extra in render.WINDOWS:
+        environment = {**os.environ, **extra}
+        with (
+            tempfile.TemporaryFile("w+") as messages,
+            subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=messages, text=True) as child,
+        ):
+            assert child.stdout is not None
+            yield from map(float, child.stdout)
+            child.wait()
+            messages.seek(0)
+            said = messages.read()
+        if child.returncode == 0:
+            return
+    raise PywetError(f"VTK cannot draw on this machine ({said.strip()[-200:]}); install libosmesa6 for movies")
+
+
+def draw(run: RunDir, frames: int, folder: Path) -> None:
+    """Every frame as a PNG file, in this process; prints the part that is done."""
+    line = run.timeline
+    rows = spread(len(line.steps), frames)
+    seen = render.view(run, render.telling_step(run))
+    limit = max(colour_limit(run, int(line.steps[row])) for row in rows)
+    retained = 1.0 - line.passed @ line.mass / line.mass.sum()
+    for k, row in enumerate(rows):
+        step = int(line.steps[row])
+        image, mm = render.scene(run, step, seen, limit, SIZE, fine=False)
+        whole = np.concatenate([np.asarray(image)[..., :3], chart(line.times, retained, row)], axis=1)
+        caption.below(whole, caption.entries(run), caption.said(run, step), mm).save(folder / f"{k:05d}.png")
+        print((k + 1) / len(rows), flush=True)
+
+
+def chart(times: Floats, retained: Floats, row: int) -> Any:
+    """The curve up to a row of the table, on axes of the whole run, as pixels."""
+    picture = Image.new("RGB", (CHART, SIZE[1]), caption.PAPER)
+    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(12)
+    left, right, top, bottom = 40, CHART - 14, 44, SIZE[1] - 60
+    x, y = left + (right - left) * times / times[-1], bottom - (bottom - top) * retained
+    points = list(zip(x.tolist(), y.tolist(), strict=True))
+    pen.text((left - 30, 12), "fraction retained (spheres)", fill=caption.INK, font=font)
+    pen.line([(left, top), (left, bottom), (right, bottom)], fill=caption.SOFT)
+    for value in (0.0, 0.5, 1.0):
+        place = (left - 6, bottom - (bottom - top) * value)
+        pen.text(place, f"{value:g}", fill=caption.INK, font=font, anchor="rm")
+    pen.text((left, bottom + 8), "0", fill=caption.INK, font=font)
+    pen.text((right, bottom + 8), f"{times[-1]:.3g} s", fill=caption.INK, font=font, anchor="ra")
+    pen.line(points, fill="#dfe4e9", width=2)
+    pen.line(points[: row + 1], fill="#0b3c78", width=3)
+    pen.ellipse([x[row] - 5, y[row] - 5, x[row] + 5, y[row] + 5], fill="#d98032")
+    return np.asarray(picture)
+
+
+def _ffmpeg() -> Any:
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise PywetError("movies need imageio-ffmpeg, which is not installed: pip install pywet[movie]") from error
+    return imageio_ffmpeg
+
+
+def _mp4(pictures: list[Image.Image], path: Path) -> Path:
+    wide, high = (length // 2 * 2 for length in pictures[0].size)  # the codec takes even sizes only
+    with atomic_write(path) as temporary:
+        how = {"fps": PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "error", "output_params": ["-f", "mp4"]}
+        writer = _ffmpeg().write_frames(str(temporary), (wide, high), **how)
+        writer.send(None)
+        for picture in pictures:
+            writer.send(np.ascontiguousarray(np.asarray(picture)[:high, :wide, :3]))
+        writer.close()
+    return path
+
+
+def _loop(pictures: list[Image.Image], path: Path) -> Path:
+    first, *rest = [pictures[k] for k in spread(len(pictures), LOOP)]
+    with atomic_write(path) as temporary:
+        first.save(
+            temporary, format="WEBP", save_all=True, append_images=rest, duration=2000 // PER_SECOND, loop=0, quality=70
+        )
+    return path
+
+
+if __name__ == "__main__":
+    draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))
