@@ -36,8 +36,9 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
             sys.stderr.write(path.read_text())
 
 
-def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
-    """Run a stage when the one it needs went well; write and return its status. Tracebacks go to the notices."""
+def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = True) -> Status:
+    """Run a stage when the one it needs went well; write and return its status. Tracebacks go to the notices, and, `aloud`, why
+    it failed."""
     needed = NEEDS[stage]
     earlier = Status.read(status_path(run_dir, needed)) if needed else None
     started = time.monotonic()
@@ -47,7 +48,7 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any]) -> Status:
         reason = _run(work)
         status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
     write_json(status_path(run_dir, stage), asdict(status))
-    if not status.ok:
+    if not status.ok and aloud:
         notice.error(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}")
     return status
 

@@ -10,12 +10,15 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 Graph = dict[str, set[str]]
 """Module or room -> all that it imports of the graph."""
+BY_NAME = {("pywet.plan", "pywet.own_scene.commands")}
+"""The one import upwards, made when it is called: `pywet.plan(scene)` is a room that can be called. No other has this leave."""
 
 
 def modules(root: Path = ROOT, package: str = "pywet") -> Graph:
-    """Every module with what it imports, late imports inside functions included; a package stands for its `__init__`."""
+    """Every module with what it imports, inside functions and by a name written out too; a package stands for its `__init__`."""
     paths = {_name(path.relative_to(root)): path for path in (root / package).rglob("*.py")}
-    return {name: _imported(path, set(paths)) - {name} for name, path in paths.items()}
+    imported = {name: _imported(path, set(paths)) - {name} for name, path in paths.items()}
+    return {name: {other for other in others if (name, other) not in BY_NAME} for name, others in imported.items()}
 
 
 def _name(path: Path) -> str:
@@ -26,7 +29,9 @@ def _name(path: Path) -> str:
 def _imported(path: Path, known: set[str]) -> set[str]:
     names = set()
     for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            names |= {word.value for word in node.args if isinstance(word, ast.Constant)}
+        elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             whole = {f"{node.module}.{alias.name}" for alias in node.names}

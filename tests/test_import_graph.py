@@ -25,7 +25,7 @@ def test_a_circle_would_be_noticed(tmp_path: Path) -> None:
         "__init__": "",
         "a": "def f():\n    from pywet.b import c\n",
         "b": "import pywet.a\n",
-        "d": "import pywet.a\n",
+        "d": "import_module('pywet.a')\n",
     }
     (tmp_path / "pywet").mkdir()
     for name, text in texts.items():

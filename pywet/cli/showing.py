@@ -60,7 +60,7 @@ def stage(folder: Path, stage: str, work: Any) -> None:
     """Run a stage, leave its status, stop with its reason when it failed."""
     from pywet import stages
 
-    status = stages.attempt(folder, stage, work)
+    status = stages.attempt(folder, stage, work, aloud=False)
     if not status.ok:
         raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
 

@@ -39,9 +39,8 @@ void Booking::book_formations() {
       standing_.place(b);
       b.rupture_distance = world_.laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);
       e.rupture_distance = b.rupture_distance;
-      b.triangle = e.triangle;
       near_.bridged(b);
-      standing_.add(std::move(b));
+      standing_.add(b);
       energy_.formed += energy_.stored(standing_.bridges.size() - 1, e.separation);
       standing_.formations++;
     }

@@ -1,7 +1,6 @@
 // One bridge: what it is, how its ends stand in this step, the forces it gives.
 #pragma once
 #include <cstdint>
-#include <memory>
 
 #include "records.h"
 #include "world.h"
@@ -12,12 +11,11 @@ namespace pywet {
 struct Bridge {
   int kind, i, j;                        // j: sphere id or wall part
   double volume, rupture_distance;       // static
-  int triangle = -1;
   int candidate = -1;                    // index into the near pairs of its kind, or -1
   int a = -1, b = -1;
   bool here = false;                     // this rank owns an end
   double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
-  std::unique_ptr<Site> site;            // at a wall
+  int site = -1;                         // at a wall: index into Standing::sites
 };
 
 // Name of a bridge or pair; a sphere and a wall part are the same pair whatever kind of bridge they form.

@@ -20,7 +20,7 @@ struct Head {
 };
 
 struct SavedBridge {
-  int32_t kind, i, j, triangle;
+  int32_t kind, i, j, pad;
   double volume, rupture_distance;
 };
 
@@ -80,7 +80,7 @@ void Checkpoint::save() {
   put_all(films_.volume);
   put_all(films_.wall);
   for (const Bridge &b : standing_.bridges) {
-    const SavedBridge saved{b.kind, b.i, b.j, b.triangle, b.volume, b.rupture_distance};
+    const SavedBridge saved{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance};
     put(out, &saved, 1);
   }
   put_all(forces);
@@ -139,8 +139,7 @@ void Checkpoint::resume(const std::string &state_file) {
     take(from, &saved, 1);
     Bridge b = standing_.made(saved.kind, saved.i, saved.j, saved.volume);
     b.rupture_distance = saved.rupture_distance;
-    b.triangle = saved.triangle;
-    standing_.add(std::move(b));
+    standing_.add(b);
   }
   take_all(forces_);
   std::vector<WireSpring> springs;

@@ -40,10 +40,9 @@ void Forces::gather(Together &t) {
       set(t.spin, k, w + block.spin_j[k] * vector_of(at.omega, b));
       continue;
     }
-    Bridge &bridge = standing_.bridges[t.first + k];
-    const Closest &c = t.near[k] = walls.closest(bridge.j, x, *bridge.site);
-    bridge.triangle = c.triangle;
-    set(t.d, k, x - c.point); set(t.v, k, v - walls.mesh_of(bridge.j).velocity_at(c.point)); set(t.spin, k, w);
+    Site &site = standing_.sites[-1 - b];
+    const Closest &c = t.near[k] = walls.closest(x, site);
+    set(t.d, k, x - c.point); set(t.v, k, v - walls.meshes[site.mesh].velocity_at(c.point)); set(t.spin, k, w);
   }
 }
 
@@ -179,7 +178,7 @@ void Forces::act_new(const std::vector<Event> &events) {
   for (const Event &e : events) {
     if (e.kind != FORMATION) continue;
     const int k = standing_.find(e.partner_kind, e.i, e.j);
-    Bridge &b = standing_.bridges[k];
+    const Bridge &b = standing_.bridges[k];
     if (!b.here) continue;
     const Geometry g = standing_.geometry(b);
     Terms t = single_.laws(k, g);

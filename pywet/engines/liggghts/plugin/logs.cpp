@@ -70,7 +70,7 @@ void Logs::energies() {
   double *rest = mine + EFFECTS;
   rest[0] = energy_.kinetic; rest[1] = energy_.spin; rest[2] = energy_.sums.half_kick;
   for (size_t k = 0; k < standing_.bridges.size(); k++) {
-    Bridge &b = standing_.bridges[k];
+    const Bridge &b = standing_.bridges[k];
     if (world_.engine.at.owned(b.a)) rest[3] += energy_.stored(k, standing_.geometry(b).separation);
   }
   MPI_Reduce(mine, all, EFFECTS + 4, MPI_DOUBLE, MPI_SUM, 0, world_.ranks.all);
@@ -82,7 +82,7 @@ void Logs::energies() {
 
 void Logs::snapshot() {
   const int64_t now = world_.clock.now;
-  for (Bridge &b : standing_.bridges) {
+  for (const Bridge &b : standing_.bridges) {
     if (!world_.engine.at.owned(b.a)) continue;
     const Geometry g = standing_.geometry(b);
     BridgeSnapshot s = {};

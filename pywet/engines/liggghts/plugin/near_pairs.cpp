@@ -69,7 +69,7 @@ void NearPairs::find_walls() {
   const Walls &walls = world_.walls;
   std::unordered_map<uint64_t, Site> known;  // closest points outlive the list
   for (WallPair &pair : wall_pairs_)
-    if (pair.site.distance_then >= 0) known[key_of(LARGE_WALL, pair.i, pair.j)] = std::move(pair.site);
+    if (pair.site.distance_then >= 0) known.emplace(key_of(LARGE_WALL, pair.i, pair.j), std::move(pair.site));
   wall_pairs_.clear();
   wall_rest_.clear();
   // sphere and mesh may each move half the skin before the next rebuild; films may grow meanwhile: one skin more
@@ -89,7 +89,7 @@ void NearPairs::find_walls() {
       double distance = Walls::outside(walls.parts[p].bounds, y[m]);
       if (distance >= far + films_.part_thickness(int(p))) continue;
       const auto site = known.find(key_of(LARGE_WALL, i, int(p)));
-      wall_pairs_.push_back(WallPair{i, int(p), a, site == known.end() ? Site() : std::move(site->second)});
+      wall_pairs_.push_back(WallPair{i, int(p), a, site == known.end() ? walls.site_at(int(p)) : std::move(site->second)});
       const Site &then = wall_pairs_.back().site;
       if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
       wall_rest_.push_back(rest(wall_pairs_.back(), distance));
@@ -188,7 +188,7 @@ void NearPairs::propose_walls(std::vector<Event> &events) {
       wall_rest_[c] = rest(pair, far);
       continue;
     }
-    const Closest near = walls.closest(pair.j, Vec(at.x[pair.a]), pair.site);
+    const Closest near = walls.closest(Vec(at.x[pair.a]), pair.site);
     const double w = held(films_.wall[near.triangle]) / walls.area[near.triangle];
     if (near.distance >= films_.reach(pair.i) + w) {
       wall_rest_[c] = rest(pair, near.distance);

@@ -12,7 +12,6 @@ Bridge Standing::made(int kind, int i, int j, double volume) const {
   b.angle_i = spheres.angle(i);
   b.radius_j = kind == SPHERE ? spheres.radius(j) : INF;
   b.angle_j = kind == SPHERE ? spheres.angle(j) : world_.walls.parts[j].contact_angle;
-  if (kind != SPHERE) b.site.reset(new Site());
   return b;
 }
 
@@ -37,7 +36,11 @@ void Standing::add(Bridge b) {
   prepared_.resize(prepared_.size() + laws.lines);
   if (laws.lines > 0)
     laws.prepare(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, prepared_[prepared_.size() - laws.lines].number);
-  bridges.push_back(std::move(b));
+  if (b.kind != SPHERE) {
+    b.site = int(sites.size());
+    sites.push_back(world_.walls.site_at(b.j));
+  }
+  bridges.push_back(b);
   enter(bridges.size() - 1);
 }
 
@@ -48,7 +51,7 @@ void Standing::remove(size_t k) {
   on_[b.i]--;
   if (b.kind == SPHERE) on_[b.j]--;
   if (k != bridges.size() - 1) {
-    bridges[k] = std::move(bridges.back());
+    bridges[k] = bridges.back();
     std::copy(prepared_.end() - lines, prepared_.end(), prepared_.begin() + k * lines);
     index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(k);
     enter(k);
@@ -71,16 +74,21 @@ void Standing::sort() {
   });
   std::vector<Bridge> sorted;
   std::vector<Line> lines;
+  std::vector<Site> sites_in_order;      // without those of bridges that have ruptured
   sorted.reserve(order.size());
   lines.reserve(prepared_.size());
   index_.clear();
   for (int k : order) {
     lines.insert(lines.end(), prepared(k), prepared(k + 1));
     index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(sorted.size());
-    sorted.push_back(std::move(bridges[k]));
+    sorted.push_back(bridges[k]);
+    if (bridges[k].kind == SPHERE) continue;
+    sorted.back().site = int(sites_in_order.size());
+    sites_in_order.push_back(std::move(sites[bridges[k].site]));
   }
   bridges.swap(sorted);
   prepared_.swap(lines);
+  sites.swap(sites_in_order);
   for (size_t k = 0; k < bridges.size(); k++) enter(k);
 }
 
@@ -98,7 +106,7 @@ void Standing::enter(size_t k) {
   block.deepest[at] = -world_.rules.largest_overlap * std::min(b.radius_i, b.radius_j);
   block.longest[at] = b.rupture_distance;
   block.a[at] = b.here ? b.a : -1;
-  block.b[at] = b.here ? b.b : -1;
+  block.b[at] = b.kind != SPHERE ? -1 - b.site : b.here ? b.b : -1;
 }
 
 int Standing::find(int kind, int i, int j) const {
@@ -106,11 +114,9 @@ int Standing::find(int kind, int i, int j) const {
   return it == index_.end() ? -1 : it->second;
 }
 
-Geometry Standing::geometry(Bridge &b) const {
+Geometry Standing::geometry(const Bridge &b) {
   if (b.kind == SPHERE) return between_spheres(world_, b.a, b.b, b.radius_i, b.radius_j);
-  const Closest near = world_.walls.closest(b.j, Vec(world_.engine.at.x[b.a]), *b.site);
-  b.triangle = near.triangle;
-  return at_wall(world_, b.a, b.radius_i, b.j, near);
+  return at_wall(world_, b.a, b.radius_i, b.j, world_.walls.closest(Vec(world_.engine.at.x[b.a]), sites[b.site]));
 }
 
 double Standing::share(const Bridge &b) const {

@@ -11,6 +11,7 @@ namespace pywet {
 class Standing {
  public:
   std::vector<Bridge> bridges;
+  std::vector<Site> sites;               // of the bridges at walls
   std::vector<Block> blocks;             // what the loops of a step know of them, BATCH each
   int64_t formations = 0, ruptures = 0;  // since the start
 
@@ -23,7 +24,7 @@ class Standing {
 
   int find(int kind, int i, int j) const;  // its index, or -1
   int on(int id) const { return on_[id]; }  // how many a sphere has
-  Geometry geometry(Bridge &b) const;
+  Geometry geometry(const Bridge &b);
   double share(const Bridge &b) const;   // of i, by the transfer ratio
   double rupture_limit(const Bridge &b, const Geometry &g) const;
   // What the capillary law has prepared for a bridge.

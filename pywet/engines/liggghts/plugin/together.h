@@ -11,7 +11,7 @@ struct alignas(64) Block {
   double spin_j[BATCH];                 // radius of j about its centre; 0 at a wall, whose spin is in its velocity
   double deepest[BATCH];                // separation below which the overlap is too large
   double longest[BATCH];                // static rupture distance
-  int a[BATCH], b[BATCH];               // local indices of the ends; a < 0: not of this rank, b < 0: at a wall
+  int a[BATCH], b[BATCH];               // local indices of the ends; a < 0: not of this rank, b < 0: at a wall, site -1 - b
 };
 
 // The same bridges as they stand in this step; vectors by component.

@@ -41,17 +41,23 @@ struct Mesh {
   Vec velocity_at(const Vec &x) const { return turns ? velocity + cross(spin, x - shift) : velocity; }
 };
 
-// A sphere near a part: the triangles that can be closest while the sphere moves less than Walls::margin relative to the mesh, and how
-// far they were at `reference`, the nearest first.
+// A sphere near a part: the triangles that can be closest while the sphere moves less than Walls::margin relative to the mesh, and
+// how far they were at `reference`. The nearest is here with its corners: most often it is the only one.
 struct Site {
   struct Near {
     double distance;
     int triangle;
     bool operator<(const Near &o) const { return distance != o.distance ? distance < o.distance : triangle < o.triangle; }
   };
-  std::vector<Near> near;
+  int part, mesh;
+  int first = -1;                       // the nearest triangle
   Vec reference;
-  double distance_then = -1;            // at `reference`; negative: never evaluated
+  double distance_then = -1;            // of the nearest; negative: never evaluated
+  double second = std::numeric_limits<double>::infinity();  // of the next one
+  Triangle nearest{};
+  std::vector<Near> others;             // in order of their distance
+
+  Site(int part, int mesh) : part(part), mesh(mesh) {}
 };
 
 struct Closest {
@@ -80,22 +86,29 @@ class Walls {
       area[k] = 0.5 * norm(cross(triangles[k].b - triangles[k].a, triangles[k].c - triangles[k].a));
   }
 
+  Site site_at(int part) const { return Site(part, parts[part].mesh); }
+
   // Closest point of a part to a centre x, exact; only triangles that can matter are looked at. Of two as close the first one.
-  Closest closest(int p, const Vec &x, Site &site) const {
-    const Mesh &mesh = mesh_of(p);
+  Closest closest(const Vec &x, Site &site) const {
+    const Mesh &mesh = meshes[site.mesh];
     const Vec y = mesh.to_rest(x);
-    Closest best;
     double moved = site.distance_then < 0 ? margin : norm(y - site.reference);
     if (!(moved < margin)) {
-      look_around(p, y, site);
+      look_around(y, site);
       moved = 0;
     }
-    for (const Site::Near &near : site.near) {
-      if (near.distance - moved > best.distance * (1 + 1e-12)) break;
-      const Vec q = closest_point(y, triangles[near.triangle]);
+    Closest best;
+    auto look = [&](const Triangle &triangle, int k) {
+      const Vec q = closest_point(y, triangle);
       const double d = norm(y - q);
-      if (d < best.distance || (d == best.distance && near.triangle < best.triangle)) best = Closest{q, d, near.triangle};
-    }
+      if (d < best.distance || (d == best.distance && k < best.triangle)) best = Closest{q, d, k};
+    };
+    look(site.nearest, site.first);
+    if (!(site.second - moved > best.distance * (1 + 1e-12)))
+      for (const Site::Near &near : site.others) {
+        if (near.distance - moved > best.distance * (1 + 1e-12)) break;
+        look(triangles[near.triangle], near.triangle);
+      }
     best.point = mesh.to_world(best.point);
     return best;
   }
@@ -110,19 +123,23 @@ class Walls {
  private:
   mutable std::vector<Site::Near> scratch_;
 
-  void look_around(int p, const Vec &y, Site &site) const {
+  void look_around(const Vec &y, Site &site) const {
     double least = std::numeric_limits<double>::infinity();
     scratch_.clear();
-    for (int k : parts[p].triangles) {
+    for (int k : parts[site.part].triangles) {
       scratch_.push_back(Site::Near{norm(y - closest_point(y, triangles[k])), k});
       least = std::min(least, scratch_.back().distance);
     }
-    site.near.clear();
+    const Site::Near first = *std::min_element(scratch_.begin(), scratch_.end());
+    site.others.clear();
     for (const Site::Near &near : scratch_)
-      if (near.distance <= least + 2 * margin) site.near.push_back(near);
-    std::sort(site.near.begin(), site.near.end());
+      if (near.distance <= least + 2 * margin && near.triangle != first.triangle) site.others.push_back(near);
+    std::sort(site.others.begin(), site.others.end());
+    site.first = first.triangle;
+    site.nearest = triangles[site.first];
     site.reference = y;
     site.distance_then = least;
+    site.second = site.others.empty() ? std::numeric_limits<double>::infinity() : site.others[0].distance;
   }
 
   void bound(int p) {
