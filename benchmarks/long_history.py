@@ -17,7 +17,7 @@ import pandas as pd
 
 from pywet import schema
 from pywet.runs.tables import RAW, to_frame
-from reference_impl.replay import booking, coverage, forces, io, laws, lives, transfer, whole
+from reference_impl.replay import booking, coverage, forces, io, laws, lives, plans, transfer
 from reference_impl.replay.bodies import bodies, pairs, shapes
 from reference_impl.replay.snapshots import thickness
 
@@ -50,7 +50,7 @@ def template(source: Path, out: Path, spheres: int) -> io.Run:
     scene["output"] |= {"interval_s": INTERVAL_S, "window_trajectories": False, "energy": False}
     (out / "scene.json").write_text(json.dumps(scene))
     meta = json.loads((source / "history" / "meta.json").read_text())
-    planned = whole.plan(out)
+    planned = plans.plan(out)
     (history / "meta.json").write_text(
         json.dumps(meta | {"time_step": STEP_S, "output_steps": planned.outputs.tolist()})
     )
@@ -189,7 +189,7 @@ def write(source: Path, out: Path, spheres: int, events: int, seed: int = 1) -> 
     """A run directory whose `engine.partial` holds the raw logs; returns its start."""
     random = np.random.default_rng(seed)
     run = template(source, out, spheres)
-    planned, tables, where = whole.plan(out), transfer.Tables(run.table("transfer")), places(run, random)
+    planned, tables, where = plans.plan(out), transfer.Tables(run.table("transfer")), places(run, random)
     held = bodies(run).liquid()
     marks = np.unique(np.concatenate([planned.outputs, planned.window_steps]))
     before, done, formed, start = lives.none(), 0, 0, 0

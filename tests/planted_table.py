@@ -29,24 +29,22 @@ that it explains (100 %: these records cannot tell the two apart).
 |---|---|---|---|---|---|---|---|
 """
 UNSEEN = (
-    ("a bridge missed at a wall, or between two outputs outside the windows", "",
-     "missed formations are looked for between spheres at output steps; gaps to walls are not logged"),
+    ("a bridge missed between two outputs outside the windows, and made up for before the next", "",
+     "missed formations are looked for at output steps and in windows; a late one shows in its event"),
     ("errors of the exact bridge's tables below their stated limits", "",
      "a sample of the records is solved anew: force within 1e-3 of that at touch, rupture distance within 2e-4"),
     ("a law that is not built in", "", "its term is taken as logged (`unchecked` in replay.json)"),
     ("contact forces of the dry model, without recorded motion", "",
      "with `output.window_trajectories` Newton's law shows them "
      "(`tests/reference_impl/test_newton.py`): a wrong tangential stiffness, rolling resistance, gravity or "
-     "mass is named; a wrong stiffness, friction, damping or wall motion is found without a name"),
+     "mass, stiffness, friction or damping is named"),
     ("a wrong reading of a paper that both sides share", "",
      "both are written from the same mended equations; the atlas and the exact bridge judge the laws"),
 )  # fmt: skip
 """What the replay cannot see without a run to show it."""
 WHY = {
     "forces that act": "the log says what was computed; what acts shows in the motion only",
-    "closest point of a wall": "the replay takes the logged point; it does not know the meshes",
     "forces outside the contact log": "forces are logged in windows; volumes, shares and films are checked in the whole run",
-    "late rupture outside the contact log": "an event says that a bridge had reached its limit, not since when",
 }
 TAIL = """
 ## What the replay cannot see

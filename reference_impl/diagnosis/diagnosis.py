@@ -236,6 +236,22 @@ def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
     }
 
 
+def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
+    """Several diagnoses of one run as one."""
+    first, *others = diagnoses
+    findings = [f for d in diagnoses for f in d["findings"]]
+    if any(f["fault"] for f in findings):  # the first speaks of causes; what the others cannot name follows from these
+        findings = [*first["findings"], *(f for d in others for f in d["findings"] if f["fault"])]
+    named = {q for f in findings for q in f["quantities"]}
+    follow = [name for name in failed if name not in named]
+    return {
+        **diagnoses[0],
+        "findings": findings,
+        "follow": follow if findings else [],
+        "not_explained": [] if findings else follow,
+    }
+
+
 def text(diagnosis: dict[str, Any] | None) -> list[str]:
     """Lines to print under the table; none where all agrees."""
     if diagnosis is None:

@@ -12,16 +12,18 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis import chain as links_chain
+from reference_impl.diagnosis import formations as links_formations
 from reference_impl.diagnosis.chain import Pair
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.rows import of_bridges
 from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.motion import impulses
-from reference_impl.replay import coverage, laws, snapshots
+from reference_impl.replay import coverage, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
+from reference_impl.replay.liquid import late_ruptures
 from reference_impl.replay.lives import FORMATION, Lives, none
 from reference_impl.replay.transfer import Tables
 
@@ -113,42 +115,23 @@ def due(run: Run, e: Events) -> Link | None:
     return Link("rupture_due", "rupture", e.table, wrong, own, one, suspects, marks=e.marks())
 
 
-def touch(run: Run, e: Events) -> Link:
-    """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
-    films, gap, ri = snapshots.films_at_events(run)
-    room = snapshots.ROOM * ri
-    wrong = (e.formation & (gap > films + room)).astype(float)
-    one = np.ones(len(gap))
-
-    def suspects(rows: Floats) -> Iterator[Suspect]:
-        far = float((gap / films)[rows].max())
-        words = f"it is made too early (at up to {far:.4g} times the films' thickness)"
-        yield Suspect(words, np.where(gap <= far * films * (1 + 1e-12), wrong, np.nan), far)
-
-    return Link("formation_due", "formation", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
-
-
-def missed(run: Run) -> Iterator[Link]:
-    """Spheres whose films touch at an output step, or where bridges act in a window, have a bridge."""
-    events = run.table("events")
-    table = snapshots.touching_pairs(run, Lives(none(), events, 0, -1), bodies(run).film)
-    if not len(table):
-        return
-    logged = table["missed"].to_numpy(float)
-    films, gap, _ = snapshots.films_at_events(run)
-    formed = ((events["kind"] == FORMATION) & (events["partner_kind"] == laws.SPHERE)).to_numpy()
-    reach = float((gap / films)[formed].max()) if formed.any() else 0.0
-    near = table["separation"].to_numpy() / table["films"].to_numpy()
+def overdue(run: Run, e: Events) -> Link | None:
+    """No bridge stands when it was due one look before."""
+    name = coverage.law(run, "dynamic_rupture")
+    if not coverage.known(run, "dynamic_rupture"):
+        return None
+    reach, gap, speed = e.column("rupture_distance"), e.pair.gap, e.pair.speed
+    wrong = late_ruptures(run, reach, Lives(none(), e.table, 0, -1)).astype(float)
+    limit = reach * (laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) if name else 1.0)
 
     def suspects(_: Floats) -> Iterator[Suspect]:
-        if reach <= 0.0:
-            yield Suspect("it is made too late (only when the bodies touch)", np.where(near > 0.0, logged, np.nan))
-        words = f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)"
-        yield Suspect(words, np.where(near >= reach, logged, np.nan), reach)
-        yield Suspect("it is left out", logged, general=True)
+        least = float((gap / limit)[~e.formation].min())
+        words = f"it is made too late (at {least:.4g} of the limit at least)"
+        yield Suspect(words, wrong if least > 1.0 + 1e-3 else np.nan * wrong, least)
+        yield Suspect("it is made too late, at no fixed part of the limit", wrong, general=True)
 
-    one = np.ones(len(logged))
-    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects)
+    one = np.ones(len(gap))
+    return Link("rupture_late", "rupture", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
 
 
 def drawn(kind: Floats, film: Floats, ri: Floats, rj: Floats, width: Floats) -> Floats:
@@ -305,7 +288,8 @@ def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> 
         yield volumes(e, own)
         if table_holds:
             yield from sharing(run, e, tables)
-        found = (static(run, e, own[0] + own[1]), due(run, e), touch(run, e))
+        found = (static(run, e, own[0] + own[1]), due(run, e), overdue(run, e), links_formations.early(run, e.marks()))
         yield from (link for link in found if link is not None)
-        yield from missed(run)
+        yield links_formations.late(run, e.marks())
+        yield from links_formations.missed(run)
     yield from links_chain.links(run, own)

@@ -10,15 +10,14 @@ from typing import Any
 
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
-from reference_impl.motion import contributions, newton, window
-from reference_impl.replay import between_nodes, io, sections, whole
+from reference_impl.motion import budget, contributions, newton, window
+from reference_impl.replay import between_nodes, io, kept_tables, sections, whole
 from reference_impl.replay.compare import Quantity, merged
 from reference_impl.shown import vtk
 
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
 )
-OTHERS = "mesh_motion and history/energy: of these only that every output step is there"
 
 MOTION = {"newton_force", "newton_torque", "wall_closest_point"}
 """Quantities whose faults are looked for in the motion."""
@@ -39,9 +38,12 @@ def check(
             found += between
         else:
             more["transfer_interpolation"] = {**between[0].as_dict(), "note": between_nodes.note(between[0])}
+    setup = window.read(folder)
+    found += [*kept_tables.mesh_motion(setup), *kept_tables.times(setup, run is not None)]
     if not window.recorded(folder):
         return found, more
-    setup = window.read(folder)
+    found += kept_tables.velocities(setup)
+    works = run is not None and budget.judged(run)
     shares, counts = contributions.Shares(setup, run), newton.Counts()
     parts: dict[str, list[Quantity]] = {}
     for f in newton.each(setup, run):  # a window's forces are large: one at a time
@@ -53,7 +55,8 @@ def check(
         in_windows = [
             replace(q, name="trajectory_in_windows") for q in whole.trajectory(newton.places(setup, [f]), table)
         ]
-        for q in (*newton.check(setup, [f]), *in_windows):
+        of_works = budget.in_window(setup, f, run) if works and run is not None else []
+        for q in (*newton.check(setup, [f]), *in_windows, *of_works):
             parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
     io.write_json(folder / "contributions.json", shares.result(moved))
@@ -109,7 +112,7 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
             f"newton: rolling resistance of {law['no_rolling_direction']} contacts, where the spin is lost in the rounding of "
             "the step's kick and has no direction"
         )
-    return [*found, OTHERS]
+    return found
 
 
 def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:

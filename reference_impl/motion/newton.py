@@ -25,7 +25,7 @@ from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
 from reference_impl.motion.window import Setup, Window, springs, windows
 from reference_impl.replay.compare import Floats, Quantity, compare
-from reference_impl.replay.io import Run
+from reference_impl.replay.io import Run, vectors
 
 TOLERANCE = 1e-9
 STANDARD_WEIGHT = 9.81
@@ -46,6 +46,9 @@ class Forces:
     sizes: Floats
     checks: dict[str, tuple[Any, ...]]
     counts: dict[str, int]
+    start: Floats
+    """Springs from which the contacts began their step; `known`: rows whose spring is taken as logged."""
+    known: Floats
 
 
 def forces(setup: Setup, run: Run | None) -> list[Forces]:
@@ -99,7 +102,7 @@ def _window(
     counts["dry_contacts"] = len(touches)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
-    return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts)
+    return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts, start, known)
 
 
 def _springs(
@@ -272,8 +275,6 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     """The contact log against the trajectory and the walls."""
     b, w = f.bridges, f.window
     assert b is not None
-    from reference_impl.replay.io import vectors
-
     x, v = vectors(b.table, "xi"), vectors(b.table, "vi")
     radius, speed = setup.radius[b.a], np.maximum(dry.size(w.v_half[b.k, b.a]), 1e-3)
     found = {

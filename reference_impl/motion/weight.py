@@ -12,7 +12,7 @@ import pandas as pd
 
 from reference_impl.diagnosis.rows import of_bridges
 from reference_impl.motion import window
-from reference_impl.replay import laws, whole
+from reference_impl.replay import laws, plans
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
@@ -56,7 +56,7 @@ class Carried:
     def __init__(self, run: Run) -> None:
         semi, heavy = run.meta.get("viscous_integration") == "semi_implicit", run.meta["effects"].get("liquid_weight")
         wanted = window.recorded(run.folder) or (semi and heavy)
-        self._steps = whole.plan(run.folder).window_steps if wanted else np.zeros(0, np.int64)
+        self._steps = plans.plan(run.folder).window_steps if wanted else np.zeros(0, np.int64)
         self._now = np.nan_to_num(bodies(run).film)
         self._at = np.empty((len(self._steps), len(self._now)))
         self._ids = np.sort(run.table("spheres")["id"].to_numpy())

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from reference_impl.replay import io, sections, whole
+from reference_impl.replay import io, plans, sections, whole
 from reference_impl.replay.replay import replay, table
 
 STATUS = {"agrees": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
@@ -41,7 +41,7 @@ def forget(folder: Path, out: Path | None = None) -> None:
 
 def nothing_to_replay(folder: Path) -> bool:
     """Whether there is nothing to recompute: no bridges, no motion that was to be recorded, no configuration, no results."""
-    planned = whole.plan(folder)
+    planned = plans.plan(folder)
     return not planned.moist and not planned.recorded and not sections.any_there(folder)
 
 

@@ -104,7 +104,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
                  "separation", "rupture_distance", "capillary", "viscous_normal", "viscous_tangential_x", "force_i_x",
                  "torque_i_x", "torque_j_x", "viscous_law", "factor_normal", "push_x", "spin_push_x"),
     "ledger": ("step", "films", "bridges", "walls", "left"),
-    "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "xi_x"),
+    "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", "xi_x", "xj_x"),
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),
     "drops": ("step", "partner_kind", "i", "j", "volume", "film_i_before", "film_j_before", "fallen", "felt_x"),
@@ -158,6 +158,12 @@ def complete(path: Path, names: Any, needed: Sequence[str]) -> None:
         raise ReplayError(
             f"{path} lacks {', '.join(lacking)}; expected the columns of docs/replay.md: run the case again"
         )
+
+
+def names(path: Path) -> list[str]:
+    """Columns that a table of a run has."""
+    with readable(path):
+        return list(parquet.read_schema(path).names)
 
 
 def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:

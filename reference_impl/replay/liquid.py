@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from reference_impl.motion import impulses
 from reference_impl.replay import coverage, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.booking import Columns
@@ -14,6 +15,8 @@ from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys
 
 __all__ = ["FORMATION", "RUPTURE", "at_step", "bodies", "check", "end", "ledger"]
 MEAN = "mean film of a sphere"
+FASTER = 1.1, 0.2
+"""The speed of one look before is below this times that of the next one and this more [m/s]."""
 
 
 def total(run: Run) -> float:
@@ -26,7 +29,7 @@ def mean_film(run: Run) -> float:
     return total(run) / max(len(run.table("spheres")), 1)
 
 
-def check(run: Run, own: Columns) -> list[Quantity]:
+def check(run: Run, own: Columns, lives: Lives) -> list[Quantity]:
     """The events; `own` is what was recomputed of them."""
     events, found = run.table("events"), []
     for name in ("volume", "share_i", "share_j"):
@@ -35,10 +38,10 @@ def check(run: Run, own: Columns) -> list[Quantity]:
     typical = np.full(len(events), mean_film(run))
     for name in ("film_i_before", "film_i_after", "film_j_before", "film_j_after"):
         found.append(compare(name, MEAN, events[name].to_numpy(), getattr(own, name), typical, events))
-    return [*found, *check_rupture(run)]
+    return [*found, *check_rupture(run, lives)]
 
 
-def check_rupture(run: Run) -> list[Quantity]:
+def check_rupture(run: Run, lives: Lives) -> list[Quantity]:
     """Static rupture distance of every event (of the exact law see sampled.py), and whether each rupture was due."""
     events = run.table("events")
     p = pairs(events, bodies(run))
@@ -52,7 +55,32 @@ def check_rupture(run: Run) -> list[Quantity]:
         factor = laws.pitois_factor(events["speed"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"])
     due = events["separation"].to_numpy() >= static * factor * (1.0 - 1e-9)
     right, one = np.where(events["kind"] == RUPTURE, due, True).astype(float), np.ones(len(events))
-    return [*found, compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0)]
+    late, zero = late_ruptures(run, static, lives).astype(float), np.zeros(len(events))
+    return [
+        *found,
+        compare("rupture_due", "wrong ruptures", right, one, one, events, 0.0),
+        compare("rupture_late", "ruptures that were due a look before", late, zero, one, events, 0.0),
+    ]
+
+
+def late_ruptures(run: Run, static: Floats, lives: Lives) -> Floats:
+    """Ruptures whose gap was beyond the limit one look before already, as far as the logged speed tells.
+
+    In a look the speed may change; the limit is taken at one that is higher by `FASTER`.
+    """
+    events, every = run.table("events"), impulses.every(run)
+    speed, gap = events["speed"].to_numpy(float), events["separation"].to_numpy(float)
+    way = speed * every * float(run.meta["time_step"]) * (1.02 if every == 1 else 2.0)
+    factor = np.ones(len(gap))
+    if coverage.law(run, "dynamic_rupture"):
+        if not coverage.known(run, "dynamic_rupture"):
+            return np.zeros(len(gap), dtype=bool)
+        most = FASTER[0] * speed + FASTER[1]
+        factor = laws.pitois_factor(most, run.meta["viscosity"], run.meta["surface_tension"])
+    # one that formed at the last look was not asked yet
+    formed = np.append(lives.all.step, np.iinfo(np.int64).max)[lives.previous]
+    stood = (events["kind"] == RUPTURE) & (formed < events["step"] - every)
+    return np.asarray(stood & (gap - way > static * factor * (1.0 + 1e-9)))
 
 
 def at_step(table: pd.DataFrame, step: int) -> pd.DataFrame:

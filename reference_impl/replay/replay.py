@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from reference_impl.diagnosis import diagnosis, faults, looked
+from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
 from reference_impl.replay import coverage, io, liquid, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
@@ -36,8 +36,8 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
     seen, misshown = vtk.check(Path(run_dir))
     quantities = [
         *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
-        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run), *found.of("trajectory"),
-        *seen,
+        *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run),
+        *(q for group in ("trajectory", "tables", "energy") for q in found.of(group)), *seen,
     ]  # fmt: skip
     failed = [q.name for q in quantities if not q.ok]
     result = {
@@ -73,7 +73,10 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     io.note("which fault it is")
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
-    return found if found["findings"] else dynamics.named(run_dir, run, failed) or found
+    beside = diagnosis.diagnose(kept.links(run, failed), failed)
+    if not found["findings"]:
+        found = dynamics.named(run_dir, run, failed) or found
+    return diagnosis.together(failed, found, beside)
 
 
 def table(result: dict[str, Any]) -> str:

@@ -12,8 +12,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import contributions, impulses, weight
-from reference_impl.replay import coverage, drops, forces, liquid, sampled, snapshots, whole
+from reference_impl.motion import budget, contributions, flights, impulses, weight, window
+from reference_impl.replay import (
+    bridge_ends,
+    coverage,
+    drops,
+    forces,
+    formations,
+    kept_tables,
+    liquid,
+    plans,
+    sampled,
+    snapshots,
+    whole,
+)
 from reference_impl.replay.bodies import bodies, holders, known, pairs
 from reference_impl.replay.booking import WORTH_COMPILING, book
 from reference_impl.replay.compare import Floats, Quantity, merged
@@ -26,8 +38,9 @@ SIZE = 200_000
 """Events of a part; it holds outputs of about as many spheres at most."""
 PIECE = 200_000
 """Contacts of a part are gone through in pieces of so many."""
+PLACE = ["step", "id", "x", "y", "z"]
 LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
-        "trajectory": ["step", "id", "x", "y", "z"], "window_states": ["step", "id", "x", "y", "z"]}  # fmt: skip
+        "trajectory": [*PLACE, *budget.VELOCITY], "window_states": PLACE}  # fmt: skip
 OF_PLACES = ("bridges", "films", "wall_films", "trajectory", "window_states")
 
 
@@ -86,9 +99,13 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     paths = {name: where(run.folder, name) for name in LOGS}
     logs = {name: Rows(path, name, LOGS[name]) for name, path in paths.items() if path.exists()}
     fixed, last = bodies(run), int(run.table("ledger")["step"].max())
-    held, outputs, found, samples = fixed.liquid(), whole.plan(run.folder).outputs, Found(), sampled.Samples(run)
-    film, falling = fixed.film.copy(), drops.Falling(run)
+    held, outputs, found, samples = fixed.liquid(), plans.plan(run.folder).outputs, Found(), sampled.Samples(run)
+    by_log, falling = formations.Held(run), drops.Falling(run)
     run.known["carried"] = carried = weight.Carried(run)
+    counts, setup = kept_tables.Count(run), window.read(run.folder)
+    works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
+    run.known["budget"] = works
+    energy, flying = budget.judged(run), flights.judged(run)
     last_row = np.full(len(held), -1)
     before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
     for step in ends(logs, outputs, len(run.table("spheres")), size):
@@ -103,12 +120,19 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         draws = coverage.known(run, "formation")
         own, shots = book(events, p, fixed, tables, lives, held, draws, inside, compiled, falling)
         carried.add(part, step)
-        found.add("liquid", liquid.check(part, own))
+        found.add("liquid", liquid.check(part, own, lives))
         found.add("drops", falling.check(liquid.mean_film(run)))
         if start < last <= step:
             found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))
-        found.add("snapshots", snapshots.check(part, tables, lives, inside, shots, film))
-        snapshots.keep_films(film, events, run)
+        found.add("snapshots", formations.check(part, lives, by_log))
+        found.add("snapshots", snapshots.check(part, tables, lives, inside, shots))
+        by_log.keep(part)
+        found.add("snapshots", bridge_ends.check(part))
+        found.add("tables", counts.check(part))
+        if energy:
+            works.add(part, lives)
+        if flying:
+            hangar.add(part)
         found.add("trajectory", whole.trajectory(whole.places(part), part.table("trajectory")))
         found.moved.add(run, events, p)
         samples.add_events(events, p, found.events)
@@ -125,6 +149,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     found.add("liquid", samples.of_events())
     found.add("forces", samples.of_contacts(), "contacts")
     found.add("between", samples.between_nodes())
+    found.add("energy", [*works.check(), *hangar.check()])
     return found
 
 

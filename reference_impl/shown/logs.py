@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, whole
+from reference_impl.replay import io, plans
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.stream import Rows
 
@@ -34,7 +34,7 @@ class Logs:
     """The logs of a run, one output step at a time; quick from step to later step."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.scene, self.plan = folder, io.scene(folder), whole.plan(folder)
+        self.folder, self.scene, self.plan = folder, io.scene(folder), plans.plan(folder)
         history = folder / "history"
         start = io.columns(history / "spheres.parquet", ["id", "type", "radius", "film"]).sort_values("id")
         self.ids, self.kind, self.radius, self.film = (start[n].to_numpy() for n in ("id", "type", "radius", "film"))

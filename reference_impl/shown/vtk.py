@@ -18,7 +18,7 @@ import pandas as pd
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.replay.compare import Floats, Quantity, compare, merged
-from reference_impl.replay.snapshots import thickness
+from reference_impl.replay.formations import thickness
 from reference_impl.shown import vtu
 from reference_impl.shown.exchanged import suspects
 from reference_impl.shown.logs import Logs

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, whole
+from reference_impl.replay import io, plans
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import Rows
@@ -124,7 +124,7 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
     """Every output of a run once; `columns` of the trajectory besides its step and id."""
     moist, path = bool(scene["effects"]["bridges"]), where(folder, "trajectory")
     logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in (LOGS if moist else ())}
-    trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), whole.plan(folder).outputs
+    trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), plans.plan(folder).outputs
     left = np.zeros(len(steps))
     if moist:
         ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last").set_index("step")

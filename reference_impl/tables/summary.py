@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held
-from reference_impl.replay import io, whole
+from reference_impl.replay import io, plans
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import BATCH, Rows
 from reference_impl.tables.own import Own
@@ -104,7 +104,7 @@ def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path)
         return
     log, ledger = where(folder, "events"), io.table(where(folder, "ledger"), "ledger").sort_values("step")
     formed = ended = 0
-    for part in Rows(log, "events", ["step", "kind"]).parts(int(whole.plan(folder).outputs[-1]), BATCH):
+    for part in Rows(log, "events", ["step", "kind"]).parts(int(plans.plan(folder).outputs[-1]), BATCH):
         formed, ended = formed + int((part["kind"] == 0).sum()), ended + int((part["kind"] == 1).sum())
     yield from _group(
         "events", given, {"formations": formed, "ruptures": ended, "standing_bridges": formed - ended}, LOGS
@@ -126,7 +126,7 @@ def energies(folder: Path, scene: Mapping[str, Any]) -> dict[str, float | None]:
         works = sum(float(last[k]) for k in WORKS if k in table)
         found["unaccounted"] = change - works
         return found
-    outputs = whole.plan(folder).outputs
+    outputs = plans.plan(folder).outputs
     ends = [_at(folder, scene, int(step)) for step in (outputs[0], outputs[-1])]
     kinetic, spin, height = (ends[1][k] - ends[0][k] for k in range(3))
     rest = "contact_bridges_and_wall_motion" if moist else "contact_and_wall_motion"

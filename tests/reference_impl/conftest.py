@@ -11,7 +11,7 @@ from pywet import config, stages
 from pywet.bench.subset import with_spheres
 from pywet.screening import cases
 from pywet.shipped import place
-from tests.reference_impl import planted_log
+from tests.reference_impl import planted_log, yard
 
 
 @pytest.fixture(scope="session")
@@ -42,3 +42,9 @@ def screened_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def dry_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A dry one."""
     return _screened(1, tmp_path_factory.mktemp("dry"), 0.6)
+
+
+@pytest.fixture(scope="session")
+def yard_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A heap on a shaken screen, a drawn plate, a floor, pairs in flight."""
+    return yard.yard(tmp_path_factory.mktemp("yard"))

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.motion import engine_displacement, slide_displacement
+from pywet.apparatus.motion import engine_displacement
+from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
@@ -112,7 +113,9 @@ def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ..
     if wall.motion == "vibrates" and scene.vibration is not None:
         return tuple(float(d) for d in engine_displacement(scene.vibration, step, scene.time_step_s))
     if wall.motion == "slides" and scene.slide is not None:
-        return tuple(float(d) for d in slide_displacement(scene.slide, step * scene.time_step_s))
+        begins, stops = schedule.slide(scene) or (0, 0)
+        moved = (min(max(step, begins), stops) - begins) * scene.time_step_s
+        return tuple(v * moved for v in scene.slide.velocity_m_per_s)
     return (0.0, 0.0, 0.0)
 
 

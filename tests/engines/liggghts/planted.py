@@ -24,6 +24,7 @@ from pywet.bench import small
 from pywet.engines.liggghts import build, driver
 from pywet.engines.process import Usage
 from pywet.scene import Scene
+from tests.engines.liggghts import planted_in_yard
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 LARGE, LITTLE = 2.5e-3, 1.5e-3
@@ -163,7 +164,7 @@ NAMED: dict[str, tuple[str, str]] = {
     "torque arm": ("torque_i", "the arm reaches to the middle of the gap"),
     "dynamic rupture ignored": ("rupture_limit", "dynamic rupture is ignored"),
     "early rupture": ("rupture_due", "it is made too early (at 0.80"),
-    "late rupture": ("standing_beyond_limit", "it is made too late (a bridge still stands at 1.25 of its limit)"),
+    "late rupture": ("rupture_late", "it is made too late (at 1.25"),
     "rupture of equal spheres": ("rupture_distance", "a wall is treated as a sphere of the particle's size"),
     "films twice as thick": ("formation_due", "it is made too early"),
     "formation on touch": ("formation_missed", "it is made too late (only when the bodies touch)"),
@@ -185,26 +186,25 @@ MOTION: dict[str, tuple[str, str]] = {
 """Faults that only the recorded motion shows (`output.window_trajectories`), and how they are named."""
 UNSEEN: dict[str, tuple[str, bool, str]] = {
     "forces that act": ("half of it acts", True, "half of each force acts, all of it is logged, no motion is recorded"),
-    "closest point of a wall": (
-        "closest point",
-        True,
-        "it is 10 µm off in the log as in the forces, no motion is recorded",
-    ),
     "forces outside the contact log": (
         "viscous sign",
         False,
         "the sign of a force is turned where no contact is logged",
     ),
-    "late rupture outside the contact log": ("late rupture", False, "bridges rupture at 1.25 of their limit there"),
 }
 """What the replay of the logs does not see: fault, whether contacts are logged, in words."""
+BESIDE: dict[str, tuple[bool, str, str]] = {
+    "closest point": (True, "snapshot_ends", "it is moved by 1e-05, 0, 0"),
+    "late rupture": (False, "rupture_late", "it is made too late (at 1.25"),
+}
+"""Faults that outputs and events show, without recorded motion or contacts: whether contacts are logged, quantity, words."""
 
 
 def patched_sources(folder: Path) -> Path:
     """A copy of the plugin's sources with the switches planted."""
     shutil.copytree(build.SOURCES, folder)
     (folder / "planted.h").write_text(SWITCH)
-    for name, old, new in PATCHES:
+    for name, old, new in (*PATCHES, *planted_in_yard.PATCHES):
         text = (folder / name).read_text()
         if text.count(old) != 1:
             raise AssertionError(f"{name} holds {text.count(old)} places like `{old}`; expected 1: mend PATCHES")

@@ -61,6 +61,16 @@ def test_fault_that_the_motion_shows(foundry: planted.Foundry, tmp_path: Path, f
     assert found and words in found[0], result["diagnosis"]
 
 
+@pytest.mark.parametrize("fault", planted.BESIDE)
+def test_fault_that_outputs_and_events_show(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+    """No motion is recorded; places at outputs and every rupture of the run tell."""
+    contact_log, quantity, words = planted.BESIDE[fault]
+    foundry.run(tmp_path, planted.scene(tmp_path, contact_log), fault)
+    result = replay(tmp_path)
+    said = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    assert not result["quantities"][quantity]["ok"] and words in said[0]
+
+
 @pytest.mark.parametrize("what", planted.UNSEEN)
 def test_what_the_replay_cannot_see(foundry: planted.Foundry, tmp_path: Path, what: str) -> None:
     """These agree although they are wrong; a change of this needs a change of docs/planted_faults.md."""

@@ -1,0 +1,174 @@
+"""Formations too early, too late or never: what the engine must have looked at, or when (see diagnosis.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.motion import impulses, nearest
+from reference_impl.replay import formations, laws
+from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import FORMATION, Lives, keys, none
+
+MOST_LOOKS = 50
+"""Steps between two looks that are told from no look at all."""
+
+
+def early(run: Run, marks: dict[str, Floats]) -> Link:
+    """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
+    *layers, gap, ri = formations.films_at_events(run)
+    films, room, table = layers[0] + layers[1], formations.ROOM * ri, run.table("events")
+    wrong = ((table["kind"] == FORMATION).to_numpy() & (gap > films + room)).astype(float)
+    one = np.ones(len(gap))
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        far = float((gap / films)[rows].max())
+        words = f"it is made too early (at up to {far:.4g} times the films' thickness)"
+        yield Suspect(words, np.where(gap <= far * films * (1 + 1e-12), wrong, np.nan), far)
+
+    return Link("formation_due", "formation", table, wrong, 0.0 * one, one, suspects, marks=marks)
+
+
+def late(run: Run, marks: dict[str, Floats]) -> Link:
+    """A bridge forms at the first look at which the films touch."""
+    held, table = formations.Held(run), run.table("events")
+    excess, way = formations.lateness(run, held)
+    own, other, gap, ri = formations.films_at_events(run)
+    step, every = table["step"].to_numpy(np.int64), impulses.every(run)
+    formed = (table["kind"] == FORMATION).to_numpy() & (step > 0)
+    wall = table["partner_kind"].to_numpy() != laws.SPHERE
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        looks = [k for k in range(2, MOST_LOOKS) if len(np.unique(step[formed] % (k * every))) == 1]
+        if looks and formed.sum() > 3:
+            yield Suspect(
+                f"films are looked at in every {looks[-1]}th step only".replace("2th", "2nd"), excess, looks[-1]
+            )
+        yield from _of_walls(excess, wall, own, other, gap, formed)
+        if (gap[formed] <= 0.0).all():
+            yield Suspect("it is made too late (only when the bodies touch)", excess)
+        yield Suspect("a film's growth is not seen at once (it was looked at when it was thinner)",
+                      np.where(_grown(run, held, gap, way), excess, np.nan))  # fmt: skip
+        reach = float((gap / (own + other))[formed].max(initial=0.0))
+        yield Suspect(f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)",
+                      np.where(formed, excess, np.nan) if reach < 1.0 - 1e-3 else 0.0 * excess + np.nan, reach)  # fmt: skip
+        yield Suspect("it is made too late", excess, general=True)
+
+    zero = np.zeros(len(excess))
+    return Link("formation_late", "formation", table, excess, zero, ri, suspects, marks=marks)
+
+
+def _grown(run: Run, held: formations.Held, gap: Floats, way: Floats) -> Floats:
+    """Formations that are not late by the films that both sides had before these last grew."""
+    table, fixed = run.table("events"), bodies(run)
+    p = pairs(table, fixed)
+    thinner = []
+    for side, radius in (("i", p.ri), ("j", p.rj)):
+        number = np.where(p.wall & (side == "j"), -1 - table["triangle"], table[side])
+        before = _before_last(table, number)
+        film = np.where(np.isfinite(before), before, table[f"film_{side}_before"].to_numpy(float))
+        area = fixed.area[np.where(p.wall, table["triangle"], -1)]
+        layer = formations.thickness(np.maximum(film, 0.0), radius)
+        thinner.append(np.where(p.wall & (side == "j"), film / area, layer))
+    return np.asarray(thinner[0] + thinner[1] - gap - way <= 0.0)
+
+
+def _before_last(table: pd.DataFrame, number: Floats) -> Floats:
+    """What each side had before the event that last changed it; NaN where none did."""
+    wall = table["partner_kind"].to_numpy() != laws.SPHERE
+    j = np.where(wall, -1 - table["triangle"], table["j"])
+    both = pd.DataFrame({
+        "holder": np.concatenate([table["i"], j]), "step": np.tile(table["step"], 2),
+        "film": np.concatenate([table["film_i_before"], table["film_j_before"]]),
+    }).drop_duplicates(["holder", "step"]).sort_values("step", kind="stable")  # fmt: skip
+    asked = pd.DataFrame({"holder": number, "step": table["step"].to_numpy(), "row": np.arange(len(table))})
+    asked["holder"], both["holder"] = asked["holder"].astype(np.int64), both["holder"].astype(np.int64)
+    found = pd.merge_asof(asked.sort_values("step"), both, on="step", by="holder", allow_exact_matches=False)
+    return found.sort_values("row")["film"].to_numpy(float)
+
+
+def _of_walls(
+    logged: Floats, wall: Floats, own: Floats, other: Floats, gap: Floats, formed: Floats
+) -> Iterator[Suspect]:
+    """The film of a wall left out, or too thin: only where a wall has one."""
+    wet = wall & (other > 0.0)
+    with np.errstate(all="ignore"):
+        part = (gap - own) / other
+    most = float(part[formed & wet].max(initial=0.0))
+    at_wet = np.where(wet, logged, np.nan)
+    if most <= 0.0:
+        yield Suspect("the film of a wall is left out", at_wet)
+    elif most < 1.0:
+        yield Suspect(f"the film of a wall is taken too thin (at most {most:.4g} of it)", at_wet, most)
+
+
+def missed(run: Run) -> Iterator[Link]:
+    """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
+    events = run.table("events")
+    lives = Lives(none(), events, 0, -1)
+    table = formations.touching(run, lives, formations.Held(run))
+    if not len(table):
+        return
+    logged, wall = table["missed"].to_numpy(float), table["partner_kind"].to_numpy() != laws.SPHERE
+    own, other, gap, _ = formations.films_at_events(run)
+    formed = (events["kind"] == FORMATION).to_numpy()
+    between = formed & (events["partner_kind"] == laws.SPHERE).to_numpy()
+    reach = float((gap / (own + other))[between].max()) if between.any() else 0.0
+    apart, films, layer = (table[n].to_numpy(float) for n in ("separation", "films", "own_film"))
+    at_wall = formed & (events["partner_kind"] != laws.SPHERE).to_numpy()
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        if (wall[rows]).all():
+            bridged = set(events["j"][at_wall])
+            never = sorted(set(table["j"][rows]) - bridged)
+            if never:
+                names = ", ".join(map(str, never))
+                yield Suspect(
+                    f"wall part {names} never gets a bridge", np.where(table["j"].isin(never), logged, np.nan)
+                )
+            yield Suspect("a sphere has one bridge to a mesh in place of one to each part",
+                          np.where(_beside(run, table, lives), logged, np.nan))  # fmt: skip
+            if (apart[rows] >= layer[rows]).all():
+                yield from _of_walls_missed(logged, apart, films, layer, own, other, gap, at_wall)
+        if not wall[rows].any():
+            if reach <= 0.0:
+                yield Suspect("it is made too late (only when the bodies touch)", np.where(apart > 0.0, logged, np.nan))
+            words = f"it is made too late (at {max(reach, 0.0):.3g} of the films' thickness at most)"
+            yield Suspect(words, np.where(apart / films >= reach, logged, np.nan), reach)
+        yield Suspect("it is left out", logged, general=True)
+
+    one = np.ones(len(logged))
+    kinds = {
+        "between spheres": ~wall,
+        "at walls": wall,
+        "at wires": (table["partner_kind"] == laws.SMALL_WALL).to_numpy(),
+    }
+    yield Link("formation_missed", "formation", table, logged, 0.0 * one, one, suspects, marks=kinds)
+
+
+def _of_walls_missed(
+    logged: Floats, apart: Floats, films: Floats, layer: Floats, own: Floats, other: Floats, gap: Floats, formed: Floats
+) -> Iterator[Suspect]:
+    with np.errstate(all="ignore"):
+        most = float(((gap - own) / other)[formed & (other > 0.0)].max(initial=0.0))
+        part = (apart - layer) / (films - layer)
+    words = "the film of a wall is left out" if most <= 0.0 else "the film of a wall is taken too thin"
+    words += "" if most <= 0.0 else f" (at most {most:.4g} of it)"
+    yield Suspect(words, np.where(part >= most, logged, np.nan), most)
+
+
+def _beside(run: Run, table: pd.DataFrame, lives: Lives) -> Floats:
+    """Whether the sphere has a bridge to another part of the same mesh in that step."""
+    parts = nearest.parts(run)
+    found, step = np.zeros(len(table), dtype=bool), table["step"].to_numpy(np.int64)
+    j = np.where(table["partner_kind"] != laws.SPHERE, table["j"], 0).astype(np.int64)
+    for part in range(len(parts)):
+        other = table.assign(j=part)
+        there = lives.at(keys(other), step, strictly=False) >= 0
+        found |= there & (part != j) & (parts.wall[part] == parts.wall[j])
+    return found

@@ -1,0 +1,248 @@
+"""What the tables beside the logs say wrongly: how walls stood, times, counts, ends of bridges, works (see diagnosis.py).
+
+Each is held against the reference's own value row by row, so that what is tried is always the same: axes exchanged or turned, a
+factor, a shift, another row, another time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.diagnosis import works as links_works
+from reference_impl.diagnosis.diagnosis import Link, Suspect
+from reference_impl.diagnosis.suspects import factor, middle
+from reference_impl.motion import budget, nearest, window
+from reference_impl.motion.wall_motion import Motion
+from reference_impl.replay import bridge_ends, io, kept_tables
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import Run
+from reference_impl.replay.lives import RUPTURE
+from reference_impl.shown import exchanged
+
+STEPS = 400
+"""A motion is looked for at so many steps before and after."""
+
+
+def links(run: Run, failed: Sequence[str]) -> Iterator[Link]:
+    """Those of the quantities that are beyond their limits."""
+    setup, wrong = window.read(run.folder), set(failed)
+    for names, make in (
+        ({"mesh_motion"}, lambda: [walls(setup)]),
+        ({"trajectory"}, lambda: list(places(run))),
+        ({"trajectory_velocity"}, lambda: list(speeds(setup))),
+        ({"ledger_counts", "ledger_held"}, lambda: list(ledger(run))),
+        ({"event_triangle", "event_part"}, lambda: [triangles(run, "event")]),
+        ({"snapshot_triangle"}, lambda: [triangles(run, "snapshot")]),
+        ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(run))),
+        ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
+        ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
+        ({"contact_rows"}, lambda: list(rows_missing(run))),
+        ({"time"}, lambda: [times(run, setup)]),
+    ):
+        if names & wrong:
+            yield from (link for link in make() if link is not None and link.quantity in wrong)
+
+
+def walls(setup: window.Setup) -> Link:
+    """Where each mesh is at the outputs."""
+    table, own = kept_tables.wall_shifts(setup)
+    logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
+    motion, names = Motion(setup), table["mesh"].to_numpy()
+    last, step = round(setup.scene["duration_s"] / setup.step), table["step"].to_numpy(np.int64)
+    at = np.array([[motion.shift(w, s) for s in range(last + 1)] for w in setup.walls])
+    mesh = pd.Index([w.name for w in setup.walls]).get_indexer(pd.Index(names))
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for by in sorted(range(-STEPS, STEPS + 1), key=abs)[1:]:
+            then = at[mesh, np.clip(step - by, 0, last)]
+            if np.abs(then - logged)[rows].max() < 1e-9 * size[0]:
+                yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", then, float(by))
+        yield from exchanged.suspects(logged, own, rows)
+        yield from _one_axis(logged, own, rows)
+        for one, two in combinations(range(len(setup.walls)), 2):
+            other = np.where(mesh == one, two, np.where(mesh == two, one, mesh))
+            names_of = f"{setup.walls[one].name} and {setup.walls[two].name}"
+            yield Suspect(f"the motions of {names_of} are exchanged", at[other, step])
+
+    marks = {f"of {w.name}": names == w.name for w in setup.walls}
+    return Link("mesh_motion", "place of a wall in mesh_motion", table, logged, own, size, suspects, marks=marks)
+
+
+def _one_axis(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
+    """A factor on one component: an amplitude."""
+    for k, axis in enumerate("xyz"):
+        with np.errstate(all="ignore"):
+            f = middle((logged / own)[rows][:, k])
+        if np.isfinite(f) and abs(f - 1.0) > 1e-9:
+            value = own.copy()
+            value[:, k] *= f
+            yield Suspect(f"component {axis} is {f:.6g} times what it should be", value, f)
+
+
+def times(run: Run, setup: window.Setup) -> Link:
+    """Column `time` of every table."""
+    rows = kept_tables.all_times(setup, True)
+    logged, own = rows["time"].to_numpy(float), rows["step"].to_numpy(float) * setup.step
+
+    def suspects(broken: Floats) -> Iterator[Suspect]:
+        yield Suspect("it is the number of the step", rows["step"].to_numpy(float))
+        by = middle((logged - own)[broken])
+        yield Suspect(
+            f"it is {abs(by):.6g} s {'late' if by > 0 else 'early'} ({by / setup.step:.6g} steps)", own + by, by
+        )
+        yield from factor(logged, own, broken)
+
+    marks = {f"of {name}": (rows["table"] == name).to_numpy() for name in rows["table"].unique()}
+    return Link("time", "time of a row", rows, logged, own, np.maximum(own, setup.step), suspects, marks=marks)
+
+
+def places(run: Run) -> Iterator[Link]:
+    """The trajectory against the bridges' snapshots."""
+    mine = run.table("bridges")[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
+    mine = mine.drop_duplicates(["step", "id"])
+    both = run.table("trajectory")[["step", "id", *"xyz"]].merge(mine, on=["step", "id"], suffixes=("", "_own"))
+    logged, own = (both[[f"{a}{end}" for a in "xyz"]].to_numpy(float) for end in ("", "_own"))
+    outputs = np.unique(run.table("trajectory")["step"].to_numpy())
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield from exchanged.suspects(logged, own, rows)
+        for by, word in ((1, "after"), (-1, "before")):
+            order = np.searchsorted(outputs, both["step"].to_numpy()) + by
+            then = outputs[np.clip(order, 0, len(outputs) - 1)]
+            other = both[["id"]].assign(step=then).merge(mine, on=["step", "id"], how="left")[[*"xyz"]].to_numpy(float)
+            yield Suspect(f"it is that of the output {word}", np.where(np.isnan(other), logged, other))
+
+    size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
+    yield Link("trajectory", "place in the trajectory", both, logged, own, size, suspects)
+
+
+def speeds(setup: window.Setup) -> Iterator[Link]:
+    """Speeds and spins of the trajectory."""
+    both, logged, own = kept_tables.both_velocities(setup)
+    for n, what in ((0, "speed"), (3, "spin")):
+        columns = slice(n, n + 3)
+
+        def suspects(rows: Floats, columns: slice = columns) -> Iterator[Suspect]:
+            yield from exchanged.suspects(logged[:, columns], own[:, columns], rows)
+            yield Suspect("speed and spin are exchanged", own[:, 3 - columns.start : 6 - columns.start])
+
+        size = np.maximum(np.abs(own).max(axis=1), 1e-3)
+        yield Link(
+            "trajectory_velocity",
+            f"{what} in the trajectory",
+            both,
+            logged[:, columns],
+            own[:, columns],
+            size,
+            suspects,
+        )
+
+
+def ledger(run: Run) -> Iterator[Link]:
+    """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
+    table, (counts, own_counts), (held, own_held), size = kept_tables.Count(run).values(run)
+    names, one = kept_tables, np.ones(len(table))
+    yield from links_works.columns(
+        table, counts, own_counts, names.COUNTED, "ledger_counts", "count in the ledger:", one, 0.0
+    )
+    yield from links_works.columns(
+        table, held, own_held, names.HELD, "ledger_held", "liquid in the ledger:", size, 1e-12
+    )
+
+
+def triangles(run: Run, of: str) -> Link | None:
+    """Which triangle: a number has no size, so each is right or not."""
+    found = bridge_ends.of_events(run) if of == "event" else bridge_ends.of_snapshots(run)
+    at = np.flatnonzero(found.wall)
+    if not len(at):
+        return None
+    rows = found.table.iloc[at].reset_index(drop=True)
+    parts, logged = nearest.parts(run), rows["triangle"].to_numpy(np.int64)
+    part = rows["j"].to_numpy(np.int64)
+    near = parts.closest(rows["step"].to_numpy(np.int64), found.xi[at], part).triangle
+    right = np.abs(found.off[at]) <= 1e-9 * found.radius[at]
+    own = np.where(right, logged, near).astype(float)
+
+    def suspects(_: Floats) -> Iterator[Suspect]:
+        yield Suspect("it is the first triangle of the part", parts.order[parts.first[part]].astype(float))
+        yield Suspect("it is the last triangle of the part", parts.order[parts.first[part + 1] - 1].astype(float))
+        yield Suspect("it is the one at which the bridge formed", _formed_at(run, rows))
+        yield Suspect("it is the next triangle", own + 1.0)
+        yield Suspect("it is the triangle before", own - 1.0)
+        other = parts.setup.part[logged] != part
+        yield Suspect("it is one of another part", np.where(other, logged, -1.0))
+        yield Suspect("it is not the closest of the part", np.where(other, -1.0, logged), general=True)
+
+    marks = {"ruptures": (rows["kind"] == RUPTURE).to_numpy()} if "kind" in rows else {}
+    what = "triangle that takes or gives liquid" if of == "event" else "triangle in a snapshot"
+    size = np.ones(len(at))
+    return Link(f"{of}_triangle", what, rows, logged.astype(float), own, size, suspects, 1e-6, marks=marks)
+
+
+def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:
+    events = run.table("events")
+    formed = events[events["kind"] == 0][["step", "i", "j", "triangle", "partner_kind"]]
+    asked = rows[["step", "i", "j", "partner_kind"]].assign(row=np.arange(len(rows))).sort_values("step")
+    last = pd.merge_asof(asked, formed, on="step", by=["i", "j", "partner_kind"])
+    return last.sort_values("row")["triangle"].fillna(-1).to_numpy(float)
+
+
+def ends(run: Run) -> Iterator[Link]:
+    """Gaps of events and snapshots, and the ends of bridges."""
+    shots, events = bridge_ends.of_snapshots(run), bridge_ends.of_events(run)
+    xj, xi = io.vectors(shots.table, "xj"), io.vectors(shots.table, "xi")
+
+    def of_ends(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("both ends are that of i", xi)
+        yield Suspect("it is the surface of j, not its centre",
+                      shots.xj + np.where(shots.wall, 0.0, shots.rj)[:, None] * shots.normal)  # fmt: skip
+        yield from exchanged.suspects(xj, shots.xj, rows)
+
+    walls = {"between spheres": ~shots.wall, "at walls": shots.wall}
+    yield Link(
+        "snapshot_ends", "end of a bridge in a snapshot", shots.table, xj, shots.xj, shots.radius, of_ends, marks=walls
+    )
+    for name, e in (("snapshot", shots), ("event", events)):
+        logged, arm = e.table["separation"].to_numpy(float), np.where(e.wall, 0.0, e.rj)
+
+        def of_gaps(
+            rows: Floats, e: bridge_ends.Ends = e, logged: Floats = logged, arm: Floats = arm
+        ) -> Iterator[Suspect]:
+            yield Suspect("the radius of j is left out", e.gap + arm)
+            yield Suspect("the radii are left out (distance of the centres)", e.gap + arm + e.radius)
+            yield Suspect(
+                "a wall is treated as a sphere of the particle's size", e.gap - np.where(e.wall, e.radius, 0.0)
+            )
+            yield Suspect("overlaps are cut to zero", np.maximum(e.gap, 0.0))
+            yield from factor(logged, e.gap, rows)
+
+        marks = {"between spheres": ~e.wall, "at walls": e.wall}
+        yield Link(f"{name}_separation", f"gap in {'a snapshot' if name == 'snapshot' else 'an event'}", e.table, logged, e.gap,
+                   e.radius, of_gaps, marks=marks)  # fmt: skip
+
+
+def rows_missing(run: Run) -> Iterator[Link]:
+    """Bridges that act in a window without a row of the contact log, and on which side of the bed they are."""
+    table = kept_tables.bridges_in_windows(run)
+    if not len(table):
+        return
+    lacking = table["missing"].to_numpy(float)
+    one = np.ones(len(table))
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        for axis in "xyz":
+            at = table[axis].to_numpy(float)
+            low, high = at[rows], at[~rows]
+            if len(high) and (low.max() < high.min() or low.min() > high.max()):
+                side = "<" if low.max() < high.min() else ">"
+                cut = 0.5 * (low.max() + high.min()) if side == "<" else 0.5 * (low.min() + high.max())
+                yield Suspect(f"all rows of spheres at {axis} {side} {cut:.4g} m are missing, as of one rank", lacking)
+        yield Suspect("rows are missing", lacking, general=True)
+
+    wall = (table["partner_kind"] != 0).to_numpy()
+    marks = {"between spheres": ~wall, "at walls": wall}
+    yield Link("contact_rows", "contact log", table, lacking, 0.0 * one, one, suspects, 0.0, marks=marks)

@@ -1,0 +1,235 @@
+"""The energy budget closed by the reference: what history/energy says against trajectory, events, snapshots and recorded motion.
+
+Engine and reference add up work as force times speed in the middle of a kick, so that the change of kinetic energy is the sum of
+the works and `half_kick` to round-off (docs/engine.md). From the trajectory alone follow kinetic energy and the work of
+gravity, from the events and snapshots the energy of formations, ruptures and standing bridges and, to first order in the time
+step, the capillary work. How the rest is shared out among the effects is seen where a window holds two outputs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion.dry import dot
+from reference_impl.motion.newton import Forces
+from reference_impl.motion.window import Setup
+from reference_impl.replay import capillary, coverage, io
+from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run, where
+from reference_impl.replay.lives import FORMATION, Lives, keys
+
+WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
+VELOCITY = tuple(f"{q}{axis}" for q in "vw" for axis in "xyz")
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
+LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capillary_stored": 1e-6, "gravity": 1e-3,
+          "capillary": 1.0, "budget": 1e-9, "windows": 1e-9}  # fmt: skip
+"""Of each comparison; the capillary work is held against the works of single steps at formations and ruptures."""
+
+
+def judged(run: Run) -> bool:
+    """Whether the run logged works, and its spheres have a mass that does not change."""
+    logged = where(run.folder, "energy").exists() and io.scene(run.folder)["output"].get("energy", True)
+    return bool(logged and not run.meta["effects"].get("liquid_weight"))
+
+
+def depth(run: Run, table: pd.DataFrame, gap: Floats, distance: Floats) -> tuple[Floats, Floats]:
+    """Capillary energy of bridges, -integral of the force from the gap to the static rupture distance; the force at the gap."""
+    name, p = coverage.law(run, "capillary"), pairs(table, bodies(run))
+    volume, sigma = table["volume"].to_numpy(float), run.meta["surface_tension"]
+
+    def force(s: Floats) -> Floats:
+        return capillary.LAWS[name](s, volume, p.ri, p.rj, p.wall, p.ti, p.tj, sigma) if name else 0.0 * s
+
+    # in s = u^2 the square-root start of some laws is smooth
+    low, high = np.sqrt(np.maximum(gap, 0.0)), np.sqrt(distance)
+    total = np.maximum(-gap, 0.0) * force(0.0 * gap)
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        u = low + (high - low) * 0.5 * (1.0 + node)
+        total += 0.5 * weight * (high - low) * 2.0 * u * force(u**2)
+    return -total, force(np.maximum(gap, 0.0))
+
+
+@dataclass
+class Budget:
+    """Own values at every output, part by part."""
+
+    run: Run
+    setup: Setup
+    rows: list[pd.DataFrame] = field(default_factory=list)
+    formed: float = 0.0
+    ruptured: float = 0.0
+    steps: float = 0.0
+    """Work of the capillary force in the steps in which bridges form and rupture, by their sizes [J]."""
+    start: Floats | None = None
+
+    def add(self, part: Run, lives: Lives) -> None:
+        """A part of the logs; the table of places has the speeds too."""
+        table, events = part.table("trajectory").sort_values(["step", "id"]), part.table("events")
+        outputs = np.unique(table["step"].to_numpy())
+        of_bridges = self._bridges(part, events, lives, outputs) if self.known else {}
+        if not len(outputs):
+            return
+        shape = (len(outputs), len(self.setup.ids), 3)
+        x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
+        self.start = x[0] if self.start is None else self.start
+        m, free = self.setup.mass, self.setup.free
+        fall = ((x - self.start) * self.setup.gravity).sum(axis=2) * m
+        own: dict[str, Any] = {
+            "step": outputs,
+            "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
+            "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
+            "gravity": fall.sum(axis=1),
+            "gravity_size": np.abs(fall).sum(axis=1) + float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6,
+        }
+        self.rows.append(pd.DataFrame({**own, **of_bridges}))
+
+    @property
+    def known(self) -> bool:
+        """Whether the capillary force is a closed form (or off)."""
+        name = coverage.law(self.run, "capillary")
+        return name is None or name in capillary.LAWS
+
+    def _bridges(self, part: Run, events: pd.DataFrame, lives: Lives, outputs: Floats) -> dict[str, Floats]:
+        """Sums over the events up to each output, and over the bridges that stand there."""
+        gap, distance = (events[n].to_numpy(float) for n in ("separation", "rupture_distance"))
+        energy, pull = depth(part, events, gap, distance)
+        formation = (events["kind"] == FORMATION).to_numpy()
+        way = np.abs(pull) * events["speed"].to_numpy(float) * self.setup.step
+        until, found = np.searchsorted(events["step"].to_numpy(), outputs, "right"), {}
+        for name, terms in (
+            ("formed", np.where(formation, energy, 0.0)),
+            ("ruptured", np.where(formation, 0.0, energy)),
+            ("steps", way),
+        ):
+            sums = np.cumsum(np.concatenate([[getattr(self, name)], terms]))
+            found[name] = sums[until]
+            setattr(self, name, float(sums[-1]))
+        shots = part.table("bridges")
+        at = lives.at(keys(shots), shots["step"].to_numpy(np.int64), strictly=False)
+        distance = np.append(lives.all.rupture_distance, np.nan)[at]
+        stored = depth(part, shots, shots["separation"].to_numpy(float), distance)[0]
+        found["capillary_stored"] = np.bincount(np.searchsorted(outputs, shots["step"]), stored, len(outputs))
+        return found
+
+    def both(self) -> tuple[pd.DataFrame, Floats]:
+        """history/energy with the own values beside it (`_own`), and all that was turned over up to each output [J]."""
+        own = pd.concat(self.rows, ignore_index=True)
+        log = io.columns(where(self.run.folder, "energy"), ["step", "half_kick", *OF_STATE, *WORKS]).sort_values("step")
+        both = log.merge(own, on="step", suffixes=("", "_own"))
+        turned = both[[*WORKS]].abs().sum(axis=1) + both["kinetic"] + both["spin"]
+        return both, np.maximum(np.maximum.accumulate(turned.to_numpy(float)), 1e-300)
+
+    @staticmethod
+    def size(name: str, both: pd.DataFrame, turnover: Floats) -> Floats:
+        """What a value is held against."""
+        if name == "gravity":
+            return both["gravity_size"].to_numpy(float)
+        if name in OF_BRIDGES:
+            return np.maximum((both["formed_own"].abs() + both["ruptured_own"].abs()).to_numpy(float), 1e-300)
+        return turnover
+
+    def check(self) -> list[Quantity]:
+        """Everything but the windows."""
+        if not self.rows:
+            return []
+        both, turnover = self.both()
+
+        def one(name: str, mine: Any, size: Any, scale: str) -> Quantity:
+            logged = both[name].to_numpy(float) if name in both else np.zeros(len(both))
+            return compare(
+                f"energy_{name}", scale, logged, np.asarray(mine, float), np.asarray(size, float), both, LIMITS[name]
+            )
+
+        found = [one(name, both[f"{name}_own"], turnover, "all that was turned over") for name in ("kinetic", "spin")]
+        found.append(one("gravity", both["gravity_own"], both["gravity_size"], "weight times way of all spheres"))
+        gain = both["kinetic_own"] + both["spin_own"]
+        left = gain - gain.iloc[0] - both[[*WORKS]].sum(axis=1) - both["half_kick"]
+        found.append(one("budget", left, turnover, "all that was turned over"))
+        if self.known:
+            size = self.size("formed", both, turnover)
+            found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
+            own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
+            found.append(
+                one("capillary", own_work, SLACK * both["steps"] + 1e-9 * turnover, "works of the steps of the events")
+            )
+        return found
+
+
+OF_BRIDGES = ("formed", "ruptured", "capillary_stored")
+OF_STATE = ("kinetic", "spin", *OF_BRIDGES)
+SLACK = 3.0
+"""Times the work in the single steps in which bridges form and rupture, by which the capillary work may be off."""
+
+
+def powers(setup: Setup, f: Forces) -> Floats:
+    """Power of each effect in each step of a window, shape (steps, effects) as in WORKS [W]."""
+    w, count, n = f.window, len(f.window.steps), {name: k for k, name in enumerate(WORKS)}
+    found = np.zeros((count, len(WORKS)))
+    weight = (w.v * setup.gravity).sum(axis=2) * w.mass
+    found[:, n["gravity"]] = weight.sum(axis=1)
+    t, c = f.touches, f.contacts
+    terms: list[tuple[Any, ...]] = [
+        ("contact", t, t.vb, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n), np.ones(len(t)))
+    ]
+    if f.bridges is not None:
+        b = f.bridges
+        zero = np.zeros((len(b.k), 3))
+        on = b.acting
+        terms += [
+            ("capillary", b, b.vb, -(b.capillary * on["capillary"])[:, None] * b.n, zero, zero, b.weight),
+            ("viscous_normal", b, b.vb, (b.normal * on["viscous_normal"])[:, None] * b.n, zero, zero, b.weight),
+            ("viscous_tangential", b, b.vb, b.tangential * on["viscous_tangential"], *b.torques(setup), b.weight),
+        ]
+    driven, all_power = ~setup.free, weight
+    for name, rows, vb, force, ta, tb, times in terms:
+        k, a, other = rows.k, rows.a, np.where(rows.wall, 0, rows.b)
+        on_a = dot(force, w.v[k, a]) + dot(ta, w.w[k, a])
+        on_b = np.where(rows.wall, 0.0, -dot(force, w.v[k, other]) + dot(tb, w.w[k, other]))
+        wall = np.where(rows.wall, dot(force, vb), 0.0)
+        np.add.at(found[:, n[name]], k, times * (on_a + on_b - wall))
+        np.add.at(found[:, n["wall_motion"]], k, times * wall)
+        if driven.any():
+            np.add.at(all_power, (k, a), times * on_a)
+            np.add.at(all_power, (k, other), times * on_b)
+    found[:, n["drive"]] = -all_power[:, driven].sum(axis=1)
+    return found
+
+
+def works_in_window(setup: Setup, f: Forces) -> tuple[Floats, Floats, Floats, pd.DataFrame] | None:
+    """Work of each effect from one output to the next, logged and own, its scale, and rows.
+
+    Where a window holds both outputs, and the engine was not set up anew between.
+    """
+    log = io.columns(where(setup.folder, "energy"), ["step", *WORKS]).sort_values("step")
+    steps = f.window.steps
+    inside = log[(log["step"] >= steps[0]) & (log["step"] <= steps[-1])]
+    power, parts = powers(setup, f) if len(inside) > 1 else np.zeros((0, len(WORKS))), []
+    for one, two in zip(inside.itertuples(index=False), inside.iloc[1:].itertuples(index=False), strict=False):
+        if any(one.step <= s <= two.step for s in setup.broken):
+            continue
+        at = power[np.searchsorted(steps, one.step) : np.searchsorted(steps, two.step) + 1]
+        own = setup.step * 0.5 * (at[1:] + at[:-1]).sum(axis=0)
+        turned = float(setup.step * 0.5 * np.abs(at[1:] + at[:-1]).sum())
+        parts.append((two.step, [getattr(two, n) - getattr(one, n) for n in WORKS], own, turned))
+    if not parts:
+        return None
+    rows = pd.DataFrame({"step": [p[0] for p in parts]})
+    logged, own, size = (np.array([p[k] for p in parts]) for k in (1, 2, 3))
+    # the logged works are differences of sums over the whole run
+    least = 1e-6 * float(log[list(WORKS)].abs().to_numpy().max())
+    return logged, own, np.maximum(size, least), rows
+
+
+def in_window(setup: Setup, f: Forces, run: Run) -> list[Quantity]:
+    """The same compared."""
+    works = works_in_window(setup, f)
+    if works is None:
+        return []
+    run.known.setdefault("works_in_windows", []).append(works)
+    logged, own, size, rows = works
+    return [compare("energy_windows", "work of all effects", logged, own, size, rows, 1e-8)]

@@ -1,0 +1,119 @@
+"""Where the ends of a bridge are: gap, closest point of a wall and its triangle, at every output and at events of known places.
+
+Places are known at output steps and in the windows that record motion. Which triangle takes and gives liquid decides which wall
+film changes; beside an edge any triangle as near as the closest is right.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion import nearest
+from reference_impl.replay import io, laws
+from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run, where
+
+STRANGE = 1e300
+"""Deviation of a triangle that is not one of the wall part."""
+
+
+def places(run: Run) -> pd.DataFrame:
+    """Places of spheres in this part of the logs: `step`, `id`, x, y, z [m], each once."""
+    names = [name for name in ("trajectory", "window_states") if where(run.folder, name).exists()]
+    tables = [run.table(name)[["step", "id", "x", "y", "z"]] for name in names]
+    none = pd.DataFrame({"step": np.zeros(0, np.int64), "id": np.zeros(0, np.int64), **{a: np.zeros(0) for a in "xyz"}})
+    return pd.concat([none, *tables], ignore_index=True).drop_duplicates(["step", "id"])
+
+
+class Ends:
+    """Rows of a log whose spheres' places are known: centres of i, ends at j, gap; `off`: how much nearer than the logged
+    triangle another one of the same part is [m]."""
+
+    def __init__(self, run: Run, table: pd.DataFrame, places: pd.DataFrame) -> None:
+        p = pairs(table, bodies(run))
+        key = places["step"].to_numpy(np.int64) << 31 | places["id"].to_numpy(np.int64)
+        order = np.argsort(key)
+        key, x = np.append(key[order], np.iinfo(np.int64).max), places[["x", "y", "z"]].to_numpy(float)[order]
+        step = table["step"].to_numpy(np.int64)
+
+        def at(number: Floats) -> tuple[Floats, Floats]:
+            wanted = step << 31 | number.astype(np.int64)
+            here = np.searchsorted(key, wanted)
+            return here, key[here] == wanted
+
+        (i, known_i), (j, known_j) = at(p.i), at(p.sphere_j)
+        rows = np.flatnonzero(known_i & (known_j | p.wall))
+        if len(bodies(run).area) < 2:
+            rows = rows[~p.wall[rows]]
+        self.table, self.radius, self.wall = table.iloc[rows].reset_index(drop=True), p.ri[rows], p.wall[rows]
+        self.xi = x[i[rows]]
+        self.xj = np.where(self.wall[:, None], np.nan, x[np.minimum(j[rows], max(len(x) - 1, 0))])
+        self.off = np.zeros(len(rows))
+        if self.wall.any():
+            self._at_walls(run, step[rows], p.part[rows])
+        self.rj = p.rj[rows]
+        apart = self.xi - self.xj
+        distance = np.sqrt((apart**2).sum(axis=1))
+        self.normal = apart / distance[:, None]
+        self.gap = distance - self.radius - np.where(self.wall, 0.0, self.rj)
+
+    def _at_walls(self, run: Run, step: Floats, part: Floats) -> None:
+        parts, w = nearest.parts(run), np.flatnonzero(self.wall)
+        triangle = self.table["triangle"].to_numpy(np.int64)[w]
+        own = parts.closest(step[w], self.xi[w], part[w])
+        distance, point = parts.to(step[w], self.xi[w], triangle)
+        right = parts.setup.part[triangle] == part[w]
+        # of several as near the logged one has the point that is meant
+        same = right & (distance <= own.distance * (1.0 + nearest.SAME))
+        self.xj[w] = np.where(same[:, None], point, own.point)
+        self.off[w] = np.where(right, distance - own.distance, STRANGE)
+
+    def triangle(self, name: str) -> Quantity:
+        """The logged triangle is one of the part, and none of it is nearer."""
+        w = np.flatnonzero(self.wall)
+        return compare(name, "radius", self.off[w], 0.0 * self.off[w], self.radius[w], self.table.iloc[w])
+
+    def separation(self, name: str) -> Quantity:
+        """The logged gap."""
+        return compare(name, "radius", self.table["separation"].to_numpy(float), self.gap, self.radius, self.table)
+
+
+def of_events(run: Run) -> Ends:
+    """The events of this part of the log whose places are known."""
+    return Ends(run, run.table("events"), places(run))
+
+
+def of_snapshots(run: Run) -> Ends:
+    """The bridges at the outputs of this part."""
+    names = ["step", "id", "x", "y", "z"]
+    path = io.where(run.folder, "trajectory")
+    return Ends(run, run.table("bridges"), run.table("trajectory")[names] if path.exists() else places(run))
+
+
+def check(run: Run) -> list[Quantity]:
+    """Of a part of the log."""
+    known = len(run.tables.get("trajectory", [])) or where(run.folder, "trajectory").exists()
+    if not known:
+        return []
+    events, shots = of_events(run), of_snapshots(run)
+    logged = io.vectors(shots.table, "xj")
+    return [
+        _parts(run),
+        events.triangle("event_triangle"),
+        events.separation("event_separation"),
+        shots.triangle("snapshot_triangle"),
+        shots.separation("snapshot_separation"),
+        compare("snapshot_ends", "radius", logged, shots.xj, shots.radius, shots.table),
+    ]
+
+
+def _parts(run: Run) -> Quantity:
+    """Of every event at a wall: the triangle that gives and takes is one of the part."""
+    events = run.table("events")
+    rows = events[events["partner_kind"] != laws.SPHERE].reset_index(drop=True)
+    own = rows["j"].to_numpy(np.int64)
+    part = nearest.parts(run).setup.part[rows["triangle"].to_numpy(np.int64)] if len(rows) else own
+    wrong, one = (part != own).astype(float), np.ones(len(rows))
+    return compare("event_part", "triangles of another part", wrong, 0.0 * one, one, rows, 0.0)

@@ -1,0 +1,284 @@
+"""Bridges that formed too early, too late or not at all, between spheres and at walls.
+
+Too late: how fast both sides came is logged with a formation, so where they were one look before is known, and whether the films
+touched then; of every formation of the run. Not at all: where places are known, that is at the output steps of trajectory.parquet
+and in the windows that record motion, there at every step at which bridges act.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from reference_impl.motion import impulses, nearest
+from reference_impl.motion.window import slide_steps
+from reference_impl.replay import io, laws
+from reference_impl.replay.bodies import bodies, holders, pairs
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run, where
+from reference_impl.replay.lives import FORMATION, Lives, keys
+
+ROOM = 1e-9
+"""Part of the radius by which films may miss each other: a gap is a difference of positions."""
+ROOM_OF_WAY = 1.02, 1e-5
+"""A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
+SMALLEST = 1e-12
+"""V* below which nothing forms, by definition of the model's numerical zero."""
+COLUMNS = {"step": np.int64, "partner_kind": np.int64, "i": np.int64, "j": np.int64, "triangle": np.int64,
+           "separation": float, "films": float, "own_film": float}  # fmt: skip
+NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
+"""No pairs; `films`: of both sides together, `own_film`: of i alone [m]."""
+
+
+def thickness(film: Floats, radius: Floats) -> Floats:
+    """Of the film on a sphere: (3 L/(4 pi) + r^3)^(1/3) - r (E 34)."""
+    return np.asarray(radius * np.expm1(np.log1p(3.0 * film / (4.0 * np.pi * radius**3)) / 3.0))
+
+
+class Held:
+    """What every holder has by the log before a part of it, and the step in which that last changed."""
+
+    def __init__(self, run: Run) -> None:
+        self.film = bodies(run).liquid()
+        self.changed = np.full(len(self.film), -1, np.int64)
+
+    def keep(self, run: Run) -> None:
+        """A part of the log has been gone through."""
+        fixed, events = bodies(run), run.table("events")
+        both = np.stack(holders(events, pairs(events, fixed), fixed), axis=1).ravel()
+        keep_films(self.film, events, run)
+        np.maximum.at(self.changed, both, np.repeat(events["step"].to_numpy(np.int64), 2))
+
+
+def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
+    """Have in `film` what all holders have after some events by the log."""
+    fixed = bodies(run)
+    both = np.stack(holders(events, pairs(events, fixed), fixed), axis=1).ravel()
+    film[both] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
+
+
+def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
+    """Thicknesses of both films before each event, the separation, and the radius of i."""
+    fixed, events = bodies(run), run.table("events")
+    p = pairs(events, fixed)
+    area = np.where(p.wall, fixed.area[np.where(p.wall, events["triangle"], -1)], 1.0)
+    i, j = (np.maximum(events[f"film_{s}_before"].to_numpy(float), 0.0) for s in "ij")
+    return (
+        thickness(i, p.ri),
+        np.where(p.wall, j / area, thickness(j, p.rj)),
+        events["separation"].to_numpy(float),
+        p.ri,
+    )
+
+
+def due(run: Run) -> Quantity:
+    """A bridge forms only where the films touch, S < h_i + h_j."""
+    own, other, gap, ri = films_at_events(run)
+    events = run.table("events")
+    early = ((events["kind"] == FORMATION) & (gap > own + other + ROOM * ri)).to_numpy(float)
+    zero = np.zeros(len(early))
+    return compare("formation_due", "formations before the films touch", early, zero, zero + 1.0, events, 0.0)
+
+
+def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
+    """By how much the films of each formation overlapped one look before at least [m], and the way since then.
+
+    Zero where a film changed since, where all is new (step 0) and where the engine was set up anew.
+    """
+    fixed, events, every = bodies(run), run.table("events"), impulses.every(run)
+    own, other, gap, ri = films_at_events(run)
+    step = events["step"].to_numpy(np.int64)
+    way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
+    # speeds are known at one of several steps
+    way = way * (1.0 if every == 1 else 2.0) + (ROOM_OF_WAY[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
+    sides = holders(events, pairs(events, fixed), fixed)
+    since = np.maximum(*(_changed(run, held, side, step) for side in sides))
+    judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
+    return np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0), way
+
+
+def _turned(run: Run, ri: Floats) -> Floats:
+    """How far a turning wall's points around a closest point part from it in a look [m]."""
+    rotation = io.scene(run.folder).get("rotation")
+    rate = 2.0 * np.pi / abs(rotation["period_s"]) if rotation else 0.0
+    return np.asarray(2.0 * rate * ri * impulses.every(run) * float(run.meta["time_step"]))
+
+
+def _anew(run: Run) -> Floats:
+    """Steps at which the engine is set up anew, with speeds of the step in place of those half a step back."""
+    scene = io.scene(run.folder)
+    return np.array(slide_steps(scene, scene["time_step_s"], round(scene["duration_s"] / scene["time_step_s"])), int)
+
+
+def _changed(run: Run, held: Held, holder: Floats, step: Floats) -> Floats:
+    """The last step before each event in which its holder's liquid changed, -1 for none."""
+    fixed, events, shed = bodies(run), run.table("events"), run.shed
+    walls = np.where(shed["partner_kind"] == laws.SPHERE, 0, fixed.walls_from)
+    of_drops = [shed["i"].to_numpy(np.int64), np.maximum(shed["j"].to_numpy(np.int64), 0) + walls]
+    sides = holders(events, pairs(events, fixed), fixed)
+    all_changes = _place(np.concatenate([step, step, *2 * [shed["step"].to_numpy(np.int64)]]),
+                         np.concatenate([*sides, *of_drops]), holder_first=True)  # fmt: skip
+    sorted_changes = np.append(np.sort(all_changes), np.iinfo(np.int64).max)
+    at = np.searchsorted(sorted_changes, _place(step, holder, holder_first=True), "left") - 1
+    before = sorted_changes[at]
+    here = (at >= 0) & (before >> 32 == holder)
+    return np.where(here, before & 0xFFFFFFFF, held.changed[holder])
+
+
+def late(run: Run, held: Held) -> Quantity:
+    """A bridge forms at the first look at which the films touch."""
+    excess, _ = lateness(run, held)
+    events = run.table("events")
+    return compare("formation_late", "radius", excess, np.zeros(len(excess)), bodies(run).radius[events["i"]], events)
+
+
+def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
+    """All of these, of a part of the log before which the holders were as in `held`."""
+    return [due(run), late(run, held), missed(run, lives, held)]
+
+
+def missed(run: Run, lives: Lives, held: Held) -> Quantity:
+    """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
+    table = touching(run, lives, held)
+    lacking, zero = table["missed"].to_numpy(float), np.zeros(len(table))
+    return compare("formation_missed", "films that touch without a bridge", lacking, zero, zero + 1.0, table, 0.0)
+
+
+def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
+    """Pairs whose films touch and whether their bridge is missing; not those with an event in that step."""
+    table = pd.concat([_at_outputs(run), _in_windows(run, lives, held)], ignore_index=True)
+    if not len(table):
+        return table
+    step, wall = table["step"], table["partner_kind"] != laws.SPHERE
+    fixed, events, shed = bodies(run), run.table("events"), run.shed
+    # drops come after the formations of their step
+    moved = np.concatenate(
+        [_place(events["step"], h) for h in holders(events, pairs(events, fixed), fixed)]
+        + [_place(shed["step"], np.maximum(shed[s], 0) + n * fixed.walls_from) for s in "ij" for n in (0, 1)]
+    )
+    sides = table["i"], np.where(wall, fixed.walls_from + table["triangle"], table["j"])
+    busy = [np.isin(_place(step, side), moved) for side in sides]
+    return table[~(busy[0] | busy[1])].reset_index(drop=True)
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Steps at which all places are known: x of spheres (steps, spheres, 3), their liquid, and that of all triangles."""
+
+    step: Floats
+    ids: Floats
+    x: Floats
+    film: Floats
+    walls: Floats
+
+
+def _frames(run: Run, places: pd.DataFrame) -> Frames:
+    """Without the liquid."""
+    table = places.sort_values(["step", "id"])
+    step = np.unique(table["step"].to_numpy(np.int64))
+    ids, area = np.sort(run.table("spheres")["id"].to_numpy(np.int64)), bodies(run).area
+    shape = (len(step), len(ids))
+    x = table[["x", "y", "z"]].to_numpy(float).reshape(*shape, 3)
+    return Frames(step, ids, x, np.zeros(shape), np.zeros((len(step), len(area))))
+
+
+def _at_outputs(run: Run) -> pd.DataFrame:
+    """Pairs that touch at the output steps, and whether they are missing in the snapshot of bridges."""
+    if not where(run.folder, "trajectory").exists():
+        return NONE.assign(missed=False)
+    places, films, walls = run.table("trajectory"), run.table("films"), run.table("wall_films")
+    frames = _frames(run, places[places["step"] > 0])
+    films = films[films["step"] > 0].sort_values(["step", "id"])
+    frames.film[:] = np.maximum(films["film"].to_numpy(float), 0.0).reshape(frames.film.shape)
+    walls = walls[walls["step"] > 0]
+    frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
+    table, bridges = _touching(run, frames), run.table("bridges")
+    standing: dict[Any, Floats] = {step: keys(rows) for step, rows in bridges.groupby("step")}
+    lacking = np.ones(len(table), dtype=bool)
+    for step, rows in table.groupby("step").indices.items():
+        lacking[rows] = ~np.isin(keys(table.iloc[rows]), standing.get(step, np.zeros(0, np.int64)))
+    return table.assign(missed=lacking)
+
+
+def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
+    """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
+    if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
+        return NONE.assign(missed=False)
+    places, events, from_here = run.table("window_states"), run.table("events"), bodies(run).walls_from
+    frames = _frames(run, places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)])
+    film, done = held.film.copy(), 0
+    for k, until in enumerate(np.searchsorted(events["step"].to_numpy(), frames.step, "right")):
+        if until > done:
+            keep_films(film, events.iloc[done:until], run)
+        done = until
+        frames.film[k], frames.walls[k] = np.maximum(film[frames.ids], 0.0), np.maximum(film[from_here:], 0.0)
+    table = _touching(run, frames)
+    at = lives.at(keys(table), table["step"].to_numpy(np.int64), strictly=False)
+    return table.assign(missed=at < 0)
+
+
+def _place(step: Any, number: Any, holder_first: bool = False) -> Floats:
+    """Two numbers as one."""
+    step, number = np.asarray(step, np.int64), np.asarray(number, np.int64)
+    return (number << 32) | step if holder_first else (step << 31) | number
+
+
+def _touching(run: Run, frames: Frames) -> pd.DataFrame:
+    """Pairs whose films overlap and hold something."""
+    radius = bodies(run).radius[frames.ids]
+    layer = thickness(frames.film, radius)
+    parts = [NONE, _of_spheres(frames, radius, layer)]
+    if len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
+        parts.append(_at_walls(run, frames, radius, layer))
+    return pd.concat(parts, ignore_index=True)
+
+
+def _of_spheres(frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
+    near = [np.zeros((0, 3), np.int64)]
+    for k, x in enumerate(frames.x):
+        found = cKDTree(x).query_pairs(2.0 * float((radius + layer[k]).max()), output_type="ndarray")
+        near.append(np.column_stack([np.full(len(found), k), np.sort(found, axis=1)]))
+    k, a, b = np.concatenate(near).T
+    d = frames.x[k, a] - frames.x[k, b]
+    gap = np.sqrt((d**2).sum(axis=1)) - radius[a] - radius[b]
+    films = layer[k, a] + layer[k, b]
+    drawn = given(frames.film[k, a], radius[a], radius[b]) + given(frames.film[k, b], radius[b], radius[a])
+    r = laws.harmonic_radius(radius[a], radius[b], np.zeros(len(a), dtype=bool))
+    touch = (gap < films - ROOM * radius[a]) & (drawn > SMALLEST * r**3)
+    return _table(touch, frames.step[k], 0 * k, frames.ids[a], frames.ids[b], 0 * k - 1, gap, films, layer[k, a])
+
+
+def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
+    """Spheres and wall parts; of several triangles as near the one with the least film counts."""
+    parts, fixed = nearest.parts(run), bodies(run)
+    thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.middle)]
+    most = np.zeros((len(frames.step), len(parts)))
+    np.maximum.at(most.T, parts.setup.part, thick.T)
+    pairs_of = [np.zeros((3, 0), np.int64)]
+    for k, step in enumerate(frames.step):
+        a, part = parts.near(int(step), frames.x[k], radius + layer[k], most[k])
+        pairs_of.append(np.stack([np.full(len(a), k), a, part]))
+    k, a, part = np.concatenate(pairs_of, axis=1)
+    near = parts.closest(frames.step[k], frames.x[k, a], part, thick, k)
+    r, width, film = radius[a], fixed.half_width[part], frames.film[k, a]
+    wire = width < r
+    drawn = film * np.where(wire, width / (6.0 * r), 0.5 * (1.0 - np.sqrt(0.75)))
+    drawn = drawn + near.least * np.where(wire, 2.0 * r * np.where(wire, width, 0.0), np.pi / 4.0 * r**2)
+    gap, films = near.distance - r, layer[k, a] + near.least
+    touch = (gap < films - ROOM * r) & (drawn > SMALLEST * r**3)
+    kind = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL)
+    return _table(touch, frames.step[k], kind, frames.ids[a], part, near.triangle, gap, films, layer[k, a])
+
+
+def _table(keep: Floats, *columns: Floats) -> pd.DataFrame:
+    """The columns of NONE of some rows."""
+    return pd.DataFrame({name: values[keep] for name, values in zip(COLUMNS, columns, strict=True)})
+
+
+def given(film: Floats, ri: Floats, rj: Floats) -> Floats:
+    """Liquid that sphere i gives to a bridge with sphere j (E 8)."""
+    return np.asarray(film / 2.0 * (1.0 - np.sqrt(1.0 - (rj / (ri + rj)) ** 2)))

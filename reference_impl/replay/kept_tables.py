@@ -1,0 +1,150 @@
+"""Tables that later stages read, row by row: how walls stood, times, what the ledger counts and who holds the liquid.
+
+Whether they are whole is asked in whole.py; here whether they say the same as the logs and as scene.json.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.motion import window
+from reference_impl.motion.wall_motion import Motion
+from reference_impl.replay import io, plans
+from reference_impl.replay.bodies import bodies
+from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.io import Run, where
+from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys, none
+
+SHIFT = ["dx", "dy", "dz"]
+COUNTED = ("formations", "ruptures", "bridge_count", "spheres")
+HELD = ("films", "bridges", "walls", "left", "initial")
+
+
+def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
+    """mesh_motion.parquet, and where each mesh should be [m]; a mesh that turns has no shift."""
+    table = io.columns(setup.folder / "mesh_motion.parquet", ["step", "mesh", *SHIFT])
+    motion, own = Motion(setup), np.zeros((len(table), 3))
+    step, name = table["step"].to_numpy(np.int64), table["mesh"].to_numpy()
+    for wall in setup.walls:
+        for row in np.flatnonzero(name == wall.name):
+            own[row] = motion.shift(wall, int(step[row]))
+    return table, own
+
+
+def reach(setup: window.Setup) -> float:
+    """How far walls move at most [m]: the scale of their places."""
+    vibration, slide = setup.scene.get("vibration"), setup.scene.get("slide")
+    ways = [float(np.linalg.norm(vibration["amplitude_m"]))] if vibration else []
+    ways += [float(np.linalg.norm(slide["velocity_m_per_s"])) * float(slide["travel_s"])] if slide else []
+    return max(ways, default=1e-3)
+
+
+def mesh_motion(setup: window.Setup) -> list[Quantity]:
+    """Where walls are at the outputs, against the motion of scene.json, step by step as the engine moves them."""
+    if not setup.walls:
+        return []
+    table, own = wall_shifts(setup)
+    logged, size = table[SHIFT].to_numpy(float), np.full(len(table), reach(setup))
+    return [compare("mesh_motion", "how far walls move", logged, own, size, table)]
+
+
+def times(setup: window.Setup, moist: bool) -> list[Quantity]:
+    """Column `time` of every table that has one: its step times the time step."""
+    rows = all_times(setup, moist)
+    own, logged = rows["step"].to_numpy(float) * setup.step, rows["time"].to_numpy(float)
+    return [compare("time", "itself, or one time step", logged, own, np.maximum(own, setup.step), rows)]
+
+
+def all_times(setup: window.Setup, moist: bool) -> pd.DataFrame:
+    """`step`, `time`, and the `table` they stand in, each once where a table has many rows of a step."""
+    parts = [pd.DataFrame({"step": np.zeros(0, np.int64), "time": np.zeros(0), "table": np.zeros(0, str)})]
+    for name in ["trajectory", *(("events", "contacts", "ledger", "energy") if moist else ())]:
+        path = where(setup.folder, name)
+        if path.exists() and "time" in io.names(path):
+            parts.append(io.columns(path, ["step", "time"]).drop_duplicates().assign(table=name))
+    return pd.concat(parts, ignore_index=True)
+
+
+class Count:
+    """What the events and the snapshots say of every column of the ledger, part by part."""
+
+    def __init__(self, run: Run) -> None:
+        self.formed = self.ruptured = 0
+        self.first, self.spheres = float(bodies(run).liquid().sum()), len(run.table("spheres"))
+        self.fallen = run.shed[run.shed["partner_kind"] == 3]
+
+    def values(self, run: Run) -> tuple[pd.DataFrame, tuple[Floats, Floats], tuple[Floats, Floats], Floats]:
+        """The outputs of a part of the log: rows of the ledger; counts and liquid, as logged and own; scale of the liquid."""
+        events, ledger = run.table("events"), run.table("ledger").sort_values("step")
+        shots = run.table("films")["step"]
+        ledger = ledger[ledger["step"].isin(shots.unique())].reset_index(drop=True)
+        step, at, kind = ledger["step"].to_numpy(), events["step"].to_numpy(), events["kind"].to_numpy()
+        formed, ruptured = (np.searchsorted(at[kind == k], step, "right") for k in (FORMATION, RUPTURE))
+        formed, ruptured = formed + self.formed, ruptured + self.ruptured
+        own = np.stack([formed, ruptured, formed - ruptured, np.full(len(step), self.spheres)], axis=1).astype(float)
+        self.formed += int((kind == FORMATION).sum())
+        self.ruptured += int((kind == RUPTURE).sum())
+        drops = np.array([self.fallen["volume"][self.fallen["step"] <= s].sum() for s in step])
+        first = np.full(len(step), self.first)
+        held = np.stack([*(_sums(run, step, *c) for c in CARRIED), drops, first], axis=1)
+        logged, one = ledger[list(COUNTED)].to_numpy(float), np.ones(len(step))
+        liquid, size = ledger[list(HELD)].to_numpy(float), first if self.first > 0 else one
+        return ledger, (logged, own), (liquid, held), size
+
+    def check(self, run: Run) -> list[Quantity]:
+        """The same compared."""
+        ledger, (logged, own), (liquid, held), size = self.values(run)
+        one = np.ones(len(ledger))
+        return [
+            compare("ledger_counts", "each counts 1", logged, own, one, ledger, 0.0),
+            compare("ledger_held", "initial liquid", liquid, held, size, ledger, 1e-12),
+        ]
+
+
+CARRIED = (("films", "film"), ("bridges", "volume"), ("wall_films", "film"))
+
+
+def _sums(run: Run, steps: Floats, table: str, column: str) -> Floats:
+    """A column of a snapshot added up at each output."""
+    rows = run.table(table)
+    at = np.searchsorted(steps, rows["step"].to_numpy())
+    return np.bincount(at, rows[column].to_numpy(float), len(steps))[: len(steps)]
+
+
+def velocities(setup: window.Setup) -> list[Quantity]:
+    """Speeds and spins of trajectory.parquet against the recorded motion, at outputs within windows."""
+    both, logged, mine = both_velocities(setup)
+    if not len(both):
+        return []
+    size = np.maximum(np.abs(mine).max(axis=1), 1e-3)
+    return [compare("trajectory_velocity", "itself, or 1 mm/s", logged, mine, size, both)]
+
+
+def both_velocities(setup: window.Setup) -> tuple[pd.DataFrame, Floats, Floats]:
+    """Rows of spheres and steps that both tables have, and vx … wz of the trajectory and of the windows."""
+    states, path = where(setup.folder, "window_states"), where(setup.folder, "trajectory")
+    names = [f"{q}{axis}" for q in "vw" for axis in "xyz"]
+    if not states.exists() or not set(names) <= set(io.names(path)):
+        return pd.DataFrame(), np.zeros((0, 6)), np.zeros((0, 6))
+    own = io.columns(states, ["step", "id", *names])
+    table = io.columns(path, ["step", "id", *names])
+    both = table[table["step"].isin(own["step"].unique())].merge(own, on=["step", "id"], suffixes=("", "_window"))
+    logged, mine = (both[[f"{n}{end}" for n in names]].to_numpy(float) for end in ("", "_window"))
+    return both, logged, mine
+
+
+def bridges_in_windows(run: Run) -> pd.DataFrame:
+    """Bridges that act at the recorded steps by the event log: step, ends, place of sphere i, and whether the contact log has no
+    row of it."""
+    planned, events = plans.plan(run.folder), run.table("events")
+    lives, fixed = Lives(none(), events, 0, -1), events.drop_duplicates(["partner_kind", "i", "j"])
+    log, states, found = run.table("contacts"), run.table("window_states"), []
+    for step in planned.contact_steps:
+        rows = fixed[["partner_kind", "i", "j"]].assign(step=step)
+        rows = rows[lives.at(keys(rows), np.full(len(rows), step), strictly=planned.every == 1) >= 0]
+        # a bridge that ruptures in a step does not act in it
+        rows = rows[lives.at(keys(rows), np.full(len(rows), step), strictly=False) >= 0]
+        rows = rows.assign(missing=~np.isin(keys(rows), keys(log[log["step"].to_numpy() == step])))
+        found.append(rows.merge(states[states["step"] == step][["id", *"xyz"]], left_on="i", right_on="id"))
+    return pd.concat(found, ignore_index=True) if found else pd.DataFrame()

@@ -1,0 +1,74 @@
+"""What a scene plans: outputs, windows, what is recorded in them. Follows from scene.json alone."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reference_impl.replay import io
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import ReplayError
+
+AGAIN = "run the case again"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the scene plans: number of walls, last step, steps of the outputs, half-open windows of steps and their tables."""
+
+    moist: bool
+    walls: int
+    steps: int
+    outputs: Floats
+    windows: tuple[tuple[int, int], ...]
+    recorded: tuple[str, ...]
+    energy: bool
+    """Whether works are logged."""
+    every: int = 1
+    """Steps from one evaluation of the bridges to the next."""
+
+    @property
+    def window_steps(self) -> Floats:
+        """All steps of the windows, once each."""
+        return np.unique(np.concatenate([np.zeros(0, int), *(np.arange(a, b) for a, b in self.windows)]))
+
+    @property
+    def contact_steps(self) -> Floats:
+        """Those of them at which bridges act and are logged."""
+        return self.window_steps[self.window_steps % self.every == 0]
+
+
+def plan(folder: Path) -> Plan:
+    """The plan of a run directory."""
+    scene = io.scene(folder)
+    out, effects, step = scene["output"], scene["effects"], float(scene["time_step_s"])
+    steps = round(scene["duration_s"] / step)
+    count, length = int(out.get("contact_windows", 2)), int(out.get("contact_window_steps", 20))
+    first = [int(steps * (k + 0.5) / count) - length // 2 for k in range(count)]
+    windows = tuple((max(0, a), min(a + length, steps + 1)) for a in first)
+    recorded: tuple[str, ...] = ()
+    if windows and out.get("window_trajectories", False) and _engine(folder) == "LIGGGHTS":
+        springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
+        recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
+    slow = impulse(scene)
+    every = slow * max(1, round(out["interval_s"] / step) // slow)
+    outputs, energy = np.arange(0, steps + 1, every), bool(out.get("energy", True))
+    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, slow)
+
+
+def impulse(scene: dict[str, Any]) -> int:
+    """Steps from one evaluation of the bridges to the next, for all of which their forces act at once (`bridges_every`)."""
+    return int(scene.get("bridges_every", 1))
+
+
+def _engine(folder: Path) -> str:
+    """The engine of a run; other engines than LIGGGHTS record no motion in windows."""
+    path = Path(folder) / "engine" / "run.json"
+    try:
+        return str(json.loads(path.read_text()).get("engine", "LIGGGHTS")) if path.exists() else "LIGGGHTS"
+    except (OSError, ValueError, AttributeError) as error:
+        raise ReplayError(f"{path} cannot be read ({error!r}); expected what the driver wrote: {AGAIN}") from error

@@ -1,0 +1,88 @@
+"""Faults planted in the plugin that runs the yard (tests/reference_impl/yard.py): formations, walls, ends, forces in flight.
+
+Sources are patched as in planted.py, with which they share one build. `PUMP` is a scene of its own for films on walls: a sphere
+that is moved up and down over a small plate leaves liquid there and comes back to it slowly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from pywet.apparatus.solids import plate
+from pywet.apparatus.surface import make_surface
+from pywet.bench import small
+from pywet.bench.bodies import water
+from pywet.scene import Output
+from tests.engines.liggghts.scenes import contacts, spheres_of
+
+Scene = Callable[[Path], list[small.Sphere]]
+"""Writes the inputs of a run."""
+BEFORE = "WallCandidate &pair = wall_pairs_[c];"
+PATCHES: list[tuple[str, str, str]] = [
+    ("formation.cpp", "if (near.distance >= reach(pair.i) + w) {",
+     'const double seen = planted("film of a wall left out") ? 0.0 : planted("film of a wall 5 % thin") ? 0.95 : 1.0;\n'
+     "    if (near.distance >= reach(pair.i) + seen * w) {"),
+    ("formation.cpp", BEFORE,
+     BEFORE + '\n    if (planted("a wall without bridges") && pair.j == 1) continue;\n'
+     '    if (planted("one bridge a mesh")) {\n'
+     "      bool has = false;\n"
+     "      for (size_t p = 0; p < walls.parts.size(); p++)\n"
+     "        has = has || (walls.parts[p].mesh == walls.parts[pair.j].mesh && index_.count(key(LARGE_WALL, pair.i, int(p))));\n"
+     "      if (has) continue;\n"
+     "    }"),
+    ("bridges.cpp", "if (initial_ > 0 && due && !again) {",
+     'if (initial_ > 0 && due && !again && !(planted("formations in every second step") && n % 2)) {'),
+    ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
+     "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
+     '    if (planted("lands on the first triangle") && b.kind != SPHERE) e.triangle = walls.parts[b.j].triangles.front();'),
+    ("forces.cpp", "call(laws.viscous_normal, t.viscous, 1);",
+     "call(laws.viscous_normal, t.viscous, 1);\n"
+     '  if (planted("drag halved outside windows") && !logging())\n'
+     "    for (int k = 0; k < t.n; k++) t.viscous[k] *= 0.5;"),
+    ("forces.cpp", "accumulate(at_.f[0] + 3 * b, (-1.0) * at(t.force, k));",
+     'accumulate(at_.f[0] + 3 * b, (planted("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
+    ("forces.cpp", "thicker_ = std::max(thicker_, thickness_[id] - thickness_then_[id]);",
+     'if (!planted("growth unseen")) thicker_ = std::max(thicker_, thickness_[id] - thickness_then_[id]);'),
+    ("energy.cpp", "power[VISCOUS_NORMAL] += n;", 'power[VISCOUS_NORMAL] += (planted("work of drag twice") ? 2 : 1) * n;'),
+]  # fmt: skip
+"""File, text that must be there once, text in its place."""
+
+IN_YARD: dict[str, tuple[str, str]] = {
+    "a wall without bridges": ("formation_missed", "wall part 1 never gets a bridge"),
+    "one bridge a mesh": ("formation_missed", "a sphere has one bridge to a mesh in place of one to each part"),
+    "formations in every second step": ("formation_late", "films are looked at in every 2nd step only"),
+    "lands on the first triangle": ("event_triangle", "it is the first triangle of the part"),
+    "drag halved outside windows": ("flight_velocity", "the viscous normal force is 0.5 times what it should be"),
+    "acts on one side": ("newton_force", "every force of bridges on their second sphere (j): it is left out"),
+    "work of drag twice": ("energy_windows", "it counts twice"),
+}
+"""Fault -> the quantity that must break and the words by which it must be named."""
+IN_PUMP: dict[str, tuple[str, str]] = {
+    "film of a wall left out": ("formation_late", "the film of a wall is left out"),
+    "film of a wall 5 % thin": ("formation_late", "the film of a wall is taken too thin (at most 0.9"),
+}
+
+
+def pump(folder: Path) -> list[small.Sphere]:
+    """Two spheres that go up and down over small plates."""
+    radius, swing, period = 2.5e-3, 1.4e-3, 0.1
+    plates = []
+    for name, x in (("left", -0.01), ("right", 0.01)):
+        corners = 1.2e-3 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) + [x, 0.0]
+        plates.append(make_surface(name, "wall", plate(corners, -4e-3, 0.0)))
+    up = ((0.0, 0.0, swing), period)
+    high = radius + swing + 1e-5
+    bodies = [
+        small.Sphere(1, (-0.01, 0.0, high), driven=True, wiggle=up),
+        small.Sphere(1, (0.01, 0.0, high), driven=True, wiggle=up),
+    ]
+    small.prepare(
+        folder, spheres_of(radius), bodies, contacts(1, stiffness=1e4), liquid=water(3e-5), effects=small.PAPER,
+        walls=plates, wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=15000,
+        output=Output(interval_s=2e-3, contact_windows=0),
+    )  # fmt: skip
+    return bodies

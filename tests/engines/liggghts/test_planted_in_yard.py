@@ -1,0 +1,42 @@
+"""Faults of the plugin in formations, walls, ends and forces that the replay once passed over: found, each by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts import planted, planted_in_yard
+from tests.reference_impl import yard
+
+pytestmark = [pytest.mark.engine, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundry]:
+    """One build and one process for all faults."""
+    made = planted.Foundry(tmp_path_factory.mktemp("planted"))
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize("scene", [yard.prepare, planted_in_yard.pump])
+def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path, scene: planted_in_yard.Scene) -> None:
+    """What is found below is the fault and not the patch."""
+    foundry.run(tmp_path, scene(tmp_path), "none")
+    result = replay(tmp_path)
+    assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
+
+
+@pytest.mark.parametrize("fault", [*planted_in_yard.IN_YARD, *planted_in_yard.IN_PUMP])
+def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+    """In the quantity where it was planted, and by its words."""
+    in_yard = fault in planted_in_yard.IN_YARD
+    quantity, words = (planted_in_yard.IN_YARD if in_yard else planted_in_yard.IN_PUMP)[fault]
+    foundry.run(tmp_path, (yard.prepare if in_yard else planted_in_yard.pump)(tmp_path), fault)
+    result = replay(tmp_path)
+    assert not result["quantities"][quantity]["ok"]
+    said = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    assert any(words in sentence for sentence in said), said

@@ -1,0 +1,59 @@
+"""Faults in the tables beside the logs, in ends of bridges, works, counts and rows of a rank are found, each by its name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from reference_impl.replay.replay import replay
+from tests.engines.liggghts import planted_in_yard
+from tests.reference_impl import planted_yard
+from tests.reference_impl.test_stream import at_size
+
+pytestmark = pytest.mark.engine
+ROUNDS = planted_yard.rounds()
+LOOKED_AT = {
+    "formation_late": 50, "formation_missed": 1000, "event_triangle": 10, "event_separation": 20, "snapshot_triangle": 200,
+    "snapshot_ends": 500, "mesh_motion": 200, "ledger_counts": 80, "ledger_held": 80, "time": 500, "trajectory_velocity": 200,
+    "energy_windows": 5, "energy_budget": 80, "energy_capillary": 80, "flight_velocity": 200, "rupture_late": 50,
+}  # fmt: skip
+"""Quantities of the sound run, and how many records of each there are at least."""
+
+
+def test_the_sound_run_agrees(yard_dir: Path) -> None:
+    """No false alarm; and there is something of every kind to look at, flights of spheres with bridges among them."""
+    result = replay(yard_dir)
+    assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
+    assert {
+        n: result["quantities"][n]["count"] for n in LOOKED_AT if result["quantities"][n]["count"] < LOOKED_AT[n]
+    } == {}
+
+
+def test_parts_of_the_log_give_the_same(yard_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Budgets, flights and late formations go across the cuts."""
+    whole = replay(yard_dir)["quantities"]
+    assert at_size(yard_dir, 7, monkeypatch)["quantities"] == whole
+
+
+@pytest.mark.parametrize(
+    "names", [pytest.param(n, marks=[pytest.mark.slow] * (k % 3 > 0)) for k, n in enumerate(ROUNDS)], ids="; ".join
+)
+def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[str]) -> None:
+    """Each in its quantity and by its words, also beside others."""
+    faults = [planted_yard.FAULTS[name] for name in names]
+    result = replay(planted_yard.plant(yard_dir, tmp_path / "run", *faults))
+    findings = result["diagnosis"]["findings"]
+    for fault in faults:
+        assert not result["quantities"][fault.quantity]["ok"]
+        said = [f["sentence"] for f in findings if fault.quantity in f["quantities"]]
+        assert any(fault.words in sentence for sentence in said), (fault, said)
+
+
+def test_the_page_lists_every_fault() -> None:
+    """With its quantity and its words."""
+    page = (Path(__file__).parents[2] / "docs" / "replay_classes.md").read_text()
+    tables = {name: (f.quantity, f.words) for name, f in planted_yard.FAULTS.items()}
+    for name, (quantity, words) in {**tables, **planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP}.items():
+        row = next(line for line in page.splitlines() if line.startswith(f"| {name} |"))
+        assert f"| {quantity} | {words}" in row
