@@ -155,7 +155,13 @@ class Budget:
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
             own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
             found.append(
-                one("capillary", own_work, SLACK * both["steps"] + 1e-9 * turnover, "works of the steps of the events")
+                # where all bridges formed at rest, at the start, those steps hold no work; the rest is the rule of summing up
+                one(
+                    "capillary",
+                    own_work,
+                    SLACK * both["steps"] + 1e-9 * turnover + 1e-3 * own_work.abs(),
+                    "works of the steps of the events",
+                )
             )
         return found
 

@@ -123,9 +123,7 @@ def test_no_false_alarm_at_other_scales(number: int, scale: str, tmp_path: Path)
 
 def test_no_false_alarm_on_a_scene_for_the_other_engine(tmp_path: Path) -> None:
     """Its rolling resistance is off, and an own seed counts."""
-    from pywet import stages
-
-    stages.build(ROOT / "config", 4, "smoke", tmp_path, engine="yade", seed=7)
+    cases.build(CONFIG.without_rolling().with_seed(7), 4, "smoke", tmp_path)
     assert not scene.check(tmp_path).findings
 
 
