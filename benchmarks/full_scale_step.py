@@ -27,7 +27,7 @@ from pywet.apparatus import build_apparatus, fill, write_stl
 from pywet.apparatus.initial import write_initial
 from pywet.engines.liggghts import driver
 from pywet.files import write_json, write_table
-from pywet.plan import PRESETS
+from pywet.planning import PRESETS
 from pywet.scene import Effects, Output, Scene
 from pywet.screening import cases
 

@@ -34,20 +34,18 @@ from typing import Any
 _OF = {
     "errors": "PywetError",
     "laws.force_law": "force_law",
-    "own_scene.commands": "load read_scene replay run view",
+    "own_scene.commands": "load plan read_scene replay run view",
     "own_scene.description": "Box Contact Cylinder Liquid Material Results Scene Spheres TimeStep",
     "own_scene.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
 }
 _PLACES = {name: module for module, names in _OF.items() for name in names.split()}
-__all__ = sorted([*_PLACES, "plan"])
+__all__ = sorted(_PLACES)
 
 
 def __getattr__(name: str) -> Any:
     """The public names, and `__version__`; brought when they are asked for, so that importing costs nothing."""
     if name == "__version__":
         return _version()
-    if name == "plan":  # a room of that name, which can be called
-        return importlib.import_module("pywet.plan")
     if name not in _PLACES:
         raise AttributeError(f"module {__name__} has no attribute {name}")
     return getattr(importlib.import_module(f"pywet.{_PLACES[name]}"), name)

@@ -109,7 +109,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 
     A dry run that recorded no motion in windows has nothing to replay (None); that it is whole is checked all the same.
     """
-    from pywet.plan import audit
+    from pywet.planning import audit
     from reference_impl.replay import command, whole
     from reference_impl.replay.io import ReplayError
     from reference_impl.replay.replay import replay as recompute

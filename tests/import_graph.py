@@ -10,15 +10,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 Graph = dict[str, set[str]]
 """Module or room -> all that it imports of the graph."""
-BY_NAME = {("pywet.plan", "pywet.own_scene.commands")}
-"""The one import upwards, made when it is called: `pywet.plan(scene)` is a room that can be called. No other has this leave."""
 
 
 def modules(root: Path = ROOT, package: str = "pywet") -> Graph:
     """Every module with what it imports, inside functions and by a name written out too; a package stands for its `__init__`."""
     paths = {_name(path.relative_to(root)): path for path in (root / package).rglob("*.py")}
     imported = {name: _imported(path, set(paths)) - {name} for name, path in paths.items()}
-    return {name: {other for other in others if (name, other) not in BY_NAME} for name, others in imported.items()}
+    return imported
 
 
 def _name(path: Path) -> str:

@@ -12,7 +12,7 @@ from pywet import config, errors
 from pywet.engines.liggghts import process
 from pywet.files import read_json
 from pywet.laws import registry
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from tests.screening import synthetic
 
 ROOT = Path(__file__).parent.parent

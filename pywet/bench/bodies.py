@@ -18,7 +18,7 @@ from pywet.bench.small import Sphere
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.laws.contact import S_MIN, damping, effective_mass
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.screening.amounts import common_film_thickness, liquid_volume
 

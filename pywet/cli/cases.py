@@ -87,7 +87,7 @@ def replay(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON (of several runs a list).")] = False,
 ) -> None:
     """Recompute runs by the independent reference and show how well they agree; 0 agree, 1 beyond a limit, 2 unreadable."""
-    from pywet.plan import audit
+    from pywet.planning import audit
     from reference_impl.replay import command
 
     status = command.run(run_dirs, as_json)
@@ -127,7 +127,7 @@ def view(
 def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
     from pywet.laws import own
-    from pywet.plan import time_steps as advisor
+    from pywet.planning import time_steps as advisor
     from pywet.scene import Scene
 
     showing.need_run(run_dir)

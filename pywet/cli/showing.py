@@ -104,7 +104,7 @@ def show_run(folder: Path) -> None:
 
 def show_audit(run_dir: Path) -> None:
     """What each effect contributed against the effect plan, where the run has both."""
-    from pywet.plan import audit
+    from pywet.planning import audit
 
     rows = audit.read(run_dir)
     if rows:

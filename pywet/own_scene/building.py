@@ -27,8 +27,8 @@ from pywet.errors import ConfigError
 from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
 from pywet.own_scene.description import WALLS, Scene, Spheres
-from pywet.plan import EffectPlan, Surroundings
-from pywet.plan import plan as plan_effects
+from pywet.planning import EffectPlan, Surroundings
+from pywet.planning import plan as plan_effects
 from pywet.screening.amounts import common_film_thickness, liquid_volume
 
 MARGIN_M = 0.010

@@ -10,7 +10,7 @@ from pywet.config.loading import read_yaml
 from pywet.errors import PywetError
 from pywet.own_scene import building, results
 from pywet.own_scene.description import Scene
-from pywet.plan import EffectPlan
+from pywet.planning import EffectPlan
 from pywet.runs.loaded import Run
 from pywet.screening import verdict
 

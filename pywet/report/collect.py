@@ -12,7 +12,7 @@ import pandas as pd
 from pywet.config.cases import Case
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there, read_table
-from pywet.plan import audit
+from pywet.planning import audit
 from pywet.runs.shapes import Contributions, Plan, Replay, Summary
 from pywet.screening import status, verdict
 

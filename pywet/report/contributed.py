@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pywet.plan import audit
+from pywet.planning import audit
 from pywet.report.collect import CaseResult
 
 CLASS = {audit.OK: "fits", audit.SMALL: "small", audit.WRONG: "wrong", audit.UNKNOWN: "off"}

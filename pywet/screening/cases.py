@@ -13,8 +13,8 @@ from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
-from pywet.plan import GRAVITY, EffectPlan
-from pywet.plan import plan as plan_effects
+from pywet.planning import GRAVITY, EffectPlan
+from pywet.planning import plan as plan_effects
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
 from pywet.screening import amounts
 

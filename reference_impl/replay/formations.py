@@ -26,6 +26,8 @@ ROOM = 1e-9
 """Part of the radius by which films may miss each other: a gap is a difference of positions."""
 ROOM_OF_WAY = 1.02, 1e-5
 """A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
+CORNER = 1e-7
+"""Corners this near [m] are one: STL files hold single precision."""
 SMALLEST = 1e-12
 """V* below which nothing forms, by definition of the model's numerical zero."""
 COLUMNS = {"step": np.int64, "partner_kind": np.int64, "i": np.int64, "j": np.int64, "triangle": np.int64,
@@ -98,7 +100,26 @@ def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
     sides = holders(events, pairs(events, fixed), fixed)
     since = np.maximum(*(_changed(run, held, side, step) for side in sides))
     judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
-    return np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0), way
+    excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
+    late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
+    for row in late_at_walls:  # the closest point may have come over an edge, from a triangle with less
+        beside = _thinnest_beside(run, held, int(events["triangle"].iloc[row]), int(step[row]) - every)
+        excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
+    return excess, way
+
+
+def _thinnest_beside(run: Run, held: Held, triangle: int, look: int) -> float:
+    """Least thickness [m] at a look of the films on a triangle and on those of its part that share a corner with it."""
+    parts, fixed, events = nearest.parts(run), bodies(run), run.table("events")
+    corners, part = parts.setup.corners, parts.setup.part
+    apart = np.abs(corners[:, :, None] - corners[triangle][None, None]).max(axis=3)
+    beside = np.flatnonzero((apart.min(axis=(1, 2)) < CORNER) & (part == part[triangle]))
+    film = {n: max(float(held.film[fixed.walls_from + n]), 0.0) for n in beside}
+    before = events[
+        (events["step"] <= look) & (events["partner_kind"] != laws.SPHERE) & events["triangle"].isin(beside)
+    ]
+    film.update(dict(zip(before["triangle"], before["film_j_after"], strict=True)))
+    return min(film[n] / float(fixed.area[n]) for n in beside)
 
 
 def _turned(run: Run, ri: Floats) -> Floats:

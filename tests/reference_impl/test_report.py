@@ -17,7 +17,7 @@ import pytest
 from pywet import config as settings
 from pywet import stages
 from pywet.files import write_json, write_table
-from pywet.plan import audit
+from pywet.planning import audit
 from pywet.report import collect, plots, report
 from pywet.runs.shapes import FORCES
 from reference_impl.shown import report as shown

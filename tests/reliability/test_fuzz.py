@@ -33,8 +33,8 @@ from pywet.collisions.wall import sweep
 from pywet.errors import PywetError
 from pywet.evidence.compare import digest, quantities
 from pywet.files import parse_json, write_json
-from pywet.plan import audit
-from pywet.plan import time_steps as advisor
+from pywet.planning import audit
+from pywet.planning import time_steps as advisor
 from pywet.report import collect, report, vtk
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pywet import config as settings
-from pywet.plan import audit
+from pywet.planning import audit
 from pywet.report import contributed
 from pywet.report.collect import CaseResult
 

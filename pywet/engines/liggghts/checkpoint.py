@@ -42,7 +42,7 @@ CODE = [
     path
     for pattern in (
         "*.py",
-        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "plan", "engines", "engines/liggghts")),
+        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "planning", "engines", "engines/liggghts")),
     )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))

@@ -19,7 +19,7 @@ from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.files import atomic_write, read_table
 from pywet.laws import contact, registry
-from pywet.plan.time_steps import leapfrog_damping
+from pywet.planning.time_steps import leapfrog_damping
 from pywet.scene import Scene, WallMesh
 from pywet.shipped import place
 

@@ -23,7 +23,7 @@ from pywet.engines.process import Usage, alone, package_version, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.files import read_if_there, read_table
 from pywet.notices import notice
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
 

@@ -14,7 +14,7 @@ import numpy as np
 from pywet.apparatus.surface import Floats
 from pywet.errors import PywetError
 from pywet.laws.contact import pair_mass
-from pywet.plan.time_steps import leapfrog_damping
+from pywet.planning.time_steps import leapfrog_damping
 from pywet.scene import Scene
 
 LARGEST_MISS = 0.02

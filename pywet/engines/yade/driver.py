@@ -23,7 +23,7 @@ from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.files import read_json, read_table, write_json, write_table
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
 

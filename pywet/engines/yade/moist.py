@@ -20,7 +20,7 @@ from pywet.engines.yade.driver import build_task, check_engine, execute, finish
 from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.laws.contact import pair_mass
-from pywet.plan.time_steps import leapfrog_damping
+from pywet.planning.time_steps import leapfrog_damping
 from pywet.scene import ContactPair, Scene
 
 

@@ -18,7 +18,7 @@ from pywet.apparatus import Apparatus, ApparatusSpec, build_apparatus
 from pywet.apparatus.motion import peak_speed
 from pywet.config import Config
 from pywet.engines.liggghts import deck
-from pywet.plan import GRAVITY
+from pywet.planning import GRAVITY
 from pywet.scene import Scene
 from pywet.screening import amounts, cases
 

@@ -13,7 +13,7 @@ from matplotlib.patches import Rectangle
 from pywet.evidence.effects.scenes import SCENES
 from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
 from pywet.evidence.effects.verdict import SHORTEST, Choice, effects_of, planned, step_time
-from pywet.plan import OF_THE_CONTACT
+from pywet.planning import OF_THE_CONTACT
 from pywet.report.pictures import plt
 
 WORDS = {

@@ -21,7 +21,7 @@ from pywet.evidence.effects import measures
 from pywet.evidence.effects.setup import SHAKEN, Setup, jets, lattice, pyramid
 from pywet.evidence.study import configured
 from pywet.files import read_table
-from pywet.plan import Surroundings
+from pywet.planning import Surroundings
 from pywet.scene import Effects, Rotation, Scene, SphereClass
 from pywet.screening import cases
 from pywet.shipped import place

@@ -13,7 +13,7 @@ import numpy as np
 from pywet.apparatus.surface import Surface
 from pywet.bench.bodies import at_places
 from pywet.bench.small import Sphere
-from pywet.plan import Surroundings
+from pywet.planning import Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, Rotation, Scene, SphereClass
 
 Vector = tuple[float, float, float]

@@ -16,8 +16,8 @@ from pywet.evidence.effects.scenes import CONFIG, SCENES
 from pywet.evidence.effects.variants import TOLERANCE, measure, variants
 from pywet.evidence.effects.verdict import Choice
 from pywet.files import read_json, write_json
-from pywet.plan import OPT_IN
-from pywet.plan.costs import STORED
+from pywet.planning import OPT_IN
+from pywet.planning.costs import STORED
 
 
 @dataclass(frozen=True)

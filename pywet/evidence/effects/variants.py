@@ -18,7 +18,7 @@ from pywet.evidence.effects.scenes import StudyScene
 from pywet.evidence.effects.setup import Setup
 from pywet.evidence.study import Row
 from pywet.files import read_table
-from pywet.plan import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
+from pywet.planning import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
 from pywet.scene import Effects, Output, Scene
 
 TOLERANCE = 0.02

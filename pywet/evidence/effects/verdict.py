@@ -20,7 +20,7 @@ from scipy import stats
 
 from pywet.evidence.effects.measures import ABSOLUTE, WORDS
 from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, TOLERANCE
-from pywet.plan import OF_THE_CONTACT
+from pywet.planning import OF_THE_CONTACT
 
 Floats = NDArray[np.float64]
 SHORTEST = 0.3

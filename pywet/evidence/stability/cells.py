@@ -19,7 +19,7 @@ from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
 from pywet.bench.small import Sphere
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
 
 Floats = NDArray[np.float64]

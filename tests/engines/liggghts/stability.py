@@ -11,7 +11,7 @@ import pandas as pd
 from pywet.bench import small
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from pywet.scene import Effects, Liquid, Scene
 from tests.engines.liggghts.scenes import contacts, spheres_of
 

@@ -20,7 +20,7 @@ from pywet.config.settings import Settings
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from pywet.scene import Scene
 from reference_impl.motion import impulses
 from reference_impl.replay import spans

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pywet.errors import PywetError
-from pywet.plan import time_steps as advisor
+from pywet.planning import time_steps as advisor
 from tests.engines.liggghts import stability
 
 

@@ -10,7 +10,7 @@ import pytest
 from pywet.config import EffectSettings, LawSettings
 from pywet.config.entries import RatioEntry
 from pywet.errors import PywetError
-from pywet.plan import EffectPlan, Surroundings, effect_numbers, plan
+from pywet.planning import EffectPlan, Surroundings, effect_numbers, plan
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 SPHERE = SphereClass(

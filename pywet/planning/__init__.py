@@ -7,9 +7,6 @@ estimates for equal spheres in stated surroundings; docs/effects.md gives their 
 
 from __future__ import annotations
 
-import importlib
-import sys
-import types
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -18,10 +15,10 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import PywetError
 from pywet.laws import registry
 from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
-from pywet.plan.costs import measured_costs
-from pywet.plan.numbers import Number, class_groups, effect_numbers
-from pywet.plan.shares import WITHIN, predicted_shares
-from pywet.plan.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
+from pywet.planning.costs import measured_costs
+from pywet.planning.numbers import Number, class_groups, effect_numbers
+from pywet.planning.shares import WITHIN, predicted_shares
+from pywet.planning.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 __all__ = [
@@ -265,13 +262,3 @@ def _opt_in_row(
 
 def _by_hand(effect: str, on: bool) -> str:
     return f"effects.{effect} is {'on' if on else 'off'} in config.yaml"
-
-
-class _Room(types.ModuleType):
-    """This room, which `pywet.plan(scene)` calls by its name: the plan of a scene of one's own."""
-
-    def __call__(self, scene: Any) -> EffectPlan:
-        return importlib.import_module("pywet.own_scene.commands").plan(scene)
-
-
-sys.modules[__name__].__class__ = _Room

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 from pywet.errors import PywetError
 from pywet.laws.kinds import FORCES
-from pywet.plan.surroundings import BRIDGE_SHARE, Groups, Surroundings, collisions, groups
+from pywet.planning.surroundings import BRIDGE_SHARE, Groups, Surroundings, collisions, groups
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 Number = tuple[str, float]

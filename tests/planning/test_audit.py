@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pywet.plan import audit
+from pywet.planning import audit
 from pywet.runs.shapes import FORCES
 
 TOLERANCE = 0.01

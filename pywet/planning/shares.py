@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pywet.plan.surroundings import Groups, Surroundings, collisions
+from pywet.planning.surroundings import Groups, Surroundings, collisions
 
 BRIDGES_PER_SPHERE = 3.0
 """Half the number of partners of a sphere in a dense bed, those at a small distance included."""

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from pywet.files import read_if_there, read_model, write_json
 from pywet.laws.kinds import FORCES
-from pywet.plan import OPT_IN
+from pywet.planning import OPT_IN
 from pywet.runs.shapes import Contributions, Plan
 
 FILE = "audit.json"
