@@ -40,6 +40,10 @@ NO_STATEMENT = (
 )
 
 
+CHANGES = r"[\w.\[\], ]+ [-+*/]= .*[^,({\[]|\w+[.\[].* = .*[^,({\[]|[\w.]+\(.*\)"
+"""A line of Python that changes what is there; one that makes a name is not dropped, since its absence stops any program."""
+
+
 @dataclass(frozen=True)
 class Mutant:
     """A fault: the file, its line, what was done to it, and the new text."""
@@ -80,9 +84,11 @@ def _tokens(path: Path, text: str) -> Iterator[Mutant]:
             continue
         new = _number(old) if match.group("number") else OPERATORS.get(old)
         if new is not None:
-            yield Mutant(
-                path, _line(text, match.start()), f"{old} -> {new}", text[: match.start()] + new + text[match.end() :]
-            )
+            yield Mutant(path, _line(text, match.start()), f"{old} -> {new}", _replaced(text, match, new))
+
+
+def _replaced(text: str, match: re.Match[str], new: str) -> str:
+    return text[: match.start()] + new + text[match.end() :]
 
 
 def _number(old: str) -> str:
@@ -94,12 +100,7 @@ def _exchanged(path: Path, text: str) -> Iterator[Mutant]:
     for match in PAIR.finditer(text):
         a, b = match.groups()
         new = f"({b}, {a})"
-        yield Mutant(
-            path,
-            _line(text, match.start()),
-            f"{match.group()} -> {new}",
-            text[: match.start()] + new + text[match.end() :],
-        )
+        yield Mutant(path, _line(text, match.start()), f"{match.group()} -> {new}", _replaced(text, match, new))
 
 
 def _dropped(path: Path, text: str) -> Iterator[Mutant]:
@@ -108,9 +109,7 @@ def _dropped(path: Path, text: str) -> Iterator[Mutant]:
     for k, line in enumerate(lines):
         said = line.strip()
         if path.suffix == ".py":
-            whole = re.fullmatch(r"[\w.\[\], ]+ (?:[-+*/]?=) .*[^,({\[]|[\w.]+\(.*\)", said) and said.count(
-                "("
-            ) == said.count(")")
+            whole = re.fullmatch(CHANGES, said) and said.count("(") == said.count(")")
             new = line[: len(line) - len(line.lstrip())] + "pass"
         else:
             whole = said.endswith(";") and re.match(r"[\w.>\[\]-]+ (?:[-+*/]?=) |[\w.>-]+\(", said)
