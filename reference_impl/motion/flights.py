@@ -19,7 +19,7 @@ from reference_impl.motion import impulses
 from reference_impl.motion.budget import VELOCITY
 from reference_impl.motion.dry import dot
 from reference_impl.motion.window import Setup
-from reference_impl.replay import capillary, coverage, laws
+from reference_impl.replay import capillary, coverage, io, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats, Quantity, compare
 from reference_impl.replay.io import Run, where
@@ -74,8 +74,9 @@ def judged(run: Run) -> bool:
         for e, table in (("viscous_normal", laws.VISCOUS_NORMAL), ("viscous_tangential", laws.VISCOUS_TANGENTIAL))
     )
     explicit = run.meta.get("viscous_integration", "explicit") == "explicit" and impulses.every(run) == 1
+    films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)  # else a wall is met without an event
     heavy = run.meta["effects"].get("liquid_weight") or run.meta["effects"].get("shedding")
-    return bool(laws_known and explicit and not heavy and where(run.folder, "trajectory").exists())
+    return bool(laws_known and explicit and films_on_walls and not heavy and where(run.folder, "trajectory").exists())
 
 
 @dataclass

@@ -37,7 +37,7 @@ def test_fault_in_the_log_is_named(heap_dir: Path, tmp_path: Path, name: str) ->
     found = result["diagnosis"]["findings"]
     assert fault.words in found[0]["sentence"] and fault.quantity in found[0]["quantities"], found
     assert found[0]["share"] == 1.0
-    assert len(found) <= 2
+    assert len(found) <= 4  # the same as forces, motion between outputs, works and counts show it, each once
     assert found[0]["sentence"] in table(result)
     assert json.loads((tmp_path / "replay.json").read_text())["diagnosis"] == result["diagnosis"]
 

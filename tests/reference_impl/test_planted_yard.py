@@ -14,7 +14,7 @@ from tests.reference_impl.test_stream import at_size
 pytestmark = pytest.mark.engine
 ROUNDS = planted_yard.rounds()
 LOOKED_AT = {
-    "formation_late": 50, "formation_missed": 1000, "event_triangle": 10, "event_separation": 20, "snapshot_triangle": 200,
+    "formation_late": 50, "formation_missed": 1000, "event_triangle": 5, "event_separation": 10, "snapshot_triangle": 200,
     "snapshot_ends": 500, "mesh_motion": 200, "ledger_counts": 80, "ledger_held": 80, "time": 500, "trajectory_velocity": 200,
     "energy_windows": 5, "energy_budget": 80, "energy_capillary": 80, "flight_velocity": 200, "rupture_late": 50,
 }  # fmt: skip

@@ -21,32 +21,32 @@ from tests.engines.liggghts.scenes import contacts, spheres_of
 
 Scene = Callable[[Path], list[small.Sphere]]
 """Writes the inputs of a run."""
-BEFORE = "WallCandidate &pair = wall_pairs_[c];"
+BEFORE = "WallPair &pair = wall_pairs_[c];"
 PATCHES: list[tuple[str, str, str]] = [
-    ("formation.cpp", "if (near.distance >= reach(pair.i) + w) {",
+    ("near_pairs.cpp", "if (near.distance >= films_.reach(pair.i) + w) {",
      'const double seen = planted("film of a wall left out") ? 0.0 : planted("film of a wall 5 % thin") ? 0.95 : 1.0;\n'
-     "    if (near.distance >= reach(pair.i) + seen * w) {"),
-    ("formation.cpp", BEFORE,
+     "    if (near.distance >= films_.reach(pair.i) + seen * w) {"),
+    ("near_pairs.cpp", BEFORE,
      BEFORE + '\n    if (planted("a wall without bridges") && pair.j == 1) continue;\n'
      '    if (planted("one bridge a mesh")) {\n'
      "      bool has = false;\n"
      "      for (size_t p = 0; p < walls.parts.size(); p++)\n"
-     "        has = has || (walls.parts[p].mesh == walls.parts[pair.j].mesh && index_.count(key(LARGE_WALL, pair.i, int(p))));\n"
+     "        has = has || (walls.parts[p].mesh == walls.parts[pair.j].mesh && standing_.find(LARGE_WALL, pair.i, int(p)) >= 0);\n"
      "      if (has) continue;\n"
      "    }"),
-    ("bridges.cpp", "if (initial_ > 0 && due && !again) {",
-     'if (initial_ > 0 && due && !again && !(planted("formations in every second step") && n % 2)) {'),
+    ("step.cpp", "if (!clock.again) near.propose(booking.events);",
+     'if (!clock.again && !(planted("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
     ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
      "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
-     '    if (planted("lands on the first triangle") && b.kind != SPHERE) e.triangle = walls.parts[b.j].triangles.front();'),
+     '    if (planted("lands on the first triangle") && b.kind != SPHERE) e.triangle = world_.walls.parts[b.j].triangles.front();'),
     ("forces.cpp", "call(laws.viscous_normal, t.viscous, 1);",
      "call(laws.viscous_normal, t.viscous, 1);\n"
-     '  if (planted("drag halved outside windows") && !logging())\n'
+     '  if (planted("drag halved outside windows") && !world_.clock.logs_contacts())\n'
      "    for (int k = 0; k < t.n; k++) t.viscous[k] *= 0.5;"),
-    ("forces.cpp", "accumulate(at_.f[0] + 3 * b, (-1.0) * at(t.force, k));",
-     'accumulate(at_.f[0] + 3 * b, (planted("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
-    ("forces.cpp", "thicker_ = std::max(thicker_, thickness_[id] - thickness_then_[id]);",
-     'if (!planted("growth unseen")) thicker_ = std::max(thicker_, thickness_[id] - thickness_then_[id]);'),
+    ("forces.cpp", "accumulate(engine.f[0] + 3 * b, (-1.0) * at(t.force, k));",
+     'accumulate(engine.f[0] + 3 * b, (planted("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
+    ("films.cpp", "thicker = std::max(thicker, thickness_[id] - thickness_then[id]);",
+     'if (!planted("growth unseen")) thicker = std::max(thicker, thickness_[id] - thickness_then[id]);'),
     ("energy.cpp", "power[VISCOUS_NORMAL] += n;", 'power[VISCOUS_NORMAL] += (planted("work of drag twice") ? 2 : 1) * n;'),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
