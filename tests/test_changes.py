@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pywet import stages
+from pywet import config, stages
 from pywet.files import write_json
 from pywet.screening import identity
 
@@ -136,18 +136,18 @@ def test_another_folder_of_the_configuration_has_results_of_its_own(edited: Path
 
 def test_a_folder_that_holds_this_very_run_is_known(tmp_path: Path) -> None:
     """Finished stages and the same word; another seed, engine or an unfinished stage is another run."""
-    folder = ROOT / "config"
-    word = identity.identity(stages.resolved(folder), 10, "smoke")
-    assert not stages.same_run(folder, 10, "smoke", tmp_path)
+    configured = config.load(ROOT / "config")
+    word = identity.identity(configured, 10, "smoke")
+    assert not stages.same_run(configured, 10, "smoke", tmp_path)
     for stage in ("simulate", "results", "replay"):
         write_json(stages.status_path(tmp_path, stage), asdict(stages.Status(stage, True, 1.0)))
-    assert not stages.same_run(folder, 10, "smoke", tmp_path)
+    assert not stages.same_run(configured, 10, "smoke", tmp_path)
     identity.leave(tmp_path, f"liggghts {word}")
-    assert stages.same_run(folder, 10, "smoke", tmp_path)
-    assert not stages.same_run(folder, 10, "smoke", tmp_path, seed=3)
-    assert not stages.same_run(folder, 10, "smoke", tmp_path, engine="yade")
-    assert not stages.same_run(folder, 13, "smoke", tmp_path)
+    assert stages.same_run(configured, 10, "smoke", tmp_path)
+    assert not stages.same_run(configured.with_seed(3), 10, "smoke", tmp_path)
+    assert not stages.same_run(configured, 10, "smoke", tmp_path, engine="yade")
+    assert not stages.same_run(configured, 13, "smoke", tmp_path)
     write_json(
         stages.status_path(tmp_path, "replay"), asdict(stages.Status("replay", False, 1.0, "replay", "no table"))
     )
-    assert not stages.same_run(folder, 10, "smoke", tmp_path)
+    assert not stages.same_run(configured, 10, "smoke", tmp_path)

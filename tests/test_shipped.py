@@ -81,7 +81,7 @@ def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path
         *(sys.executable, "-P", "-m", "snakemake", "-n", "--cores", "1", "--config", "cases=[1]"),
         folder=tmp_path / "study", PYTHONPATH=str(unpacked), XDG_CACHE_HOME=str(tmp_path / "cache"),
     )  # fmt: skip
-    assert "simulate" in planned and "results/smoke/report.html" in planned
+    assert "simulate" in planned and "results/smoke/report_cases1.html" in planned
 
 
 def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:

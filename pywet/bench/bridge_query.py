@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
-from pywet.errors import PywetError
+from pywet.errors import PywetError, one_line
 from pywet.files import read_json
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import own, registry
@@ -118,7 +118,7 @@ def read(path: Path) -> Query:
             )
         if name not in known and not own.is_own(name):
             raise PywetError(
-                f"{path}: there is no law named {name}; expected some of {', '.join(sorted(known))}: mend laws"
+                f"{path}: there is no law named {one_line(name)}; expected some of {', '.join(sorted(known))}: mend laws"
             )
     return query
 

@@ -51,6 +51,8 @@ def kind_of(name: str) -> str:
     if not _path(name).is_file():
         return next(iter(KINDS))  # it is refused when it is asked for
     given = _arguments(read_bytes(_path(name), CURE), name.rpartition(":")[2])
+    if not given:
+        return next(iter(KINDS))
 
     def alike(kind: str) -> tuple[bool, float]:
         wanted = [part.arguments for part in KINDS[kind].parts]

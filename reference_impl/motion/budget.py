@@ -159,7 +159,9 @@ class Budget:
                 one(
                     "capillary",
                     own_work,
-                    SLACK * both["steps"] + 1e-9 * turnover + SUMMED * (both["formed_own"].abs() + both["ruptured_own"].abs()),
+                    SLACK * both["steps"]
+                    + 1e-9 * turnover
+                    + SUMMED * (both["formed_own"].abs() + both["ruptured_own"].abs()),
                     "works of the steps of the events",
                 )
             )
@@ -169,7 +171,7 @@ class Budget:
 OF_BRIDGES = ("formed", "ruptured", "capillary_stored")
 OF_STATE = ("kinetic", "spin", *OF_BRIDGES)
 SUMMED = 0.01
-"""Part of the energies of formations and ruptures that a sum over steps may miss; up to 0.0012 in scenes of hard springs and walls."""
+"""Part of the energies of formations and ruptures that a sum over steps may miss; 0.0012 at most in the hard scenes."""
 SLACK = 3.0
 """Times the work in the single steps in which bridges form and rupture, by which the capillary work may be off."""
 

@@ -164,7 +164,7 @@ def test_easo_crashes_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp_p
     ]
     text = "\n".join(deck).replace("mesh n_meshes 1 meshes wall", "primitive type 2 zplane 0.0")
     (tmp_path / DECK).write_text(text + "\n")
-    monkeypatch.setattr("pywet.engines.stock.liggghts.TEMPLATES", tmp_path)
+    monkeypatch.setattr("pywet.engines.stock.liggghts.place", lambda name: tmp_path)
     points = table([(1e-6, V, WALL, 0.0, 0.0)])
     assert liggghts_force(points, "washino")["force"][0] == pytest.approx(rabinovich(1e-6, V, R / 2, 0.0), rel=1e-8)
     with pytest.raises(PywetError, match="signal 11"):

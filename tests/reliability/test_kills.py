@@ -24,6 +24,7 @@ from pywet.bench import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import NotWhole, PywetError
+from pywet.files import write_json
 from pywet.scene import Scene
 from tests.engines.liggghts import beds
 from tests.reliability.kills import Stopped, assert_same, tables_of
@@ -341,7 +342,7 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     name = f"{checkpoint.FOLDER}/{engine.name}"
     given = pd.read_json(sums, typ="series").to_dict()
     given["states"][name] = list(logs.checked(engine))
-    driver.write_json(sums, given)
+    write_json(sums, given)
     with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step

@@ -103,8 +103,8 @@ def make(run_dir: Path, moist: bool = True, name: str = "case02", bridges: bool 
     write_table(_triangles(), run_dir / "history" / "triangles.parquet")
     parts = pd.DataFrame({"part": range(len(MESHES)), "mesh": [mesh for mesh, _ in MESHES]})
     write_table(parts, run_dir / "history" / "parts.parquet")
-    motion = [
-        (step, mesh, 0.0, 0.0, 1e-3 * (k if mesh != "collecting_bin" else 0))
+    motion = [  # a dry run is replayed, and nothing vibrates in the scene
+        (step, mesh, 0.0, 0.0, 1e-3 * (k if moist and mesh != "collecting_bin" else 0))
         for k, step in enumerate(STEPS)
         for mesh, _ in MESHES
     ]

@@ -31,14 +31,16 @@ PATCHES: list[tuple[str, str, str]] = [
      '    if (planted("one bridge a mesh")) {\n'
      "      bool has = false;\n"
      "      for (size_t p = 0; p < walls.parts.size(); p++)\n"
-     "        has = has || (walls.parts[p].mesh == walls.parts[pair.j].mesh && standing_.find(LARGE_WALL, pair.i, int(p)) >= 0);\n"
+     "        has = has || (walls.parts[p].mesh == walls.parts[pair.j].mesh\n"
+     "                      && standing_.find(LARGE_WALL, pair.i, int(p)) >= 0);\n"
      "      if (has) continue;\n"
      "    }"),
     ("step.cpp", "if (!clock.again) near.propose(booking.events);",
      'if (!clock.again && !(planted("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
     ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
      "e.i = b.i; e.j = b.j; e.triangle = g.triangle;\n"
-     '    if (planted("lands on the first triangle") && b.kind != SPHERE) e.triangle = world_.walls.parts[b.j].triangles.front();'),
+     '    if (planted("lands on the first triangle") && b.kind != SPHERE)\n'
+     "      e.triangle = world_.walls.parts[b.j].triangles.front();"),
     ("forces.cpp", "call(laws.viscous_normal, t.viscous, 1);",
      "call(laws.viscous_normal, t.viscous, 1);\n"
      '  if (planted("drag halved outside windows") && !world_.clock.logs_contacts())\n'
