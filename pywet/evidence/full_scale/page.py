@@ -31,6 +31,11 @@ FIGURES = {
     "fig13": ("Fig. 13: by size class", plots.class_curves),
     "fig15": ("Fig. 15: where the liquid is", plots.liquid_curves),
 }
+PICTURES = {
+    "fig11a": "Fig. 11a: case 3 three seconds after the opening; darker spheres have thicker films",
+    "fig11b": "Fig. 11b: the same close by; bridges as cuboids of their volume",
+}
+"""Made by `pictures.py` from a run itself, which is not kept."""
 HEAD = """# Full scale
 
 The screening cases at the paper's own size (200 mm sieve) and for its 20 s, and what they say of the statements that Elskamp &
@@ -126,6 +131,11 @@ def _figures(folder: Path, config: Config, runs: Mapping[int, Sequence[Kept]]) -
     lines = []
     for name, (title, draw) in FIGURES.items():
         lines += _figure(folder, name, title, draw(results))
+    lines += [
+        f"![{title}](full_scale/{name}.webp)\n"
+        for name, title in PICTURES.items()
+        if (folder / f"{name}.webp").exists()
+    ]
     pair = [runs[n][0] for n in (2, 11) if runs.get(n)]
     return lines + _figure(folder, "fig14", "Fig. 14: liquid at the end, cases 2 and 11", fig14(pair))
 
