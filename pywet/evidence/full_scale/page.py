@@ -134,7 +134,7 @@ def _figures(folder: Path, config: Config, runs: Mapping[int, Sequence[Kept]]) -
     lines += [
         f"![{title}](full_scale/{name}.webp)\n"
         for name, title in PICTURES.items()
-        if (folder / f"{name}.webp").exists()
+        if (FOLDER / f"{name}.webp").exists()
     ]
     pair = [runs[n][0] for n in (2, 11) if runs.get(n)]
     return lines + _figure(folder, "fig14", "Fig. 14: liquid at the end, cases 2 and 11", fig14(pair))
