@@ -220,16 +220,22 @@ def _cannot_pass(runs: Runs, figure: str, panel: Panel, curve: Curve) -> Iterato
 
 
 def _colours(figure: str, panel: Panel, seen: dict[str, str]) -> list[str]:
-    """A colour means one liquid amount, or one holder, in all panels; and two colours can be told apart."""
+    """A colour means one liquid amount in all panels of a material, or one holder in all; and two colours can be told apart."""
     found, here = [], {}
     for curve in panel.curves:
         if curve.label is None or curve.label == CANNOT or figure == "curves":
             continue
         what = curve.label.split(",")[0]
         here[what] = curve.colour
-        if seen.setdefault(curve.colour, what) != what:
-            found.append(f"figure {figure}, panel {panel.title!r}: {curve.colour} stands for {what!r}, elsewhere for "
-                         f"{seen[curve.colour]!r}")  # fmt: skip
+        amount = what.startswith("M = ")  # materials have other amounts: the lesser has one colour, the greater another
+        of = panel.title.split(" ")[1] if amount and " " in panel.title else ""
+        others = {seen.setdefault(curve.colour, what), seen.setdefault(of + curve.colour, what)} - {what}
+        for other in sorted(
+            o for o in others if not (amount and o.startswith("M = ") and o != seen[of + curve.colour])
+        ):
+            found.append(
+                f"figure {figure}, panel {panel.title!r}: {curve.colour} stands for {what!r}, elsewhere for {other!r}"
+            )
         if (", near mesh" in curve.label and not curve.dashed) or (", small" in curve.label and curve.dashed):
             found.append(f"figure {figure}, panel {panel.title!r}: {curve.label!r} is {'dashed' if curve.dashed else 'solid'}; "
                          "expected small solid, near mesh dashed")  # fmt: skip
