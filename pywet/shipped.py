@@ -1,4 +1,4 @@
-"""What is not Python and yet part of the program: default configuration, deck templates, workflow.
+"""What lies beside the package and yet is part of the program: default configuration, deck templates, workflow, wet problems.
 
 In a checkout they lie beside the package, where people look for them; `setup.py` puts them into the package of a wheel.
 """
@@ -38,7 +38,7 @@ LIGGGHTS 3.8.0 must be there, as Debian 12 has it, with its headers and a compil
 
 
 def place(name: str) -> Path:
-    """Where `config`, `liggghts_inputs`, `workflow` or `Snakefile` is."""
+    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile` or `benchmarks/wet` is."""
     inside = INSIDE / name
     return inside if inside.exists() else Path(__file__).parents[1] / name
 

@@ -97,6 +97,17 @@ def bridge(
     typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
+@app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
+def score(given: Annotated[list[str] | None, typer.Argument(metavar="PROBLEM FILE.csv")] = None) -> None:
+    """Score any program's answers to a wet benchmark problem; `--template` prints an empty table."""
+    import subprocess
+    import sys
+
+    from pywet.shipped import place
+
+    raise typer.Exit(subprocess.call([sys.executable, str(place("benchmarks/wet") / "score.py"), *(given or ["--help"])]))
+
+
 @collide.command()
 def wall(
     file: JsonFile,

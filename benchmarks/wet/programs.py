@@ -1,0 +1,174 @@
+"""What several programs answer to the wet benchmark problems, and their scores: scores.csv and docs/wet_benchmarks.md.
+
+    python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/wet/, minutes for each engine
+    python benchmarks/wet/programs.py page                     scores.csv and the page from all answers there are
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import runpy
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pywet.bench import bridge_engine, bridge_query
+from pywet.bench.pair import Pair
+from pywet.collisions.spheres import command as davis
+from pywet.engines.stock.liggghts import liggghts_force
+from pywet.engines.stock.yade import yade_force
+from pywet.files import read_json, write_csv
+from pywet.laws import registry
+
+HERE = Path(__file__).resolve().parent
+ANSWERS = Path("results") / "wet"
+SCORE = runpy.run_path(str(HERE / "score.py"))
+BRIDGES = ("pair_at_rest", "unequal_pair", "sphere_and_plate")
+STOKES_FORCE = "adams_perchard"
+Row = dict[str, Any]
+
+
+def asked(problem: str) -> Iterator[tuple[str, dict[str, Any], list[dict[str, Any]]]]:
+    """Each case: its name, its inputs (those of all cases among them), what is asked."""
+    inputs, answers = read_json(HERE / problem / "inputs.json", ""), SCORE["load"](problem)["answers"]
+    common = {key: value for key, value in inputs.items() if key != "cases"}
+    for case, given in inputs["cases"].items():
+        yield case, {**common, **given}, [a for a in answers if a["case"] == case]
+
+
+def pair(given: dict[str, Any]) -> Pair:
+    """A case's bodies and bridge."""
+    angles = math.radians(given["contact_angle_1_deg"]), math.radians(given["contact_angle_2_deg"])
+    second = given["radius_2_m"] or math.inf
+    tension = given.get("surface_tension_N_per_m", 0.0728)
+    return Pair("wet", given["radius_1_m"], second, given["volume_m3"], angles, tension)
+
+
+def bridges(forces: Callable[[Pair, list[float]], dict[str, Any]]) -> Iterator[Row]:
+    """Answers to the three problems of a bridge at rest from `forces`: a list `force` and a number `rupture`."""
+    for problem in BRIDGES:
+        for case, given, wanted in asked(problem):
+            gaps = [a["at"] for a in wanted if a["quantity"] == "force"]
+            found = forces(pair(given), gaps)
+            for gap, force in zip(gaps, found["force"], strict=True):
+                yield row(problem, case, "force", gap, force)
+            yield row(problem, case, "rupture distance", 0.0, found["rupture"])
+
+
+def row(problem: str, case: str, quantity: str, at: float, value: float | None) -> Row:
+    """One answer; none where the program has no value."""
+    none = value is None or not math.isfinite(value)
+    return {"problem": problem, "case": case, "quantity": quantity, "at": at, "value": None if none else value}
+
+
+def by_law(capillary: str, rupture: str, measured: bool) -> Callable[[], Iterator[Row]]:
+    """pywet's laws, called from Python, or `measured` in LIGGGHTS."""
+    ask = bridge_engine.measured if measured else bridge_query.answer
+
+    def forces(two: Pair, gaps: list[float]) -> dict[str, Any]:
+        answer = ask(two.query(gaps, laws=list(dict.fromkeys((capillary, rupture)))))
+        return {"force": answer["force_N"][capillary], "rupture": answer["rupture_distance_m"][rupture]}
+
+    def answers() -> Iterator[Row]:
+        yield from bridges(forces)
+        yield from drags(measured)
+        if not measured:
+            yield from splits(capillary, rupture)
+
+    return answers
+
+
+def splits(capillary: str, rupture: str) -> Iterator[Row]:
+    """Rupture distance and sharing by pywet's laws; a wire counts as a plane in every preset."""
+    model = "young_laplace" if capillary == "young_laplace" else "parabola"
+    for case, given, wanted in asked("rupture_and_sharing"):
+        answer = bridge_query.answer(pair(given).query([0.0], laws=list(dict.fromkeys((capillary, rupture)))))
+        values = {
+            "rupture distance": answer["rupture_distance_m"][rupture],
+            "share of body 1": answer["transfer_ratio"][model],
+        }
+        for a in wanted:
+            yield row("rupture_and_sharing", case, a["quantity"], a["at"], values[a["quantity"]])
+    for case, _, wanted in asked("wire"):
+        yield from (row("wire", case, a["quantity"], a["at"], 1.0) for a in wanted)
+
+
+def drags(measured: bool) -> Iterator[Row]:
+    """Lubrication by the law for full immersion, with the least gap that all viscous laws add."""
+    law = registry.get("viscous_normal", STOKES_FORCE).functions[0]
+    for case, given, wanted in asked("viscous_pull"):
+        r, second = given["radius_m"], math.inf if case == "plate" else given["radius_m"]
+        gaps = [a["at"] for a in wanted]
+        if measured:
+            two = Pair("wet", r, second, 1e-9, (0.0, 0.0), 0.0)
+            more = {"viscosity_Pa_s": given["viscosity_Pa_s"], "velocity_m_per_s": given["speed_m_per_s"]}
+            found = bridge_engine.measured(two.query(gaps, laws=["lambert", STOKES_FORCE], **more))["viscous_normal_N"]
+            forces = found[STOKES_FORCE]
+        else:
+            speed, viscosity = given["speed_m_per_s"], given["viscosity_Pa_s"]
+            forces = [-law(gap, 1e-9, r, second, speed, viscosity) for gap in gaps]
+        yield from (row("viscous_pull", case, "force", gap, force) for gap, force in zip(gaps, forces, strict=True))
+
+
+def stock(force: Callable[[Any], Any]) -> Callable[[], Iterator[Row]]:
+    """A program's own bridge model: its force, and where it ends."""
+
+    def forces(two: Pair, gaps: list[float]) -> dict[str, Any]:
+        values = force(two.points(np.array(gaps)))["force"].tolist()
+        fine = np.linspace(0.3, 2.0, 300) * two.limit("exact")
+        pulls = np.abs(force(two.points(fine))["force"].to_numpy(float)) > 0.0
+        ends = bool(pulls.any()) and not pulls[-1]
+        last = int(np.flatnonzero(pulls)[-1]) if ends else 0
+        return {"force": values, "rupture": float(fine[last : last + 2].mean()) if ends else None}
+
+    return lambda: (r for r in bridges(lambda two, gaps: forces(two, gaps) if two.angles[0] == two.angles[1] else _none(gaps)))
+
+
+def _none(gaps: list[float]) -> dict[str, Any]:
+    """Two contact angles in one bridge are more than stock models know."""
+    return {"force": [None] * len(gaps), "rupture": None}
+
+
+def collisions() -> Iterator[Row]:
+    """`pywet collide spheres`: three spheres, and two head on."""
+    for case, given, wanted in asked("three_spheres"):
+        problem = {key: value for key, value in given.items() if key not in ("problem", "units", "model")}
+        state = davis.collide(problem)["final"]
+        for a in wanted:
+            axis, sphere = a["quantity"].split()
+            yield row("three_spheres", case, a["quantity"], a["at"], state[int(sphere) - 1]["xy".index(axis[1])])
+
+
+PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
+    "pywet laws, preset exact": by_law("young_laplace", "young_laplace", measured=False),
+    "pywet laws, preset paper": by_law("rabinovich", "willett_unequal", measured=False),
+    "pywet laws, Willett": by_law("willett", "willett", measured=False),
+    "LIGGGHTS + pywet, exact": by_law("young_laplace", "young_laplace", measured=True),
+    "LIGGGHTS + pywet, paper": by_law("rabinovich", "willett_unequal", measured=True),
+    "LIGGGHTS, washino": stock(lambda points: liggghts_force(points, "washino")),
+    "LIGGGHTS, easo": stock(lambda points: liggghts_force(points, "easo")),
+    "YADE, Rabinovich": stock(lambda points: yade_force(points, "Rabinovich")),
+    "YADE, Willett": stock(lambda points: yade_force(points, "Willett_numeric")),
+    "pywet collide spheres": collisions,
+}
+
+
+def measure(names: list[str]) -> None:
+    """Write the answers of programs, a CSV for each problem."""
+    for name in names or PROGRAMS:
+        by_problem: dict[str, list[Row]] = {}
+        for answer in PROGRAMS[name]():
+            by_problem.setdefault(answer.pop("problem"), []).append(answer)
+        folder = ANSWERS / name
+        folder.mkdir(parents=True, exist_ok=True)
+        for problem, rows in by_problem.items():
+            with open(folder / f"{problem}.csv", "w", newline="", encoding="utf-8") as file:
+                table = csv.DictWriter(file, SCORE["COLUMNS"])
+                table.writeheader()
+                table.writerows(rows)
+        print(name, {problem: len(rows) for problem, rows in by_problem.items()}, flush=True)

@@ -1,0 +1,161 @@
+"""The wet benchmark problems: answers by a second method, scores of right and wrong answers, refusals."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pywet.collisions.spheres import command as davis
+from pywet.laws import exact_bridge
+
+WET = Path(__file__).parents[2] / "benchmarks" / "wet"
+SCORE = runpy.run_path(str(WET / "score.py"))
+MAKE = runpy.run_path(str(WET / "make.py"))
+QUICK = ("viscous_pull", "wet_rebound", "settling_bed", "drum")
+
+
+def of(problem: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Inputs and answers as they are shipped."""
+    inputs, answers = (json.loads((WET / problem / name).read_text()) for name in ("inputs.json", "answers.json"))
+    return inputs, answers["answers"]
+
+
+def filled(problem: str, factor: float = 1.0) -> str:
+    """A table of the true answers, or of a multiple of them."""
+    table = io.StringIO()
+    writer = csv.DictWriter(table, SCORE["COLUMNS"], extrasaction="ignore")
+    writer.writeheader()
+    writer.writerows({**a, "value": factor * a["value"]} for a in of(problem)[1])
+    return table.getvalue()
+
+
+def test_every_problem_is_whole() -> None:
+    """Words, inputs and answers of each, in the page's table; every case of the inputs is asked for."""
+    assert SCORE["problems"]() == sorted(MAKE["PROBLEMS"])
+    index = (WET / "README.md").read_text()
+    for problem in MAKE["PROBLEMS"]:
+        assert f"({problem}/README.md)" in index and (WET / problem / "README.md").is_file()
+        inputs, answers = of(problem)
+        assert {a["case"] for a in answers} == set(inputs["cases"])
+
+
+@pytest.mark.parametrize("problem", QUICK)
+def test_the_files_are_what_makes_them(problem: str) -> None:
+    """Inputs and answers follow from make.py."""
+    inputs, answers = MAKE["made"](problem)
+    assert json.loads(json.dumps(inputs)) == of(problem)[0]
+    for made, kept in zip(answers["answers"], of(problem)[1], strict=True):
+        assert {**made, "value": None} == {**kept, "value": None}
+        assert made["value"] == pytest.approx(kept["value"], rel=1e-9)
+
+
+@pytest.mark.parametrize("problem", ["pair_at_rest", "unequal_pair", "sphere_and_plate"])
+def test_bridges_by_a_second_method(problem: str) -> None:
+    """The solver in pywet, which shares no code with the one that made the answers, for one answer in five and one rupture."""
+    inputs, answers = of(problem)
+    forces = [a for a in answers if a["quantity"] == "force"][::5]
+    ends = [a for a in answers if a["quantity"] == "rupture distance"][:1]
+    for a in forces + ends:
+        c = inputs["cases"][a["case"]]
+        angles = math.radians(c["contact_angle_1_deg"]), math.radians(c["contact_angle_2_deg"])
+        bridge = c["volume_m3"], c["radius_1_m"], c["radius_2_m"] or math.inf, *angles
+        if a in ends:
+            value = exact_bridge.rupture(*bridge).separation
+        else:
+            solved = exact_bridge.solve(a["at"], *bridge)
+            assert solved is not None
+            value = solved.force(inputs["surface_tension_N_per_m"])
+        assert abs(value - a["value"]) <= a["uncertainty"], a
+
+
+def test_sharing_by_a_second_method() -> None:
+    """Equal spheres share evenly; one other split."""
+    inputs, answers = of("rupture_and_sharing")
+    shares = {a["case"]: a for a in answers if a["quantity"] == "share of body 1"}
+    assert shares["radius ratio 1 angle 0 0"]["value"] == pytest.approx(0.5, abs=1e-5)
+    case = "radius ratio 2 angle 0 0"
+    c = inputs["cases"][case]
+    end = exact_bridge.rupture(c["volume_m3"], c["radius_1_m"], c["radius_2_m"], 0.0, 0.0)
+    assert end.transfer_ratio_i == pytest.approx(shares[case]["value"], abs=shares[case]["uncertainty"])
+
+
+def test_viscous_pull_meets_lubrication() -> None:
+    """Known expansions: plate 1/h - ln(h)/5 + 0.97128 (Cox & Brenner 1967), two spheres 1/(4h) - 9 ln(h)/40 + 0.673 (Jeffrey 1982)."""
+    drag = MAKE["drag"]
+    for h in (1e-3, 1e-4):
+        assert drag("rigid", h) == pytest.approx(1.0 / h - math.log(h) / 5.0 + 0.97128, rel=2e-3 * h + 1e-6)
+        assert 0.5 * drag("free", 0.5 * h) == pytest.approx(0.25 / h - 9.0 / 40.0 * math.log(h) + 0.673, rel=2e-6)
+    assert drag("rigid", 50.0) == pytest.approx(1.0 / (1.0 - 9.0 / 8.0 / 51.0), rel=1e-4)
+
+
+def test_three_spheres_by_a_second_method() -> None:
+    """Polar coordinates of each pair in pywet against the Cartesian ones that made the answers."""
+    inputs, answers = of("three_spheres")
+    for case, c in inputs["cases"].items():
+        state = davis.collide(c)["spheres"]
+        for a in (a for a in answers if a["case"] == case):
+            axis, sphere = a["quantity"].split()
+            value = state[int(sphere) - 1]["velocity"]["xy".index(axis[1])]
+            assert abs(value - a["value"]) <= a["uncertainty"], a
+
+
+@pytest.mark.parametrize("problem", SCORE["problems"]())
+def test_scores(problem: str, tmp_path: Path) -> None:
+    """True answers are within their uncertainty; those a twentieth too large are off by a twentieth of the largest."""
+    table = tmp_path / "answers.csv"
+    table.write_text(filled(problem))
+    for line in SCORE["scored"](problem, SCORE["read"](table)):
+        assert line["answered"] == line["within"] == line["asked"] and line["largest"] <= 1e-12
+    table.write_text(filled(problem, 1.05))
+    for line in SCORE["scored"](problem, SCORE["read"](table)):
+        assert line["largest"] == pytest.approx(0.05)
+
+
+def test_what_is_not_answered_is_counted(tmp_path: Path) -> None:
+    """A template that nobody has filled in scores nothing and says so."""
+    table = tmp_path / "empty.csv"
+    table.write_text(SCORE["template"]("viscous_pull"))
+    lines = SCORE["scored"]("viscous_pull", SCORE["read"](table))
+    assert all(line["answered"] == 0 and math.isnan(line["largest"]) for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("problem", "text", "said"),
+    [
+        ("spheres", "case,quantity,at,value\n", "problem spheres was given; expected one of drum,"),
+        ("drum", "a,b\n1,2\n", "expected case, quantity, at, value"),
+        ("drum", "case,quantity,at,value\nmoist,dynamic angle,0,steep\n", "row 2: at '0', value 'steep'; expected numbers"),
+        ("drum", "case,quantity,at,value\nmoist,dynamic angle,0,nan\n", "row 2: nan at 0.0; expected finite numbers"),
+        ("drum", "case,quantity,at,value\nmoist,height,0,1\n", "quantity height is not asked for by drum: see --template"),
+        ("drum", None, "cannot be read"),
+    ],
+)
+def test_refusals(problem: str, text: str | None, said: str, tmp_path: Path) -> None:
+    """One sentence, exit code 2; by an interpreter without any package."""
+    table = tmp_path / "answers.csv"
+    if text is not None:
+        table.write_text(text)
+    command = [sys.executable, "-I", "-S", str(WET / "score.py"), problem, str(table)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_the_command_is_the_script(tmp_path: Path) -> None:
+    """`pywet score` prints what score.py prints."""
+    table = tmp_path / "answers.csv"
+    table.write_text(filled("wet_rebound"))
+    given = ["wet_rebound", str(table), "--json"]
+    one, two = (
+        subprocess.run([sys.executable, *how, *given], capture_output=True, text=True, check=True).stdout
+        for how in (["-m", "pywet.cli.app", "score"], [str(WET / "score.py")])
+    )
+    assert one == two and json.loads(one)["score"][0]["largest"] < 1e-12
