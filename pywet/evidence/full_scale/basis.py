@@ -33,7 +33,7 @@ def lines() -> list[str]:
         *(_row(row) for row in rows),
         "",
         "0.03 is told from 0.1 in no column; 0.01 errs more than twice as much as 0.1 at the end, dry. One run of that scale has",
-        f"a standard deviation of {100 * spread:.1f} % at the end, dry. The spheres of the 5.6 mm cases are smaller, and an impact",
+        f"a standard deviation of {100 * spread:.1f} % at the end, dry. The spheres at 5.6 mm are smaller, and an impact",
         "dents them by a smaller part of their diameter, which goes with √(d/k): 0.03 is for near-mesh spheres",
         "of 5 mm what 0.042 is for those of 7 mm. From a time step of 0.1 to one of 0.025 no difference is told from chance.",
         "Runs named `paper`, where there are any, have the paper's stiffness and a time step of 0.05.",
