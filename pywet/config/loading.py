@@ -225,7 +225,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
         rows.fieldnames = header
         for row in rows:
             where = f"{path} line {rows.line_num}"
-            if None in row or None in row.values():
+            if None in row or None in (row[name] for name in needed):
                 raise ConfigError(
                     f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)",
                     file=path,
