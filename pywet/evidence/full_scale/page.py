@@ -53,6 +53,15 @@ check, not a prediction.
 """
 
 
+HONEST = """## Honest read
+
+One seed of each case, softer springs than the paper's, and dimensions of the apparatus that the paper does not give. What
+holds, holds for these runs; a small difference between two cases can be chance, since no case has a second seed. What does
+not hold says first of all that this simulation is not the paper's: where no reason stands beside it, it is not known
+whether the settings, the apparatus or the model is why.
+"""
+
+
 def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str:
     """Write the figures beside `data` and return the page's text."""
     config = config or settings.load(Path("config"))
@@ -71,6 +80,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     ]
     if runs:
         lines += ["\n## Figures\n", *_figures(data.parent, config, runs)]
+    lines += ["\n" + HONEST]
     return "\n".join(lines).rstrip() + "\n"
 
 
