@@ -1,13 +1,12 @@
 """What several programs answer to the wet benchmark problems, and their scores: scores.csv and docs/wet_benchmarks.md.
 
-    python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/wet/, minutes for each engine
-    python benchmarks/wet/programs.py page                     scores.csv and the page from all answers there are
+python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/wet/, minutes for each engine
+python benchmarks/wet/programs.py page                     scores.csv and the page from all answers there are
 """
 
 from __future__ import annotations
 
 import csv
-import json
 import math
 import runpy
 import sys
@@ -16,13 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pywet.bench import bridge_engine, bridge_query
 from pywet.bench.pair import Pair
 from pywet.collisions.spheres import command as davis
 from pywet.engines.stock.liggghts import liggghts_force
 from pywet.engines.stock.yade import yade_force
-from pywet.files import read_json, write_csv
+from pywet.files import atomic_write, read_json, write_csv
 from pywet.laws import registry
 
 HERE = Path(__file__).resolve().parent
@@ -30,6 +30,7 @@ ANSWERS = Path("results") / "wet"
 SCORE = runpy.run_path(str(HERE / "score.py"))
 BRIDGES = ("pair_at_rest", "unequal_pair", "sphere_and_plate")
 STOKES_FORCE = "adams_perchard"
+BEGIN, END = "<!-- scores -->", "<!-- end of scores -->"
 Row = dict[str, Any]
 
 
@@ -126,7 +127,9 @@ def stock(force: Callable[[Any], Any]) -> Callable[[], Iterator[Row]]:
         last = int(np.flatnonzero(pulls)[-1]) if ends else 0
         return {"force": values, "rupture": float(fine[last : last + 2].mean()) if ends else None}
 
-    return lambda: (r for r in bridges(lambda two, gaps: forces(two, gaps) if two.angles[0] == two.angles[1] else _none(gaps)))
+    return lambda: (
+        r for r in bridges(lambda two, gaps: forces(two, gaps) if two.angles[0] == two.angles[1] else _none(gaps))
+    )
 
 
 def _none(gaps: list[float]) -> dict[str, Any]:
@@ -138,7 +141,7 @@ def collisions() -> Iterator[Row]:
     """`pywet collide spheres`: three spheres, and two head on."""
     for case, given, wanted in asked("three_spheres"):
         problem = {key: value for key, value in given.items() if key not in ("problem", "units", "model")}
-        state = davis.collide(problem)["final"]
+        state = davis.collide(problem)["final"]["velocity"]
         for a in wanted:
             axis, sphere = a["quantity"].split()
             yield row("three_spheres", case, a["quantity"], a["at"], state[int(sphere) - 1]["xy".index(axis[1])])
@@ -172,3 +175,45 @@ def measure(names: list[str]) -> None:
                 table.writeheader()
                 table.writerows(rows)
         print(name, {problem: len(rows) for problem, rows in by_problem.items()}, flush=True)
+
+
+def scores() -> Iterator[Row]:
+    """A row for each quantity of each case that a program answered."""
+    for name in PROGRAMS:
+        for path in sorted((ANSWERS / name).glob("*.csv")):
+            for line in SCORE["scored"](path.stem, SCORE["read"](path)):
+                yield {"program": name, "problem": path.stem, **line}
+
+
+def page() -> None:
+    """Write scores.csv and the page's tables."""
+    table = pd.DataFrame(scores())
+    table["asked"] = table["asked"].astype(int)
+    write_csv(table.round({"largest": 6, "rms": 6}), HERE / "scores.csv")
+    path = HERE.parents[1] / "docs" / "wet_benchmarks.md"
+    head, _, rest = path.read_text().partition(BEGIN)
+    with atomic_write(path) as temporary:
+        temporary.write_text(head + BEGIN + "\n" + "\n".join(tables(table)) + "\n" + END + rest.partition(END)[2])
+
+
+def tables(table: pd.DataFrame) -> Iterator[str]:
+    """For each problem a table of programs: the largest deviation of each quantity over all cases, and how much was answered."""
+    for problem in SCORE["problems"]():
+        of = table[table["problem"] == problem]
+        yield f"\n### {problem}\n"
+        if of.empty:
+            yield "No program of this page answers it."
+            continue
+        quantities = list(dict.fromkeys(of["quantity"]))
+        yield "| program | " + " | ".join(quantities) + " | answered |"
+        yield "|---" * (len(quantities) + 2) + "|"
+        for name in dict.fromkeys(of["program"]):
+            mine = of[of["program"] == name]
+            worst = [mine.loc[mine["quantity"] == q, "largest"].max() for q in quantities]
+            cells = ["–" if np.isnan(w) else f"{100.0 * w:.2g} %" for w in worst]
+            yield f"| {name} | " + " | ".join(cells) + f" | {mine['answered'].sum()} of {mine['asked'].sum()} |"
+
+
+if __name__ == "__main__":
+    what, *names = sys.argv[1:]
+    measure(names) if what == "measure" else page()
