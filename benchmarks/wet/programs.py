@@ -146,6 +146,35 @@ def collisions() -> Iterator[Row]:
             axis, sphere = a["quantity"].split()
             yield row("three_spheres", case, a["quantity"], a["at"], state[int(sphere) - 1]["xy".index(axis[1])])
 
+    for case, given, wanted in asked("wet_rebound"):
+        if case.startswith("two spheres"):
+            yield from (row("wet_rebound", case, a["quantity"], a["at"], rebound(given, a["at"])) for a in wanted)
+
+
+def rebound(given: dict[str, Any], stokes: float) -> float:
+    """Restitution of two equal spheres head on, from their velocities when the films have parted; 0 where they stick."""
+    radius, mass, viscosity = 1e-3, 1e-5, 0.1
+    speed = stokes * 6.0 * math.pi * viscosity * (0.5 * radius) ** 2 / (0.5 * mass)
+    apart = 2.0 * radius + given["film_m"]
+    spheres = [
+        {
+            "radius_m": radius,
+            "mass_kg": mass,
+            "position_m": [x, 0.0],
+            "velocity_m_per_s": [v, 0.0],
+            "film_m": 0.5 * given["film_m"],
+        }
+        for x, v in ((0.0, speed), (apart, 0.0))
+    ]
+    answer = davis.collide(
+        {
+            "form": "spheres", "spheres": spheres, "viscosity_Pa_s": viscosity, "h_min_m": given["roughness_m"],
+            "e_dry": given["dry_restitution"], "mu_f": 0.0, "t_end_s": 100.0 * given["film_m"] / speed,
+        }
+    )  # fmt: skip
+    (one, _), (two, _) = answer["final"]["velocity"]
+    return 0.0 if answer["stuck_pairs"] else (two - one) / speed
+
 
 PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
     "pywet laws, preset exact": by_law("young_laplace", "young_laplace", measured=False),

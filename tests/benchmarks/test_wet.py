@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pywet.collisions.spheres import command as davis
@@ -85,7 +86,7 @@ def test_sharing_by_a_second_method() -> None:
     case = "radius ratio 2 angle 0 0"
     c = inputs["cases"][case]
     end = exact_bridge.rupture(c["volume_m3"], c["radius_1_m"], c["radius_2_m"], 0.0, 0.0)
-    assert end.transfer_ratio_i == pytest.approx(shares[case]["value"], abs=shares[case]["uncertainty"])
+    assert end.transfer_ratio == pytest.approx(shares[case]["value"], abs=shares[case]["uncertainty"])
 
 
 def test_viscous_pull_meets_lubrication() -> None:
@@ -168,3 +169,18 @@ def test_the_command_is_the_script(tmp_path: Path) -> None:
         for how in (["-m", "pywet.cli.app", "score"], [str(WET / "score.py")])
     )
     assert one == two and json.loads(one)["score"][0]["largest"] < 1e-12
+
+
+def test_the_page_of_measurements_says_what_the_model_gives() -> None:
+    """Restitution of the wall model over 1/St and how far it is from a straight line, as docs/measured.md prints it."""
+    measured = runpy.run_path(str(WET / "measured.py"))
+    page = (WET.parents[1] / "docs" / "measured.md").read_text()
+    for viscosity in measured["VISCOSITIES"]:
+        inverse, kept = measured["restitution"](viscosity)
+        cells = [cell.strip() for cell in page.split(f"| {1e3 * viscosity:g} mPa s |")[1].split("|")[:4]]
+        stokes, e_n, bend, quick = cells
+        assert [float(v) for v in stokes.split(" to ")] == pytest.approx([1 / inverse.max(), 1 / inverse.min()], rel=0.01)
+        assert [float(v) for v in e_n.split(" to ")] == pytest.approx([kept.min(), kept.max()], abs=6e-4)
+        half = inverse < np.median(inverse)
+        for cell, bent in ((bend, measured["bend"](inverse, kept)), (quick, measured["bend"](inverse[half], kept[half]))):
+            assert float(cell.strip(" %")) == pytest.approx(100.0 * bent, abs=0.6)
