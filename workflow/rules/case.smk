@@ -25,9 +25,14 @@ rule simulate:
         scene=rules.scene.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/simulate.json",
+    params:
+        ranks=CHOSEN.ranks,
     log:
         f"{LOGS}/{{case}}/simulate.log",
     threads: CHOSEN.ranks
+    resources:
+        mem_mb=job_memory("simulate"),
+        runtime=job_minutes,
     script:
         "../scripts/simulate.py"
 
@@ -51,6 +56,8 @@ rule replay:
         status=f"{ROOT}/{{case}}/status/replay.json",
     log:
         f"{LOGS}/{{case}}/replay.log",
+    resources:
+        mem_mb=job_memory("replay"),
     script:
         "../scripts/replay.py"
 

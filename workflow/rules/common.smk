@@ -1,5 +1,6 @@
 # Checked configuration and the paths that follow from it. Nothing here needs the engine, a plugin or a result.
 
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -7,6 +8,7 @@ from snakemake.utils import validate
 
 from pywet import config as settings
 from pywet.errors import PywetError
+from pywet.evidence.accuracy.needs import need
 from pywet.screening.identity import content, told
 from pywet.shipped import place
 
@@ -25,6 +27,31 @@ except PywetError as error:
     raise WorkflowError(str(error))
 config.update(CHOSEN.model_dump(mode="json", include=settings.REPLACED))
 validate(config, "../schemas/config.schema.json")
+
+
+
+def job_memory(stage):
+    """Memory [MB] of a case's job, from the number of its spheres; doubled where a job is tried again."""
+    return lambda wildcards, attempt: _needs(wildcards.case, lambda n: n.memory_mb(attempt, stage), 1000)
+
+
+def job_minutes(wildcards, attempt):
+    """Wall time of the engine [min], from the prediction; the same."""
+    return _needs(wildcards.case, lambda n: n.minutes(attempt), 30)
+
+
+@cache
+def _need(number):
+    return need(CONFIGURED, number, SCALE, CHOSEN.ranks)
+
+
+def _needs(case, ask, otherwise):
+    """A scene that cannot be built needs little; its own stage says why."""
+    try:
+        return ask(_need(RUNS[case][0]))
+    except PywetError:
+        return otherwise
+
 
 TWINS = settings.twins(CONFIGURED, CASES, CHOSEN.both_presets)
 """Folder name of a case that runs again with another preset -> (its number, that preset); none or one."""
