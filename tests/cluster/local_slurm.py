@@ -24,7 +24,9 @@ CONF = Path("/etc/slurm/slurm.conf")
 TEXT = (Path(__file__).parent / "slurm.conf").read_text()
 OURS = TEXT.splitlines()[0]
 NODES = ("first", "second")
-PATIENCE_S = 600.0
+PATIENCE_S = 900.0
+"""Longest wait for anything: a start of Snakemake takes a minute where ten processes share two cores."""
+ENDED = {"COMPLETED", "CANCELLED", "TIMEOUT", "FAILED"}
 
 
 def why_not() -> str | None:
@@ -119,7 +121,12 @@ def running() -> Iterator[Path]:
         for node in NODES:
             start("slurmd", "-D", "-N", node)
         until(lambda: _idle() == len(NODES) or None, "an idle node for each slurmd")
-        yield folder
+        try:
+            yield folder
+        finally:
+            for job in jobs():
+                subprocess.run(["scancel", str(job.number)], check=False)
+            until(lambda: {job.state for job in jobs()} <= ENDED or None, "the end of all jobs")
     finally:
         for daemon in reversed(daemons):
             with suppress(ProcessLookupError):
