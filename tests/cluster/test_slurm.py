@@ -79,8 +79,8 @@ def _simulating(case: str) -> list[Job]:
     return [job for job in jobs() if job.name == f"rule_simulate_wildcards_{case}"]
 
 
-def _hang_until_killed(run_dir: Path, alive: subprocess.Popen[str]) -> Job:
-    """Stop the ranks of case 2 once a checkpoint is whole, drain their node, let their time limit pass."""
+def _hang_until_killed(run_dir: Path, alive: subprocess.Popen[str]) -> tuple[Job, Job]:
+    """Stop the ranks of case 2 once a checkpoint is whole, drain their node, let their limit pass; the job before and after."""
     until(
         lambda: [*run_dir.glob("engine.partial/checkpoint/sums.*.json")] or None,
         "a checkpoint",
@@ -92,9 +92,10 @@ def _hang_until_killed(run_dir: Path, alive: subprocess.Popen[str]) -> Job:
     assert job.state == "RUNNING" and run_dir.joinpath("engine.partial").exists()
     ask("scontrol", "update", f"NodeName={job.node}", "State=DRAIN", "Reason=test")
     ask("scontrol", "update", f"JobId={job.number}", "EndTime=now")
-    return until(
+    killed = until(
         lambda: next((j for j in _simulating("case02") if j.state == "TIMEOUT"), None), "the end of the hanging job"
     )
+    return job, killed
 
 
 def test_killed_job_is_submitted_again_and_goes_on_while_a_node_is_drained(folder: Path) -> None:
@@ -104,7 +105,7 @@ def test_killed_job_is_submitted_again_and_goes_on_while_a_node_is_drained(folde
     with local_slurm.running():
         snakemake = _snakemake(folder)
         try:
-            killed = _hang_until_killed(run_dir, snakemake)
+            asked, killed = _hang_until_killed(run_dir, snakemake)
             before = max(job.number for job in jobs())
             status = snakemake.wait(local_slurm.PATIENCE_S)
             table = jobs()
@@ -115,7 +116,7 @@ def test_killed_job_is_submitted_again_and_goes_on_while_a_node_is_drained(folde
             snakemake.wait()
     again = [job for job in table if job.name == killed.name][-1]
     assert (killed.state, again.state, killed.cores, again.cores) == ("TIMEOUT", "COMPLETED", RANKS, RANKS)
-    assert again.minutes == 2 * killed.minutes
+    assert again.minutes == 2 * asked.minutes
     assert {job.state for job in table if job != killed} == {"COMPLETED"}
     assert len(table) == 7 and not any(job.node == killed.node for job in table if job.number > before)
     info = json.loads((run_dir / "engine" / "run.json").read_text())

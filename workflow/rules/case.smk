@@ -8,12 +8,12 @@ rule scene:
     params:
         config=str(CONFIG),
         identity=lambda wildcards: told(
-            CONFIGURED.with_seed(CHOSEN.seed), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
+            CONFIGURED.with_seed(RUNS[wildcards.case][2]), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
         ),
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,
-        seed=CHOSEN.seed,
+        seed=lambda wildcards: RUNS[wildcards.case][2],
     log:
         f"{LOGS}/{{case}}/scene.log",
     script:

@@ -16,7 +16,7 @@ STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
 CONFIG = Path(config.pop("config_dir", "config"))
-"""Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets and seed of its
+"""Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""
 try:
     CONFIGURED = settings.load(CONFIG)
@@ -55,7 +55,12 @@ def _needs(case, ask, otherwise):
 
 TWINS = settings.twins(CONFIGURED, CASES, CHOSEN.both_presets)
 """Folder name of a case that runs again with another preset -> (its number, that preset); none or one."""
-RUNS = {**{name: (number, None) for name, number in CASES.items()}, **TWINS}
+RUNS = {
+    (name if seed == CHOSEN.seed else f"{name}-{seed}"): (number, preset, seed)
+    for seed in range(CHOSEN.seed, CHOSEN.seed + CHOSEN.seeds)
+    for name, (number, preset) in {**{name: (number, None) for name, number in CASES.items()}, **TWINS}.items()
+}
+"""Folder name of a run -> (number of its case, preset where it is another, seed)."""
 SCALE = CHOSEN.scale
 OWN = "" if CONFIG == Path("config") else f"{CONFIG.resolve().name}/"
 ROOT = f"results/{OWN}{SCALE}"
@@ -68,4 +73,4 @@ CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 
 
 wildcard_constraints:
-    case="case[0-9]+(_exact)?",
+    case="case[0-9]+(_exact)?(-[0-9]+)?",

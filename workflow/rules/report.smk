@@ -58,7 +58,7 @@ rule verdict:
         verdict=f"{ROOT}/verdict{PART}.txt",
     params:
         cases=list(CASES),
-        twins=list(TWINS),
+        runs=list(RUNS),
     log:
         f"{LOGS}/verdict{PART}.log",
     script:

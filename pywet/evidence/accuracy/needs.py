@@ -7,13 +7,12 @@ Time is the prediction of `cost.py`, with the costs of this machine where it was
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pywet.config import Config
+from pywet.config import Config, twins
 from pywet.evidence.accuracy import choice, cost
 from pywet.evidence.accuracy.command import duration, habit
 from pywet.files import read_json
@@ -82,21 +81,25 @@ def need(config: Config, case: int, scale: str, ranks: int = 1) -> Need:
     )
 
 
-def campaign(config: Config, cases: Sequence[int], scale: str, ranks: int, seeds: int) -> list[str]:
-    """Core-hours, memory and disk of all cases with all seeds, as lines."""
-    needs = {case: need(config, case, scale, ranks) for case in cases}
-    rows = [f"{'case':>5}{'spheres':>10}{'a run':>10}{'memory':>10}{'disk':>10}"]
+def campaign(config: Config, scale: str) -> list[str]:
+    """Core-hours, memory and disk of all configured cases with all seeds, as lines."""
+    chosen, seeds = config.settings, config.settings.seeds
+    runs = {config.case(number).name: (config, number) for number in chosen.cases}
+    again = twins(config, {name: number for name, (_, number) in runs.items()}, chosen.both_presets)
+    runs |= {name: (config.with_preset(preset), number) for name, (number, preset) in again.items()}
+    needs = {name: need(configured, number, scale, chosen.ranks) for name, (configured, number) in runs.items()}
+    rows = [f"{'':<14}{'spheres':>8}{'a run':>10}{'memory':>10}{'disk':>10}"]
     rows += [
-        f"{case:>5}{n.spheres:>10.0f}{duration(n.seconds):>10}{n.memory_B / 1e9:>7.2f} GB{n.disk_B / 1e9:>7.2f} GB"
-        for case, n in needs.items()
+        f"{name:<14}{n.spheres:>8.0f}{duration(n.seconds):>10}{n.memory_B / 1e9:>7.2f} GB{n.disk_B / 1e9:>7.2f} GB"
+        for name, n in needs.items()
     ]
     memory, replays = (max(getattr(n, name) for n in needs.values()) / 1e9 for name in ("memory_B", "replay_B"))
     hours = seeds * sum(n.seconds for n in needs.values()) / 3600.0
     disk = seeds * sum(n.disk_B for n in needs.values())
     most = max(n.disk_B for n in needs.values())
-    runs = f"{len(cases)} cases × {seeds} seed{'s' if seeds > 1 else ''} = {seeds * len(cases)} runs"
     rows.append(
-        f"{runs} at scale {scale}: {hours:.3g} core-hours of the engine, up to {memory:.2g} GB for a run and {replays:.2g} GB "
+        f"{seeds * len(needs)} runs at scale {scale} ({seeds} of each): {hours:.3g} core-hours of the engine, up to "
+        f"{memory:.2g} GB for a run and {replays:.2g} GB "
         f"for its replay, {disk / 1e9:.2g} GB of tables, {RAW * most / 1e9:.2g} GB more while the largest is made"
     )
     measured = "this machine, measured" if cost.kept() else str(read_json(ELSEWHERE)["provenance"])

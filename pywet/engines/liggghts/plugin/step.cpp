@@ -50,6 +50,7 @@ void Plugin::step(int64_t n) {
   energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
   weight.weigh(fresh);
   booking.events.clear();
+  if (fresh && wet()) standing.exchange();
   std::string problem;
   try {
     act(fresh);
