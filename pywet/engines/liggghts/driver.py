@@ -183,7 +183,7 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     if point is None:
         shutil.rmtree(ready, ignore_errors=True)
         checkpoint.start(ready, task.mark)
-    deck.write_deck(scene, task.run_dir, ready, resume=point, **task.deck)
+    deck.write_deck(scene, task.run_dir, ready, resume=point, ranks=task.ranks, **task.deck)
     write_inputs(scene, task.run_dir)
     why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
