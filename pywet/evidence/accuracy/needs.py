@@ -15,6 +15,7 @@ from typing import Any
 from pywet.config import Config, twins
 from pywet.evidence.accuracy import choice, cost
 from pywet.evidence.accuracy.command import duration, habit
+from pywet.evidence.accuracy.trial import Costs
 from pywet.files import read_json
 
 ELSEWHERE = Path(__file__).with_name("machine.json")
@@ -61,7 +62,7 @@ def _machine() -> cost.Coefficients:
     if known is not None:
         return known
     stored: dict[str, Any] = read_json(ELSEWHERE)
-    return cost.Coefficients(cost.Costs(**stored["few"]), cost.Costs(**stored["many"]))
+    return cost.Coefficients(Costs(**stored["few"]), Costs(**stored["many"]))
 
 
 def need(config: Config, case: int, scale: str, ranks: int = 1) -> Need:
