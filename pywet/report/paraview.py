@@ -21,7 +21,12 @@ from pywet.runs.rundir import RunDir
 
 SCRIPT = Path(__file__).with_name("open_in_paraview.py")
 CHARTS: tuple[tuple[str, str, str, Callable[[str], bool]], ...] = (
-    ("fraction_retained", "fraction retained", "BottomLeft", lambda name: name.startswith("fraction_retained")),
+    (
+        "fraction_retained",
+        "fraction retained",
+        "BottomLeft",
+        lambda name: name.startswith("fraction_retained") and name != "fraction_retained_spheres",
+    ),
     ("liquid_by_holder", "liquid in m³", "TopRight", lambda name: name.removesuffix("_m3") in PLACES),
     ("liquid_by_wall", "liquid in m³", "TopRight", lambda name: name.endswith("_m3")),
 )
