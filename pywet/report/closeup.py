@@ -87,7 +87,8 @@ def draw(run: RunDir, step: int, sphere: int, picture: Path) -> None:
     """Draw with VTK in this process."""
     here = _bridges(run, sphere, step)
     solved = exact(run, here)
-    (image, mm), (true, _) = (scene(run, step, sphere, here, shapes) for shapes in ([None] * len(here), solved))
+    none: list[Bridge | None] = [None] * len(here)
+    (image, mm), (true, _) = (scene(run, step, sphere, here, shapes) for shapes in (none, solved))
     lost = sum(bridge is None for bridge in solved)
     time = step * run.scene.time_step_s
     text = (f"{run.scene.name}   t = {time:.3f} s   sphere {sphere}, {len(here)} bridges: as cuboids, and the exact bridge"
@@ -129,7 +130,7 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
             points = revolved(shape, first, second)
             body = pv.StructuredGrid(*np.moveaxis(np.concatenate([points, points[:, :1]], axis=1), 2, 0))
         plotter.add_mesh(body, color=BRIDGE_COLOUR, smooth_shading=shape is not None, specular=0.4)
-    return render.seen(plotter, run, centre, 0.75 * width, SIZE)
+    return render.pixels(plotter, run, centre, 0.75 * width, SIZE)
 
 
 if __name__ == "__main__":

@@ -107,10 +107,10 @@ def scene(
     if fine:
         plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
         plotter.enable_anti_aliasing("ssaa")
-    return seen(plotter, run, centre, width, size)
+    return pixels(plotter, run, centre, width, size)
 
 
-def seen(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[int, int]) -> tuple[Any, float]:
+def pixels(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[int, int]) -> tuple[Any, float]:
     """What is in the plotter, looked at from the usual side: pixels, and how many of these are a millimetre at the middle."""
     _, place, aim, up = camera(run, centre, width)
     plotter.camera_position = [tuple(place), tuple(aim), tuple(up)]

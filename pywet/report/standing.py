@@ -46,9 +46,9 @@ def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
 def corners(run: RunDir, bridges: pd.DataFrame) -> Floats:
     """Corners (n, 8, 3) of the cuboids that stand for bridges."""
     b = bodies(run, bridges)
-    ends = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
+    first, second = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
     volume, gap = (bridges[name].to_numpy(dtype=float) for name in ("volume", "separation"))
-    return cuboids.corners(*ends, b.at_wall, volume, gap, b.radius_i, b.radius_j)
+    return cuboids.corners(first, second, b.at_wall, volume, gap, b.radius_i, b.radius_j)
 
 
 def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
