@@ -119,7 +119,7 @@ def test_entries_are_read_as_the_page_says() -> None:
 
 
 def test_the_query_of_the_page_on_bridges(tmp_path: Path) -> None:
-    """A sphere and a wall by the laws named; at touch the exact force is below its limit for no liquid, 2 pi sigma r (cos + cos)."""
+    """A sphere and a wall by the laws named; at touch the exact force is below its limit 2 pi sigma r (cos + cos)."""
     (tmp_path / "query.json").write_text(blocks("bridge.md")[0][1])
     answer = bridge_query.answer(bridge_query.read(tmp_path / "query.json"))
     assert set(answer["force_N"]) == {"rabinovich", "young_laplace"} and set(answer["viscous_normal_N"]) == {"pitois"}
