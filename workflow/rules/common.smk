@@ -9,6 +9,7 @@ from snakemake.utils import validate
 from pywet import config as settings
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.needs import need
+from pywet.runs.second import word
 from pywet.screening.identity import content, told
 from pywet.shipped import place
 
