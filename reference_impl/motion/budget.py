@@ -65,7 +65,8 @@ class Budget:
     ruptured: float = 0.0
     steps: float = 0.0
     """Work of the capillary force in the steps in which bridges form and rupture, by their sizes [J]."""
-    start: Floats | None = None
+    start: tuple[Floats, Floats] | None = None
+    """First places and speeds."""
 
     def add(self, part: Run, lives: Lives) -> None:
         """A part of the logs; the table of places has the speeds too."""
@@ -76,9 +77,12 @@ class Budget:
             return
         shape = (len(outputs), len(self.setup.ids), 3)
         x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
-        self.start = x[0] if self.start is None else self.start
+        self.start = (x[0], v[0]) if self.start is None else self.start
         m, free = self.setup.mass, self.setup.free
-        fall = ((x - self.start) * self.setup.gravity).sum(axis=2) * m
+        waited = (
+            np.minimum(outputs[:, None], self.setup.enters) * self.setup.step
+        )  # on their straight way, without weight
+        fall = ((x - self.start[0] - waited[:, :, None] * self.start[1]) * self.setup.gravity).sum(axis=2) * m
         own: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
@@ -180,7 +184,7 @@ def powers(setup: Setup, f: Forces) -> Floats:
     """Power of each effect in each step of a window, shape (steps, effects) as in WORKS [W]."""
     w, count, n = f.window, len(f.window.steps), {name: k for k, name in enumerate(WORKS)}
     found = np.zeros((count, len(WORKS)))
-    weight = (w.v * setup.gravity).sum(axis=2) * w.mass
+    weight = (w.v * setup.pull(w.steps)).sum(axis=2) * w.mass
     found[:, n["gravity"]] = weight.sum(axis=1)
     t, c = f.touches, f.contacts
     terms: list[tuple[Any, ...]] = [
