@@ -117,7 +117,7 @@ class Building:
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         """Corners of what is simulated: all spheres, and all walls wherever they move."""
-        corners = [self.spheres[[*"xyz"]].to_numpy()]
+        corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self, self.spheres)[0]]
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
             corners += [surface.vertices, *_moved(surface.vertices, motion)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
