@@ -2,14 +2,16 @@
 
 import ctypes
 import doctest
+import inspect
 import itertools
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
 from pywet.laws import registry, transfer
 from pywet.laws.force_law import PROBE, ForceLaw, check, force_law
 from pywet.laws.kinds import KINDS
@@ -120,3 +122,27 @@ def test_law_without_a_file_works() -> None:
     space: dict[str, Callable[..., float]] = {}
     exec("def typed(speed, viscosity, surface_tension):\n    return 1.0 + speed", space)
     assert force_law(space["typed"])(0.5, 1.0, 1.0) == 1.5
+
+
+@each_law
+def test_arguments_go_by_name_in_any_order(law: ForceLaw, wanted: tuple[str, ...]) -> None:
+    """The signature is that of the function below the decorator; names give what places give."""
+    assert tuple(inspect.signature(law).parameters) == wanted and law.__doc__
+    if not isinstance(law, TableLaw):
+        named = {name: PROBE[name][-1] for name in wanted}
+        assert law(**dict(reversed(named.items()))) == law(*named.values())
+    with pytest.raises(LawError, match=f"missing a required argument.*expected .{wanted[0]}, "):
+        law()
+    with pytest.raises(LawError, match="unexpected keyword argument 'gap'"):
+        law(gap=0.0)
+
+
+def test_the_laws_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+    """As printed in docs/laws.md: at touch and for little liquid pi sigma r (cos + cos) between spheres, twice that at a wall."""
+    page = (Path(__file__).parents[2] / "docs" / "laws.md").read_text()
+    text = page.split("## From Python")[1].split("```python\n")[1].split("```")[0]
+    exec(compile(text, "page", "exec"), {})
+    spheres, wall, _ = capsys.readouterr().out.splitlines()
+    neck = 2 * math.pi * 0.07 * 1e-3 * math.cos(0.3)
+    ring = [float(line.split()[0]) - times * neck for line, times in ((spheres, 1), (wall, 2))]
+    assert 0 < ring[0] < 0.2 * neck and 0 < ring[1] < 0.4 * neck

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pandas as pd
 import pytest
@@ -11,7 +12,8 @@ import pytest
 from pywet.own_scene.building import Building
 from pywet.own_scene.commands import read_scene
 from pywet.own_scene.walls import MOTIONS, SHAPES
-from pywet.schema import CODES, TABLES, meanings
+from pywet.scene import Holder
+from pywet.schema import CODES, HOLDERS, TABLES, meanings
 
 PAGE = (Path(__file__).parents[2] / "docs" / "own-scene.md").read_text()
 
@@ -44,6 +46,10 @@ def test_the_yaml_of_the_page(tmp_path: Path) -> None:
     assert [c.count for c in made.classes] == [11, 10]
     assert made.thickness[1] == pytest.approx(20e-6)
     assert made.scene().vibration is not None
+
+
+def test_every_holder_is_explained() -> None:
+    assert set(HOLDERS) == set(get_args(Holder))
 
 
 def test_codes_and_keys_are_those_of_the_source() -> None:
