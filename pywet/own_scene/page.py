@@ -63,11 +63,11 @@ def _cards(run: Run, wrong: bool) -> list[page.Card]:
 def _liquid(run: Run) -> str:
     table = run.liquid
     holders = [c for c in table.columns if c not in NOT_WALLS]
-    if not float(table["initial_m3"].iloc[-1]):
+    if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
     with plt.rc_context(STYLE):
         figure, (axes,) = panels(1, 1, (8.5, 3.4))
-        for name in sorted(holders, key=lambda c: -float(table[c].max())):
+        for name in sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max()):
             axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name))
         if run.scene.is_fed:
             axes.plot(table["time_s"], 1e9 * table["initial_m3"], ":", color="#888888", label="put in until then")
