@@ -13,12 +13,11 @@ import pytest
 import yaml
 
 import pywet
-
 from pywet.own_scene.building import Building
 from pywet.own_scene.commands import read_scene
 from pywet.own_scene.walls import MOTIONS, SHAPES
 from pywet.runs.loaded import Run
-from pywet.scene import Holder
+from pywet.scene import Holder, Vibration
 from pywet.schema import CODES, HOLDERS, TABLES, meanings
 from tests.own_scene.conftest import EXAMPLES, beads
 
@@ -49,7 +48,7 @@ def test_the_python_of_the_page(
 
 
 def report_says_what_the_run_does(page: str, run: Run) -> None:
-    """Each wall by name with its liquid at the end, every quantity of the replay, what it did not check, links that lead somewhere."""
+    """Walls by name with their liquid at the end, every quantity of the replay, what it did not check, links to files."""
     last = run.liquid.iloc[-1]
     for column in ("spheres_beads_m3", "wall_cup_m3"):
         assert f">{column.removesuffix('_m3').replace('_', ' ')}</td><td>{1e9 * last[column]:.4g}</td>" in page
@@ -65,7 +64,7 @@ def test_the_yaml_of_the_page(tmp_path: Path) -> None:
     made = Building(read_scene(tmp_path / "scene.yaml"))
     assert [c.count for c in made.classes] == [11, 10]
     assert made.thickness[1] == pytest.approx(20e-6)
-    assert made.scene().vibration is not None
+    assert isinstance(made.scene().walls[0].own_motion, Vibration)
 
 
 def test_the_feed_of_the_page() -> None:
