@@ -17,7 +17,7 @@ from pywet.report import render
 ROOT = Path(__file__).resolve().parent.parent
 MOMENTS = {"hopper": 0.24, "drum": 0.8, "repose": 0.6, "migration": 0.4, "deck": 0.4}
 """Scene -> time of its picture [s]."""
-WIDTH, COLOURS = 800, 128
+WIDTH, COLOURS = 800, 255
 
 
 def draw(name: str, folder: Path) -> Path:
@@ -29,7 +29,7 @@ def draw(name: str, folder: Path) -> Path:
     render.write(folder / name, large, step)
     picture = Image.open(large).convert("RGB")
     picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
-    picture.quantize(COLOURS).save(small, optimize=True)
+    picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(small, optimize=True)
     return small
 
 

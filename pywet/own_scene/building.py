@@ -109,15 +109,10 @@ class Building:
         _refuse_overlaps(self, table)
         return table
 
-    @property
-    def thrown(self) -> Floats:
-        """Velocity of each class at the start [m/s]."""
-        return np.array([s.velocity_m_per_s for s in self.said.spheres])
-
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         """Corners of what is simulated: all spheres, and all walls wherever they move."""
-        corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self, self.spheres)[0]]
+        corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres)[0]]
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
             corners += [surface.vertices, *_moved(surface.vertices, motion)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
@@ -234,10 +229,11 @@ def _first_places(made: Building) -> pd.DataFrame:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
         tables.append(fill(inside, shape.region(), made.said.seed + number))
-    tables.append(waiting(made))
+    tables.append(waiting(made.classes, made.said.spheres, made.thickness, made.said.seed))
     table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]].astype({"type": np.int64})
     table.insert(0, "id", np.arange(1, len(table) + 1))
-    table[["vx", "vy", "vz"]], table[["wx", "wy", "wz"]] = made.thrown[table["type"].to_numpy() - 1], 0.0
+    thrown = np.array([s.velocity_m_per_s for s in made.said.spheres])[table["type"].to_numpy() - 1]
+    table[["vx", "vy", "vz"]], table[["wx", "wy", "wz"]] = thrown, 0.0
     return table
 
 
@@ -256,7 +252,7 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         )
     import pyvista as pv
 
-    on_way, size = ways(made, table)
+    on_way, size = ways(made.classes, table)
     at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
     for surface in made.surfaces:
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pywet.apparatus.surface import Floats
 from pywet.errors import ConfigError
+from pywet.own_scene.description import Spheres
 from pywet.scene import SphereClass
-
-if TYPE_CHECKING:
-    from pywet.own_scene.building import Building
 
 ROOM = 1.05
 """Least distance of centres over that at which spheres and their films touch."""
@@ -20,17 +19,22 @@ TRIES = 2000
 """Places that are tried for a sphere."""
 
 
-def waiting(made: Building) -> pd.DataFrame:
-    """type, x, y, z of all that is fed: a place at random in the region, less the way until the sphere enters."""
-    random = np.random.default_rng(made.said.seed)
-    turn = sorted((at, c.type) for c in made.classes for at in times(c))
-    reach = np.array([c.radius_m for c in made.classes]) + np.array(made.thickness)
+def waiting(
+    classes: Sequence[SphereClass], entries: Sequence[Spheres], films: Sequence[float], seed: int
+) -> pd.DataFrame:
+    """type, x, y, z of all that is fed: a place at random in its region, less the way until the sphere enters.
+
+    `entries` and the thickness of the first films [m] are those of `classes`.
+    """
+    random = np.random.default_rng(seed)
+    turn = sorted((at, c.type) for c in classes for at in times(c))
+    reach = np.array([c.radius_m for c in classes]) + np.array(films)
     places, kinds = np.zeros((len(turn), 3)), np.array([kind for _, kind in turn], dtype=np.int64)
     for n, (at, kind) in enumerate(turn):
-        entry, radius = made.said.spheres[kind - 1], made.classes[kind - 1].radius_m
+        entry, radius = entries[kind - 1], classes[kind - 1].radius_m
         room = ROOM * (reach[kind - 1] + reach[kinds[:n] - 1])
         for _ in range(TRIES):
-            place = _inside(entry.box or entry.cylinder, radius, random) - at * made.thrown[kind - 1]
+            place = _inside(entry.box or entry.cylinder, radius, random) - at * np.array(entry.velocity_m_per_s)
             if (((places[:n] - place) ** 2).sum(axis=1) >= room**2).all():
                 places[n] = place
                 break
@@ -42,15 +46,15 @@ def waiting(made: Building) -> pd.DataFrame:
     return pd.DataFrame({"type": kinds, **dict(zip("xyz", places.T, strict=True))})
 
 
-def ways(made: Building, table: pd.DataFrame) -> tuple[Floats, Floats]:
+def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, Floats]:
     """Places (n, 3) on the ways of all that is fed, at most a diameter apart, and the radius of the sphere at each."""
-    kinds = table["type"].to_numpy()
     found, size = [np.zeros((0, 3))], [np.zeros(0)]
-    for c in made.classes:
-        for start, at in zip(table.loc[kinds == c.type, [*"xyz"]].to_numpy(), times(c), strict=False):
-            way = at * made.thrown[c.type - 1]
-            share = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(way) / (2.0 * c.radius_m)))
-            found.append(start + share[:, None] * way)
+    for c in classes:
+        rows = table[table["type"] == c.type]
+        starts, speeds = (rows[names].to_numpy(dtype=float) for names in (["x", "y", "z"], ["vx", "vy", "vz"]))
+        for start, speed, at in zip(starts, speeds, times(c), strict=False):
+            share = np.linspace(0.0, 1.0, 2 + int(at * np.linalg.norm(speed) / (2.0 * c.radius_m)))
+            found.append(start + share[:, None] * at * speed)
             size.append(np.full(len(share), c.radius_m))
     return np.concatenate(found), np.concatenate(size)
 

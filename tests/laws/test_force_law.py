@@ -138,11 +138,15 @@ def test_arguments_go_by_name_in_any_order(law: ForceLaw, wanted: tuple[str, ...
 
 
 def test_the_laws_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
-    """As printed in docs/laws.md: at touch and for little liquid pi sigma r (cos + cos) between spheres, twice that at a wall."""
+    """As printed in docs/laws.md: at touch pi sigma r (cos + cos) + 2 pi sigma r sin(phi) sin(phi + theta); a wall has twice the first."""
     page = (Path(__file__).parents[2] / "docs" / "laws.md").read_text()
     text = page.split("## From Python")[1].split("```python\n")[1].split("```")[0]
     exec(compile(text, "page", "exec"), {})
-    spheres, wall, _ = capsys.readouterr().out.splitlines()
-    neck = 2 * math.pi * 0.07 * 1e-3 * math.cos(0.3)
-    ring = [float(line.split()[0]) - times * neck for line, times in ((spheres, 1), (wall, 2))]
-    assert 0 < ring[0] < 0.2 * neck and 0 < ring[1] < 0.4 * neck
+    around = 2 * math.pi * 0.07 * 1e-3
+    lines = capsys.readouterr().out.splitlines()
+    for line, times in zip(lines, (1, 2), strict=False):
+        phi = math.sqrt(2 * math.sqrt(times * 1e-10 / (2 * math.pi * 1e-3)) / 1e-3)
+        want = around * (times * math.cos(0.3) + math.sin(phi) * math.sin(phi + 0.3))
+        assert float(line.split()[0]) == pytest.approx(want, rel=1e-3)
+    at_touch, apart = map(float, lines[2].strip("[]").split())
+    assert at_touch > apart > 0
