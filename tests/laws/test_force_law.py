@@ -138,7 +138,7 @@ def test_arguments_go_by_name_in_any_order(law: ForceLaw, wanted: tuple[str, ...
 
 
 def test_the_laws_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
-    """As printed in docs/laws.md: at touch pi sigma r (cos + cos) + 2 pi sigma r sin(phi) sin(phi + theta); a wall has twice the first."""
+    """At touch pi sigma r (cos + cos) + 2 pi sigma r sin(phi) sin(phi + theta); a wall has twice the first term."""
     page = (Path(__file__).parents[2] / "docs" / "laws.md").read_text()
     text = page.split("## From Python")[1].split("```python\n")[1].split("```")[0]
     exec(compile(text, "page", "exec"), {})
