@@ -134,9 +134,9 @@ def _stages(run: str, scene: Mapping[str, Any], resumed_at: int) -> Iterator[Hel
     for name, (opens, stops) in planned.items() if resumed_at == 0 else ():
         if opens < total:
             first = drawn.get(name, [None])[0]
-            yield Held(f"deck: step at which {name} opens", first, opens, "scene.json: slide opens_at_s")
+            yield Held(f"deck: step at which the {name} opens", first, opens, "scene.json: slide opens_at_s")
         if opens < total and stops < total:
-            yield Held(f"deck: step at which {name} stops", drawn[name][-1], stops, "scene.json: slide travel_s")
+            yield Held(f"deck: step at which the {name} stops", drawn[name][-1], stops, "scene.json: slide travel_s")
 
 
 def _data(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:
