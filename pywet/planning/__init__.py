@@ -194,7 +194,7 @@ def _percent(share: float) -> str:
 
 def _laws(laws: LawSettings) -> dict[str, str]:
     """Law of each kind: the preset's unless another is named; a name that no law has raises `PywetError`."""
-    named = laws.model_dump(exclude={"preset"}, exclude_none=True)
+    named = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     for kind, name in named.items():
         registry.get(kind, name)
     return {**PRESETS[laws.preset], **named}

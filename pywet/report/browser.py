@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.laws.contact import film_thickness
-from pywet.report import cuboids, render, vtk
+from pywet.report import cuboids, render, standing, vtk
 from pywet.report.movie import spread
 from pywet.runs.rundir import Floats, RunDir
-from pywet.schema import LARGE_WALL, SPHERE
+from pywet.schema import LARGE_WALL
 
 FRAMES = 20
 MOST = 15_000_000
@@ -126,18 +126,17 @@ def _levels(values: Floats, most: float) -> NDArray[Any]:
 def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]], list[int]]:
     """Cuboids of the bridges of all times, one after the other: ends [m], side [m], place of both spheres in the list of spheres
     (-1 a large wall, -2 a wire); and where each time starts."""
-    ids, radius = run.timeline.ids, run.spheres["radius"].to_numpy(dtype=float)
-    tables = [run.at_step("history/bridges", step) for step in steps] if run.moist else []
+    tables = [vtk.standing_at(run, step) for step in steps]
     starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
     corners, one, other = [np.zeros((0, 8, 3))], [np.zeros(0)], [np.zeros(0)]
     for table in (table for table in tables if len(table)):
-        kind, volume, gap = (table[name].to_numpy() for name in ("partner_kind", "volume", "separation"))
-        i, j = (np.minimum(np.searchsorted(ids, table[end].to_numpy()), len(ids) - 1) for end in "ij")
-        ends = [table[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj")]
-        wall = kind != SPHERE
-        corners.append(cuboids.corners(*ends, wall, volume, gap, radius[i], np.where(wall, np.inf, radius[j])))
-        one.append(i)
-        other.append(np.where(wall, np.where(kind == LARGE_WALL, -1, -2), j))
+        first, second = (table[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
+        volume, gap = (table[name].to_numpy(dtype=float) for name in ("volume", "separation"))
+        of = standing.bodies(run, table)
+        corners.append(cuboids.corners(first, second, of.at_wall, volume, gap, of.radius_i, of.radius_j))
+        one.append(np.searchsorted(run.timeline.ids, table["i"].to_numpy()))
+        wall = np.where(table["partner_kind"].to_numpy() == LARGE_WALL, -1, -2)
+        other.append(np.where(of.at_wall, wall, np.searchsorted(run.timeline.ids, table["j"].to_numpy())))
     box = np.concatenate(corners)
     arrays: dict[str, NDArray[Any]] = {
         "i": np.concatenate(one).astype("<i4"),
@@ -170,7 +169,7 @@ def _curves(run: RunDir) -> list[dict[str, Any]]:
     """Title, times [s] and values of the curves beside the scene."""
     line = run.timeline
     retained = 1.0 - line.passed @ line.mass / line.mass.sum()
-    curves = [("fraction retained (spheres)", line.times, retained)]
+    curves: list[tuple[str, Any, Any]] = [("fraction retained (spheres)", line.times, retained)]
     if run.moist:
         ledger = run.ledger
         curves.append(("liquid in bridges, %", ledger["time"], 100.0 * ledger["bridges"] / ledger["initial"]))

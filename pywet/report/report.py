@@ -133,6 +133,8 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "proof": proof[0],
         "proven": proof[1],
         "laws": answer.laws(results),
+        "unchecked": answer.unchecked(results),
+        "own": sum(bool(r.unchecked) for r in moist),
         "results": results,
         "moist": moist,
         "done": sum(r.done for r in results),

@@ -20,6 +20,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.laws.contact import film_thickness
+from pywet.report import standing
 from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Rotation
 
@@ -49,7 +50,7 @@ def particles(run: RunDir, step: int) -> meshio.Mesh:
 
 def bridges(run: RunDir, step: int) -> meshio.Mesh:
     """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
-    here = run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
+    here = standing_at(run, step)
     count = len(here)
     points = np.zeros((2 * count, 3))
     data: dict[str, list[Any]] = {}
@@ -59,10 +60,17 @@ def bridges(run: RunDir, step: int) -> meshio.Mesh:
         data = {
             "volume": [here["volume"].to_numpy(dtype=float)],
             "separation": [here["separation"].to_numpy(dtype=float)],
+            "capillary_force": [standing.capillary_force(run, here)],
+            "age": [standing.age(run, here, step)],
             **{name: [here[name].to_numpy(dtype=np.int32)] for name in ("partner_kind", "i", "j")},
         }
     cells: Cells = [("line", np.arange(2 * count).reshape(-1, 2))] if count else []
     return meshio.Mesh(points, cells, cell_data=data)
+
+
+def standing_at(run: RunDir, step: int) -> pd.DataFrame:
+    """The rows of the bridges that stand at one output step; none of a dry run."""
+    return run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
 
 
 def wall_corners(run: RunDir, step: int) -> Floats:

@@ -6,13 +6,14 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from pywet import config as settings
 from pywet import stages
 from pywet.errors import PywetError
-from pywet.report import plots, presets, report
+from pywet.report import answer, plots, presets, report
 from pywet.report.collect import CaseResult, collect
 from pywet.scene import Scene
 from tests.screening import synthetic
@@ -107,6 +108,21 @@ def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: setti
     assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
 
 
+def test_one_seed_of_each_preset_is_no_difference(config: settings.Config, folder: Path) -> None:
+    """The page says that it cannot be told; from four seeds on it gives Student's interval, by hand here: equal spreads s of
+    5 and 5 seeds have 8 degrees of freedom, t = 2.306, half width t s sqrt(2/5)."""
+    usual = collect(folder, [config.case(2)])[0]
+    (shown,) = presets.shown([presets.Pair(usual, usual, "exact")])
+    assert "cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed" in shown["apart"]
+    assert shown["rows"][0]["paper"].endswith(", one seed")
+    spread = [0.64, 0.65, 0.66, 0.67, 0.68]
+    half = 2.306 * np.std(spread, ddof=1) * np.sqrt(2 / 5)
+    said = presets.apart(spread, [v + 0.01 for v in spread], "exact")
+    assert "cannot be told" in said and f"{0.01 - half:+.3f} and {0.01 + half:+.3f}" in said
+    said = presets.apart(spread, [v + 0.1 for v in spread], "exact")
+    assert "differs by more than seeds do" in said and f"{0.1 - half:+.3f} and {0.1 + half:+.3f}" in said
+
+
 def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config, folder: Path) -> None:
     text = _write(config, folder)
     assert "<b>case03</b>: stage simulate failed: LIGGGHTS stopped: spheres left the simulated box &lt;lost&gt;" in text
@@ -156,6 +172,21 @@ def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None
         < text.index('id="agreement"')
     )
     assert "Not cross-checked: case 3." in text
+
+
+def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Path) -> None:
+    """Amber on the first screen, on the card and in the case's row; the kind held against a second function is named too."""
+    replayed = folder / "case02" / "replay.json"
+    own = {"effect": "capillary", "law": "/home/somebody/my_law.py:neck", "instead": "taken as logged"}
+    replayed.write_text(json.dumps({**REPLAY, "unchecked": [own], "second": {"rupture": "/x/second.py:reach"}}))
+    text = _write(config, folder)
+    assert '<span class="fair">case 2 not checked: capillary (own law)</span>' in text
+    assert '<span class="fair">case 2 held against a second function of the user' in text
+    assert '<span class="fair">done; not checked: capillary (own law)</span>' in text
+    assert "1 but for laws of their own" in text
+    proof, proven = answer.proof(collect(folder, [config.case(2)]))
+    assert proven and proof.startswith("Proven but for laws that the reference does not know")
+    assert "/home/somebody" not in text
 
 
 def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:

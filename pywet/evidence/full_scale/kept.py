@@ -82,9 +82,14 @@ class Kept:
             raise PywetError(f"{self.folder / table}.csv lacks the column {name} at every output: {CURE}")
         return np.asarray(found[name], dtype=float)
 
+    def has(self, time: float) -> bool:
+        """Whether the run goes on until a time, to within its outputs."""
+        beyond = float(self.times[-1] - self.times[-2])
+        return bool(self.times[0] <= time < self.times[-1] + beyond)
+
     def at(self, values: Floats, time: float) -> float:
-        """A series at a time, by linear interpolation; a time outside the run is refused."""
-        if not self.times[0] <= time <= self.times[-1] + 1e-9:
+        """A series at a time, by linear interpolation, less than an output beyond the last as there; else it is refused."""
+        if not self.has(time):
             raise PywetError(
                 f"{self.folder.name} goes from {self.times[0]:g} to {self.end:g} s, {time:g} s is not in it"
             )
