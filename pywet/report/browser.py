@@ -128,7 +128,9 @@ def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]]
     (-1 a large wall, -2 a wire); and where each time starts."""
     tables = [vtk.standing_at(run, step) for step in steps]
     starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
-    corners, one, other = [np.zeros((0, 8, 3))], [np.zeros(0)], [np.zeros(0)]
+    corners: list[Any] = [np.zeros((0, 8, 3))]
+    one: list[Any] = [np.zeros(0)]
+    other: list[Any] = [np.zeros(0)]
     for table in (table for table in tables if len(table)):
         first, second = (table[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
         volume, gap = (table[name].to_numpy(dtype=float) for name in ("volume", "separation"))
