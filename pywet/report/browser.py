@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pywet.laws.contact import film_thickness
-from pywet.report import cuboids, render, standing, vtk
+from pywet.report import render, standing, vtk
 from pywet.report.movie import spread
 from pywet.runs.rundir import Floats, RunDir
-from pywet.schema import LARGE_WALL
+from pywet.schema import LARGE_WALL, SPHERE
 
 FRAMES = 20
 MOST = 15_000_000
@@ -59,6 +59,7 @@ def _text(run: RunDir, frames: int) -> str:
     steps = line.steps[rows].tolist()
     telling = render.telling_step(run)
     centre, width = render.view(run, telling)
+    seen, camera, _, up = render.camera(run, centre, width)
     arrays, head = _spheres(run, rows)
     bridges, starts = _bridges(run, steps)
     arrays |= bridges
@@ -81,7 +82,10 @@ def _text(run: RunDir, frames: int) -> str:
             "classes": [c.name.replace("_", " ") for c in run.scene.classes],
             "origin": middle.tolist(),
             "quantum": quantum,
-            "view": [*centre.tolist(), width],
+            "middle": seen.tolist(),
+            "camera": camera.tolist(),
+            "up": up.tolist(),
+            "width": width,
             "starts": starts,
             "meshes": [_mesh(run, name, steps) for name in meshes],
             "curves": _curves(run),
@@ -132,13 +136,11 @@ def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]]
     one: list[Any] = [np.zeros(0)]
     other: list[Any] = [np.zeros(0)]
     for table in (table for table in tables if len(table)):
-        first, second = (table[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
-        volume, gap = (table[name].to_numpy(dtype=float) for name in ("volume", "separation"))
-        of = standing.bodies(run, table)
-        corners.append(cuboids.corners(first, second, of.at_wall, volume, gap, of.radius_i, of.radius_j))
+        corners.append(standing.corners(run, table))
         one.append(np.searchsorted(run.timeline.ids, table["i"].to_numpy()))
-        wall = np.where(table["partner_kind"].to_numpy() == LARGE_WALL, -1, -2)
-        other.append(np.where(of.at_wall, wall, np.searchsorted(run.timeline.ids, table["j"].to_numpy())))
+        kind = table["partner_kind"].to_numpy()
+        j = np.searchsorted(run.timeline.ids, table["j"].to_numpy())
+        other.append(np.where(kind == SPHERE, j, np.where(kind == LARGE_WALL, -1, -2)))
     box = np.concatenate(corners)
     arrays: dict[str, NDArray[Any]] = {
         "i": np.concatenate(one).astype("<i4"),
@@ -151,7 +153,7 @@ def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]]
 
 
 def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
-    """A wall: its triangles in the list of all, whether one sees through it, and 12 numbers a time that move it (3 rows of 4)."""
+    """A wall: its triangles in the list of all, how it is drawn, and 12 numbers a time that move it (3 rows of 4)."""
     table = run.triangles
     chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
     motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
@@ -163,8 +165,12 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
         shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
         moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
     holder = str(table["holder"].iloc[chosen[0]])
-    solid = holder in ("wires", "impact_plate")
-    return {"name": holder, "solid": solid, "triangles": chosen.tolist(), "moved": moved}
+    return {
+        "solid": holder in render.SOLID,
+        "hidden": holder in render.HIDDEN,
+        "triangles": chosen.tolist(),
+        "moved": moved,
+    }
 
 
 def _curves(run: RunDir) -> list[dict[str, Any]]:

@@ -97,7 +97,7 @@
       return mesh;
     }
 
-    wall({ name, solid, triangles }) {
+    wall({ solid, hidden, triangles }) {
       const corners = triangles.flatMap((k) => [0, 1, 2].flatMap((n) => point(this.run, this.run.corners, 3 * k + n).toArray()));
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(corners), 3));
@@ -106,7 +106,7 @@
       const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ ...look, side: THREE.DoubleSide }));
       if (!solid)
         mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 25), new THREE.LineBasicMaterial({ color: "#7d8994" })));
-      mesh.visible = name !== "feed_bin" && name !== "slide"; // they would hide the bed
+      mesh.visible = !hidden;
       mesh.matrixAutoUpdate = false;
       return mesh;
     }
@@ -164,7 +164,7 @@
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
-      this.light.position.copy(this.camera.position).sub(this.controls.target).add(new THREE.Vector3(0, 0, this.run.view[3]));
+      this.light.position.copy(this.camera.position).sub(this.controls.target).add(new THREE.Vector3(0, 0, this.run.width));
       this.bind();
       this.renderer.render(this.scene, this.camera);
     }
@@ -238,7 +238,8 @@
     root.insertAdjacentHTML("afterbegin", CONTROLS);
     const find = (name) => root.querySelector(`.${name}`), slider = find("time");
     const camera = new THREE.PerspectiveCamera(35, 1, 1e-3, 100), target = new THREE.Vector3();
-    camera.up.set(0, 0, 1);
+    const first = await unpacked(scripts[0]);
+    camera.up.set(...first.up);
     let moves = [], times = [], waiting = false, playing = 0;
     const redraw = () => {
       if (!waiting) requestAnimationFrame(() => ((waiting = false), panels.forEach((panel) => panel.draw())));
@@ -277,9 +278,9 @@
       redraw();
     };
     const reset = () => {
-      const [x, y, z, width] = panels[0].run.view;
-      target.set(x, y, z);
-      camera.position.set(x + 0.75 * width, y - 2.3 * width, z + 0.8 * width);
+      const { middle, camera: place, width } = panels[0].run;
+      target.set(...middle);
+      camera.position.set(...place);
       camera.near = width / 100;
       camera.far = 100 * width;
       panels.forEach((panel) => panel.controls.update());
@@ -297,7 +298,7 @@
     };
     for (let k = 0; k < Math.min(+root.dataset.panels, scripts.length); k++) {
       const panel = new Panel(find("panels"), camera, target, redraw);
-      panel.show(await unpacked(scripts[k]));
+      panel.show(k ? await unpacked(scripts[k]) : first);
       panels.push(panel);
       const choice = made("select", panel.head);
       scripts.forEach((script) => made("option", choice, "", script.dataset.name));

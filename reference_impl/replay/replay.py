@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -61,6 +62,7 @@ def _replay(run_dir: Path, out: Path | None, functions: Mapping[str, str]) -> di
         "diagnosis": vtk.with_findings(misshown, failed, lambda rest: _named(Path(run_dir), run, tables, found, rest)),
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
+        "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         "events_per_s": found.events / max(looked + found.seconds["events"], 1e-9),
         "contacts_per_s": found.contacts / max(found.seconds["contacts"], 1e-9),
         "quantities": {q.name: q.as_dict() for q in quantities},

@@ -62,9 +62,9 @@ def test_bridges_join_the_surfaces_of_their_bodies(run: Path) -> None:
 def test_walls_are_where_their_motion_says(run: Path) -> None:
     """Three rows of four numbers a time: the wires rise by a millimetre from output to output, the bin stays."""
     head, _ = unpacked(run)
-    moved = {mesh["name"]: np.array(mesh["moved"]).reshape(3, 3, 4) for mesh in head["meshes"]}
-    assert (moved["wires"][..., :3] == np.eye(3)).all() and (moved["collecting_bin"][..., 3] == 0).all()
-    assert moved["wires"][:, :, 3] == pytest.approx(np.outer([0, 1e-3, 2e-3], [0, 0, 1]))
+    wires, _, collecting_bin = [np.array(mesh["moved"]).reshape(3, 3, 4) for mesh in head["meshes"]]
+    assert (wires[..., :3] == np.eye(3)).all() and (collecting_bin[..., 3] == 0).all()
+    assert wires[:, :, 3] == pytest.approx(np.outer([0, 1e-3, 2e-3], [0, 0, 1]))
 
 
 def test_a_run_that_is_too_large_is_shown_at_fewer_times(run: Path) -> None:
