@@ -171,6 +171,7 @@
 
     /** Pixel of the canvas at which a sphere is seen. */
     where(k) {
+      this.camera.updateMatrixWorld(); // else it is that of the last picture
       const seen = this.places[k].clone().project(this.camera);
       return [((seen.x + 1) / 2) * this.canvas.clientWidth, ((1 - seen.y) / 2) * this.canvas.clientHeight];
     }
@@ -178,6 +179,7 @@
     /** Says what the nearest sphere at a pixel is. */
     point(x, y) {
       const { clientWidth: width, clientHeight: height } = this.canvas, from = this.camera.position;
+      this.camera.updateMatrixWorld();
       const ray = new THREE.Vector3((2 * x) / width - 1, 1 - (2 * y) / height, 0.5).unproject(this.camera).sub(from).normalize();
       let nearest = Infinity, hit = -1;
       this.places.forEach((place, k) => {
