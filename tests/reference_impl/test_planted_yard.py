@@ -46,7 +46,7 @@ def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[s
     findings = result["diagnosis"]["findings"]
     for fault in faults:
         assert not result["quantities"][fault.quantity]["ok"]
-        said = [f["sentence"] for f in findings if fault.quantity in f["quantities"]]
+        said = [s for f in findings if fault.quantity in f["quantities"] for s in (f["sentence"], *f["consequences"])]
         assert any(fault.words in sentence for sentence in said), (fault, said)
 
 
