@@ -176,7 +176,9 @@ def judge(link: Link) -> list[Finding]:
 def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], named: bool) -> Finding:
     best, rows = (tried[0][1], tried[0][0]) if named else (Suspect("", NOTHING), rest)
     others = [(s.fault, float(ok.sum() / rest.sum())) for ok, s in tried[int(named) :] if not s.general and ok.any()]
-    alike = [s.fault for ok, s in tried[1:] if not s.general and (ok | ~rows).all()] if named and not best.general else []
+    alike = (
+        [s.fault for ok, s in tried[1:] if not s.general and (ok | ~rows).all()] if named and not best.general else []
+    )
     where, since = place(link, rows)
     return Finding(
         quantities=(link.quantity,), what=link.what, fault=best.fault or None, per=best.per, number=best.number, where=where,
@@ -249,15 +251,20 @@ OF_EVENTS = {
     "bridge_life", "volume", "share_i", "share_j", "film_before", "film_after", "rupture_distance", "rupture_due", "rupture_late",
     "formation_due", "formation_late", "formation_missed", "rupture_limit", "standing_beyond_limit", "transfer_table", "ledger",
 }  # fmt: skip
+OF_LIMITS = {"rupture_limit", "rupture_distance", "separation"}
+OF_BOTH = OF_FORCES | OF_EVENTS
+OF_COUNTS = OF_EVENTS | {"separation"}
 SHOW_AGAIN = {
-    **dict.fromkeys(("flight_place", "flight_velocity", "energy_windows", "energy_budget"), OF_FORCES | OF_EVENTS),
-    **dict.fromkeys(("energy_formed", "energy_ruptured", "energy_capillary_stored", "energy_capillary", "ledger_counts",
-                     "ledger_held", "contact_rows", "event_triangle", "event_separation", "snapshot_triangle", "snapshot_ends",
-                     "snapshot_separation"), OF_EVENTS | {"separation"}),
-    "energy_budget": OF_FORCES | OF_EVENTS | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},
+    **{name: OF_LIMITS for name in ("rupture_due", "rupture_late", "standing_beyond_limit")},
+    **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "energy_windows")},
+    **{name: OF_COUNTS for name in (
+        "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
+        "event_separation", "snapshot_triangle", "snapshot_ends", "snapshot_separation")},
+    "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films"},
+    "energy_budget": OF_BOTH | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},
     "energy_capillary": OF_EVENTS | {"energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
 }  # fmt: skip
-"""Quantity of motion, works or counts -> those whose fault it shows again."""
+"""Quantity of ruptures, motion, works or counts -> those whose fault it shows again."""
 
 
 def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
@@ -279,17 +286,23 @@ def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
 
 def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Causes, each with the sentences of the findings that show it again."""
-    causes: list[dict[str, Any]] = []
-    own = [set(f["quantities"]) for f in findings]
-    for finding in findings:
-        sources = [SHOW_AGAIN.get(q, set()) for q in finding["quantities"]]
-        of = (c for c, names in zip(findings, own, strict=True) if c["fault"] and all(s & names for s in sources))
-        cause = next((c for c in of if c is not finding), None)
-        if cause is None:
+    own = [{*f["quantities"]} for f in findings]
+    shown = [[SHOW_AGAIN.get(q, set()) for q in f["quantities"]] for f in findings]
+    fits = [
+        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, own, strict=True)]
+        for of in shown
+    ]
+    causes = []
+    for n, finding in enumerate(findings):
+        first = n
+        for _ in findings:  # of a cause that shows another one again, that one
+            first = next((k for k, fit in enumerate(fits[first]) if fit and k != first), first)
+        if first == n:
             causes.append(finding)
-        else:
-            cause["consequences"] = [*cause["consequences"], finding["sentence"]]
-            cause["quantities"] = [*dict.fromkeys([*cause["quantities"], *finding["quantities"]])]
+            continue
+        cause = findings[first]
+        cause["consequences"] = [*cause["consequences"], finding["sentence"]]
+        cause["quantities"] = [*dict.fromkeys([*cause["quantities"], *finding["quantities"]])]
     return causes
 
 

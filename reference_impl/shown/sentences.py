@@ -58,7 +58,9 @@ class Cases:
     def done(self, number: int) -> bool:
         """Whether every stage went well and nothing objects to what it left."""
         data = self.summary[number]
-        stages = [self.json(number, f"status/{name}.json") for name in ("scene", "simulate", "results", "replay", "vtk")]
+        stages = [
+            self.json(number, f"status/{name}.json") for name in ("scene", "simulate", "results", "replay", "vtk")
+        ]
         if data is None or not all(stage and stage["ok"] for stage in stages):
             return False
         whole = data["ledger_error"] is None or data["ledger_error"] <= LOST

@@ -22,12 +22,15 @@ from tests.faults.mutants import Mutant, draw
 COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
+ASKED = "asked:"
+"""Begins what is said of a fault that no test noticed."""
 
 
 def main(
     new: Annotated[int, typer.Option(min=1, help="Faults.")] = 20,
     seed: Annotated[int, typer.Option(help="Of the draw; the same seed and sources give the same faults.")] = 1,
     room: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(trial.ROOMS)}; default all in turn.")] = None,
+    tests: Annotated[bool, typer.Option("--tests", help="Then ask the tests about what nothing else notices.")] = False,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
@@ -51,6 +54,15 @@ def main(
         left = (time.monotonic() - begun) / done * (len(ahead) - done)
         print(f"{done}/{len(ahead)} {row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} "
               f"{row['said'][:90]} ({left / 60:.0f} min to go)", flush=True)  # fmt: skip
+    for row in rows if tests else ():
+        if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in rooms:
+            failed = asked.ask(bench.tree, asked.again(row, seed))
+            row |= {"by": "tests", "said": failed} if failed else {"said": f"{ASKED} {row['said']}"}
+            write(table, rows)
+            print(
+                f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['said'][:90]}",
+                flush=True,
+            )
     print("\n".join(score(rows)))
 
 

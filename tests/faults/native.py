@@ -20,7 +20,15 @@ class Objects:
         mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
         kept = [flag for flag in (*build.FLAGS, *build.LOOPS, *build.VISIBILITY) if flag not in ("-O3", "-shared")]
         version = f'-DPYWET_ENGINE_VERSION="{build.engine_version()}"'
-        self._compile = ["g++", *kept, *(flags or ("-O1",)), version, f"-I{self.sources}", f"-I{build.INCLUDE}", *mpi[0]]
+        self._compile = [
+            "g++",
+            *kept,
+            *(flags or ("-O1",)),
+            version,
+            f"-I{self.sources}",
+            f"-I{build.INCLUDE}",
+            *mpi[0],
+        ]
         self._libraries = [*flags, "-l:libliggghts.so.3", *mpi[1]]
         folder.mkdir(parents=True, exist_ok=True)
         for path in self._all():

@@ -48,10 +48,12 @@ def counted(sources: Path, objects: Path) -> Lines:
     """Lines of the plugin that gcov counted; `objects` holds its notes and counters."""
     lines: Lines = {}
     for path in objects.glob("*.gcda"):
-        said = subprocess.run(["gcov", "-t", path.name], cwd=objects, capture_output=True, text=True, check=False).stdout
+        said = subprocess.run(
+            ["gcov", "-t", path.name], cwd=objects, capture_output=True, text=True, check=False
+        ).stdout
         name = None
         for row in said.splitlines():
-            count, number, text = (row.split(":", 2) + ["", ""])[:3]
+            count, number, text = [*row.split(":", 2), "", ""][:3]
             if source := re.match(r"Source:(.*)", text):
                 name = Path(source.group(1)).name if Path(source.group(1)).parent == sources else None
             elif name and count.strip().rstrip("*").isdigit():

@@ -119,7 +119,11 @@ def test_equal_suspects_are_said_to_be_equal() -> None:
     """Those that explain all cannot be told apart, and all are said; a general one never wins over a cause."""
     own = np.ones(LENGTH)
     names, some = ("cause", "other cause", "third"), np.where(np.arange(LENGTH) < 150, 2.0, 1.0)
-    alike = [Suspect("seen", 2.0 * own, general=True), *(Suspect(name, 2.0 * own) for name in names), Suspect("part", some)]
+    alike = [
+        Suspect("seen", 2.0 * own, general=True),
+        *(Suspect(name, 2.0 * own) for name in names),
+        Suspect("part", some),
+    ]
     (found,) = diagnosis.judge(link(2.0 * own, own, alike))
     assert found.fault == "cause"
     assert "cannot be told apart from: other cause, or third)" in found.sentence

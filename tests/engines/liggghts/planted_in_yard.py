@@ -1,8 +1,8 @@
 """Faults planted in the plugin that runs the yard (tests/reference_impl/yard.py): formations, walls, ends, forces in flight.
 
-Sources are patched as in planted.py, with which they share one build. `PUMP` is a scene of its own for films on walls: a sphere
-that is moved up and down over a small plate leaves liquid there and comes back to it slowly. `GROWN` is one for films that grow
-between two neighbour lists: a wet sphere is drawn off another and off a plate, and beside each a third rests just beyond the films.
+Sources are patched as in planted.py, with which they share one build. `pump` is a scene of its own for films on walls: a sphere
+that is moved up and down over a small plate leaves liquid there and comes back to it slowly. `grown` is one for films that
+grow between two neighbour lists: a wet sphere is drawn off another and off a plate, a third rests just beyond the films of each.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ PATCHES: list[tuple[str, str, str]] = [
      "    for (int k = 0; k < t.n; k++) t.viscous[k] *= 0.5;"),
     ("forces.cpp", "accumulate(engine.f[0] + 3 * b, (-1.0) * at(t.force, k));",
      'accumulate(engine.f[0] + 3 * b, (planted("acts on one side") ? 0.0 : -1.0) * at(t.force, k));'),
-    ("films.cpp", "thicker = std::max(thicker, thickness_[id] - thickness_then[id]);",
-     'if (!planted("growth unseen")) thicker = std::max(thicker, thickness_[id] - thickness_then[id]);'),
-    ("films.cpp", "wall_thicker = std::max(",
-     'if (!planted("growth on a wall unseen")) wall_thicker = std::max('),
+    ("films.cpp", "  thicker = std::max(",
+     '  if (!planted("growth unseen") && !planted("growth unseen, on walls too")) thicker = std::max('),
+    ("films.cpp", "  wall_thicker = std::max(",
+     '  if (!planted("growth unseen, on walls too")) wall_thicker = std::max('),
     ("energy.cpp", "power[VISCOUS_NORMAL] += n;", 'power[VISCOUS_NORMAL] += (planted("work of drag twice") ? 2 : 1) * n;'),
 ]  # fmt: skip
 """File, text that must be there once, text in its place."""
@@ -71,7 +71,8 @@ IN_PUMP: dict[str, tuple[str, str]] = {
     "film of a wall 5 % thin": ("formation_late", "the film of a wall is taken too thin (at most 0.9"),
 }
 IN_GROWN: dict[str, tuple[str, str]] = {
-    name: ("formation_late", "a film's growth is not seen at once") for name in ("growth unseen", "growth on a wall unseen")
+    "growth unseen": ("formation_late", "a film's growth is not seen at once"),
+    "growth unseen, on walls too": ("formation_late", "explains 2 of 2 records"),
 }
 
 
