@@ -77,6 +77,12 @@ def bridge(
     file: JsonFile,
     engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
     trust: Trust = False,
+    as_table: Annotated[
+        bool, typer.Option("--table", help="A table with deviations from the exact bridge, not JSON.")
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="OUT", help="Draw force over gap with the exact one (.svg, .png).")
+    ] = None,
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
     from pywet import machine_code
@@ -94,7 +100,12 @@ def bridge(
         answer = bridge_engine.measured(query)
     else:
         raise PywetError(f"there is no engine {engine}; expected liggghts")
-    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
+    if plot is not None:
+        showing.bridge_plot(query, answer, plot)
+    if as_table:
+        showing.bridge_table(query, answer)
+    else:
+        typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
 @collide.command()

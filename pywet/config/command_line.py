@@ -40,4 +40,6 @@ def _said(settings: Settings, name: str) -> object:
     value = getattr(settings, name)
     if not isinstance(value, LawSettings):
         return value
-    return {kind: str(law).rpartition("/")[2] for kind, law in value.model_dump().items()}
+    named = value.model_dump()
+    named |= {f"reference.{kind}": function for kind, function in named.pop("reference").items()}
+    return {kind: str(law).rpartition("/")[2] for kind, law in named.items()}

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pywet import stages
-from pywet.config.loading import read_yaml
+from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.own_scene import building, results
 from pywet.own_scene.description import Scene
 from pywet.planning import EffectPlan
+from pywet.runs import second
 from pywet.runs.loaded import Run
 from pywet.screening import verdict
 
@@ -34,6 +35,7 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
     """
     where = Path(folder)
     building.write(scene, where)
+    second.leave(where, placed_laws(scene.laws, scene.folder).reference)
     stages.simulate(where, ranks, progress)
     results.write(where)
     stages.replay(where)

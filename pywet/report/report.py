@@ -130,6 +130,8 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "proof": proof[0],
         "proven": proof[1],
         "laws": answer.laws(results),
+        "unchecked": answer.unchecked(results),
+        "own": sum(bool(r.unchecked) for r in moist),
         "results": results,
         "moist": moist,
         "done": sum(r.done for r in results),
@@ -190,7 +192,7 @@ def scale_statement(config: Config, name: str) -> list[str]:
 
 
 def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
-    """Every number of the configuration that is not from the paper, with its reason."""
+    """Every number of the configuration that is not from the paper, with its reason; a measured one says so."""
     parts = {
         "apparatus": config.apparatus.model_dump(exclude_none=True),
         f"scale {scale}": config.scale(scale).model_dump(exclude_none=True),
@@ -203,9 +205,10 @@ def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
 
 def _assumed(name: str, data: Any) -> Iterator[Assumption]:
     if isinstance(data, dict):
-        if data.get("source") == "assumption":
+        if data.get("source") in ("assumption", "measured") and ("value" in data or "material" in data):
             value = data.get("value", data.get("material", ""))
-            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), data["reason"])
+            why = data.get("reason", {"measured": "measured", "assumption": "no reason is given"}[data["source"]])
+            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), why)
             return
         for key, value in data.items():
             yield from _assumed(f"{name} · {key}", value)

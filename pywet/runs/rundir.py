@@ -19,11 +19,17 @@ from numpy.typing import NDArray
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there, read_parts, read_table
 from pywet.scene import Scene
-from pywet.schema import SPHERE
+from pywet.schema import FORMATION, SPHERE
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
+
+
+def bridge_ends(table: pd.DataFrame) -> Ints:
+    """One number for the ends of each row's bridge."""
+    kind, i, j = (table[name].to_numpy(dtype=np.int64) for name in ("partner_kind", "i", "j"))
+    return np.asarray((kind << 60) | (i << 30) | j)
 
 
 @dataclass(frozen=True)
@@ -114,6 +120,15 @@ class RunDir:
         return pd.concat([films, held], ignore_index=True)[["step", "triangle", "volume"]].astype(
             {"triangle": np.int64}
         )
+
+    @cached_property
+    def formations(self) -> tuple[Ints, Ints, int]:
+        """When bridges formed: their ends, sorted; of every formation place there * span + step, sorted; the span [steps]."""
+        parts = self.parts("history/events", ["step", "kind", "partner_kind", "i", "j"])
+        log = pd.concat([part[part["kind"] == FORMATION] for part in parts])
+        names, place = np.unique(bridge_ends(log), return_inverse=True)
+        span = self.scene.steps + 1
+        return names, np.sort(place * span + log["step"].to_numpy(dtype=np.int64)), span
 
     def holders(self, triangle: Ints, of: str = "holder") -> NDArray[np.object_]:
         """Holder, or `mesh`, of each triangle number."""

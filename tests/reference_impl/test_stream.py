@@ -21,7 +21,7 @@ from tests.reference_impl import planted_log
 
 pytestmark = pytest.mark.engine
 SIZES = (1, 7, 1000)
-TIMES = ("wall_s", "cpu_s", "events_per_s", "contacts_per_s")
+TIMES = ("wall_s", "cpu_s", "peak_memory_B", "events_per_s", "contacts_per_s")
 
 
 def at_size(folder: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:

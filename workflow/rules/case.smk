@@ -49,6 +49,10 @@ rule replay:
         results=rules.results.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/replay.json",
+    params:
+        # a preset for the sake of comparison has no laws of the user's own
+        second=lambda wildcards: {} if RUNS[wildcards.case][1] else dict(CONFIGURED.settings.laws.reference),
+        said=lambda wildcards: "" if RUNS[wildcards.case][1] else word(CONFIGURED.settings.laws.reference),
     log:
         f"{LOGS}/{{case}}/replay.log",
     script:

@@ -7,6 +7,7 @@ from snakemake.utils import validate
 
 from pywet import config as settings
 from pywet.errors import PywetError
+from pywet.runs.second import word
 from pywet.screening.identity import content, told
 from pywet.shipped import place
 

@@ -44,6 +44,8 @@ rule report:
         cases=list(CASES.values()),
         twins=TWINS,
         scale=SCALE,
+        # runs of other seeds beside those of the workflow are no input, but a reason to draw their band
+        seeds=lambda wildcards: sorted(str(p.parent) for run in RUNS for p in Path(ROOT).glob(f"{run}-*/summary.json")),
     log:
         f"{LOGS}/report{PART}.log",
     script:
