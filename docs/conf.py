@@ -31,8 +31,9 @@ autodoc_typehints = "description"
 
 
 def setup(app: Any) -> None:
-    """Drawings in mermaid are shown as their text: drawing them would ask the network for a program."""
-    app.add_lexer("mermaid", TextLexer)
+    """Drawings in mermaid are shown as their text (drawing them would ask the network for a program), rows of CSV too."""
+    for name in ("mermaid", "csv"):
+        app.add_lexer(name, TextLexer)
 
 
 write(HERE / "configuration_reference.md")
