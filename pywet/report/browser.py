@@ -22,6 +22,7 @@ from pywet.laws.contact import film_thickness
 from pywet.report import render, standing, vtk
 from pywet.report.movie import spread
 from pywet.runs.rundir import Floats, RunDir
+from pywet.scene import Rotation
 from pywet.schema import LARGE_WALL, SPHERE
 
 FRAMES = 20
@@ -157,7 +158,8 @@ def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
     table = run.triangles
     chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
     motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
-    turns = run.scene.rotation if any(w.name == name and w.motion == "turns" for w in run.scene.walls) else None
+    way = next(run.scene.motion_of(w) for w in run.scene.walls if w.name == name)
+    turns = way if isinstance(way, Rotation) else None
     moved = []
     for step in steps:
         unit = np.vstack([np.zeros(3), np.eye(3)])
