@@ -10,7 +10,8 @@ import typer
 
 from pywet.cli import showing
 from pywet.cli.showing import out
-from pywet.options import STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.errors import PywetError
+from pywet.options import PORT, SPHERE, STEP, AnyCase, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
 from pywet.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ CONFIG = Path("config")
 
 @app.command()
 def plan(
-    case: CaseNumber,
+    case: AnyCase = None,
     scale: ScaleName = None,
     config: ConfigDir = CONFIG,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
@@ -32,12 +33,21 @@ def plan(
     why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
 ) -> None:
-    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes."""
+    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
+    Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
     from pywet.screening import cases
 
     loaded = settings.load(config)
     name = loaded.settings.scale if scale is None else scale
+    if case is None:
+        if accuracy is not None:
+            raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
+        from pywet.evidence.accuracy.needs import campaign
+
+        for line in campaign(loaded, name):
+            out.print(line, soft_wrap=True, markup=False)
+        return
     made = cases.effect_plan(loaded, case, name)
     lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
     if accuracy is not None:
@@ -91,6 +101,7 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
     if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
         if not second.same(folder, loaded.settings.laws.reference):
+            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
             second.leave(folder, loaded.settings.laws.reference)
             showing.stage(folder, "replay", lambda: stages.replay(folder))
     else:
@@ -131,26 +142,73 @@ def replay(
 @app.command()
 def view(
     run_dir: RunFolder,
-    step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None,
-    movie: Annotated[
-        bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp, nothing else.")
+    step: Annotated[int | None, number("--step", STEP, "Output step of the picture or close-up")] = None,
+    movie: Annotated[bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp.")] = False,
+    paraview: Annotated[
+        bool, typer.Option("--paraview", help="Write vtk/open_in_paraview.py: all of it, shown.")
     ] = False,
+    vtkhdf: Annotated[bool, typer.Option("--vtkhdf", help="Write one temporal VTKHDF file per kind.")] = False,
+    ovito: Annotated[bool, typer.Option("--ovito", help="Write spheres and bonds for OVITO.")] = False,
+    close_up: Annotated[
+        int | None, number("--close-up", SPHERE, "Draw this sphere's bridges: cuboids, true meridians")
+    ] = None,
 ) -> None:
-    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or a movie."""
+    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or only what is named."""
     from pywet import stages
-    from pywet.report import render, vtk
+    from pywet.report import vtk
 
     showing.need_run(run_dir)
+    paths: list[Path] = []
     if movie:
-        for path in showing.movie(run_dir):
-            out.print(str(path), soft_wrap=True, markup=False)
+        paths += showing.movie(run_dir)
+    if paraview:
+        stages.vtk(run_dir, paraview=True)
+        paths.append(run_dir / "vtk" / "open_in_paraview.py")
+    if vtkhdf:
+        from pywet.report import vtkhdf as temporal
+
+        paths += temporal.write(run_dir)
+    if ovito:
+        from pywet.report import ovito as dumps
+
+        paths += dumps.write(run_dir)
+    if close_up is not None:
+        from pywet.report import closeup
+
+        paths.append(closeup.write(run_dir, run_dir / f"close_up_{close_up}.png", close_up, step))
+    for path in paths:
+        out.print(str(path), soft_wrap=True, markup=False)
+    if paths:
         return
+    from pywet.report import render
+
     stages.vtk(run_dir)
     for kind in vtk.KINDS:
         out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
     out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
+
+
+@app.command("app")
+def side_by_side(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="Finished runs; two are seen at a time.")],
+    port: Annotated[int, number("--port", PORT, "Port on 127.0.0.1; 0 takes a free one")] = 0,
+    to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
+) -> None:
+    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
+    from pywet.files import atomic_write
+    from pywet.report import app as viewer
+
+    for folder in run_dirs:
+        showing.need_run(folder)
+    page = viewer.html(run_dirs)
+    if to is not None:
+        with atomic_write(to) as temporary:
+            temporary.write_text(page, encoding="utf-8")
+        out.print(f"{to} ({to.stat().st_size / 1e6:.1f} MB)", soft_wrap=True, markup=False)
+        return
+    showing.serve(viewer.Server(page, port))
 
 
 @app.command()

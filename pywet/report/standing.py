@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.laws import own, registry
+from pywet.report import cuboids
 from pywet.runs.rundir import Bools, Floats, RunDir, bridge_ends
 from pywet.schema import SPHERE
 
@@ -40,6 +41,14 @@ def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
         np.asarray(i.map(angles), dtype=float),
         np.asarray(of_j, dtype=float),
     )
+
+
+def corners(run: RunDir, bridges: pd.DataFrame) -> Floats:
+    """Corners (n, 8, 3) of the cuboids that stand for bridges."""
+    b = bodies(run, bridges)
+    first, second = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
+    volume, gap = (bridges[name].to_numpy(dtype=float) for name in ("volume", "separation"))
+    return cuboids.corners(first, second, b.at_wall, volume, gap, b.radius_i, b.radius_j)
 
 
 def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:

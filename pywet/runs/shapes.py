@@ -99,7 +99,7 @@ class Replay(TypedDict):
 
     ok: NotRequired[bool]
     contacts: NotRequired[int]
-    wall_s: NotRequired[float]
+    cpu_s: NotRequired[float]
     peak_memory_B: NotRequired[int]
     diagnosis: NotRequired[Diagnosis | None]
     quantities: dict[str, Deviation]

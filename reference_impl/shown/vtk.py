@@ -71,7 +71,9 @@ def not_checked(folder: Path) -> list[str]:
 
 
 def disagreement(folder: Path) -> str | None:
-    """What is shown wrong, in one sentence; None where all files agree with the logs."""
+    """What is shown wrong, in one sentence; None where there are files and all agree with the logs."""
+    if not there(folder):
+        return f"{folder / 'vtk'} is not there; expected the files that were to be written"
     quantities, findings = check(folder)
     wrong = ", ".join(q.name for q in quantities if not q.ok)
     said = "; ".join(f["sentence"] for f in findings)

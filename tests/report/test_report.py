@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 from pywet import config as settings
 from pywet import stages
+from pywet.config.entries import NonNegativeEntry, PositiveEntry
 from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report
 from pywet.report.collect import CaseResult, collect
@@ -219,6 +221,18 @@ def test_every_assumption_of_the_configuration_is_listed_with_its_reason(config:
     apparatus = scales.split("scales:")[0].count("source: assumption")
     assert sum(row.name.startswith("apparatus") for row in rows) == apparatus
     assert all(len(row.reason) >= 10 for row in rows)
+
+
+def test_a_source_of_one_word_is_listed_too(config: settings.Config) -> None:
+    """Assumed without a reason, measured: both are numbers that the paper does not give."""
+    said = {
+        "viscosity_Pa_s": NonNegativeEntry(value=0.002, source="assumption"),
+        "surface_tension_N_per_m": PositiveEntry(value=0.05, source="measured"),
+    }
+    own = config.materials.model_copy(update={"liquid": config.materials.liquid.model_copy(update=said)})
+    rows = {row.name: (row.value, row.reason) for row in report.assumptions(replace(config, materials=own), "smoke")}
+    assert rows["materials · liquid · viscosity_Pa_s"] == ("0.002", "no reason is given")
+    assert rows["materials · liquid · surface_tension_N_per_m"] == ("0.05", "measured")
 
 
 def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.Config) -> None:

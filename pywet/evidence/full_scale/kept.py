@@ -202,7 +202,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             "replay": {r.quantity: {"values": r.count, "largest": r.largest, "limit": r.limit} for r in rows},
             "cpu_s": engine.get("cpu_s"),
             "peak_memory_B": engine.get("peak_memory_B"),
-            "replay_s": replay.get("wall_s") if replay else None,
+            "replay_cpu_s": replay.get("cpu_s") if replay else None,
             "replay_peak_memory_B": replay.get("peak_memory_B") if replay else None,
             "disk_B": sum(p.stat().st_size for p in run_dir.rglob("*") if p.is_file()),
             "resumed_at_step": engine.get("resumed_at_step"),

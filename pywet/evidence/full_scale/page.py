@@ -81,7 +81,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     if runs:
         lines += ["\n## Figures\n", *_figures(data.parent, config, runs)]
     lines += ["\n" + HONEST]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
 
 
 def _runs(
@@ -94,7 +94,7 @@ def _runs(
         return said
     head = (
         "| run | settings | core-hours | formations | contacts replayed | ledger | replay | Y at 5, 10, 20 s "
-        "| coarse, fines, walls at the end | engine, replay, disk [GB] | replay [s] |"
+        "| coarse, fines, walls at the end | engine, replay, disk [GB] | replay, processor time [s] |"
     )
     return [*said, "", head, "|" + "---|" * 11, *(_row(config, k) for k in rows)]
 
@@ -102,7 +102,10 @@ def _runs(
 def _lacking(runs: Mapping[int, Sequence[Kept]], stiff: Mapping[int, Sequence[Kept]]) -> list[str]:
     """What the page cannot say for want of runs."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
-    lines = ["", "Where no sizes stand, none were recorded.\n"]
+    lines = [
+        "",
+        "Where no sizes stand, none were recorded; a 5.6 mm case was [measured on a made-up history](replay.md#speed).\n",
+    ]
     if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
         lines += [
             f"- **Missing: {SEEDS} seeds of cases {', '.join(map(str, SEEDED))}** (there are {seeds}). What chance makes at full",
@@ -136,7 +139,7 @@ def _row(config: Config, k: Kept) -> str:
     chosen = f"{about['scale']}, {springs}, dt {1e6 * about['time_step_s']:.3g} µs"
     counts = f"{events} | {about['contacts']:,} | {ledger}"
     sizes = ", ".join(_size(about.get(key)) for key in ("peak_memory_B", "replay_peak_memory_B", "disk_B"))
-    took = "–" if about.get("replay_s") is None else f"{about['replay_s']:.0f}"
+    took = "–" if about.get("replay_cpu_s") is None else f"{about['replay_cpu_s']:.0f}"
     ends = f"{agreed} | {fractions} | {liquid} | {sizes} | {took}"
     return f"| {k.folder.name} | {chosen} | {hours} | {counts} | {ends} |"
 
