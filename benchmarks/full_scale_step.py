@@ -146,7 +146,9 @@ def measure(case: int, steps: int, rounds: int, names: list[str]) -> None:
     for turn in range(rounds):
         for name in names:
             times[name].append(1e3 * (seconds(case, spheres, *VARIANTS[name], SHORT + steps) - start[name]) / steps)
-        print(f"round {turn + 1}: " + ", ".join(f"{name} {values[-1]:.3f}" for name, values in times.items()), flush=True)
+        print(
+            f"round {turn + 1}: " + ", ".join(f"{name} {values[-1]:.3f}" for name, values in times.items()), flush=True
+        )
     print(f"case {case}: {len(spheres)} spheres, {steps} steps, {rounds} rounds; ms a step: median (least to most)")
     for name, values in times.items():
         ratio = min(values) / min(times[names[0]])
@@ -160,7 +162,9 @@ def main() -> None:
     words.add_argument("cases", nargs="*", type=int, default=[2])
     words.add_argument("--steps", type=int, default=1000)
     words.add_argument("--rounds", type=int, default=3)
-    words.add_argument("--only", nargs="+", choices=VARIANTS, default=list(VARIANTS), help="these variants, the first as the base")
+    words.add_argument(
+        "--only", nargs="+", choices=VARIANTS, default=list(VARIANTS), help="these variants, the first as the base"
+    )
     asked = words.parse_args()
     own.trust([OWN])
     for case in asked.cases:

@@ -53,9 +53,15 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-double Engine::thickest_film(double radius) const { return (lmp_->neighbor->contactDistanceFactor - 1.0) * radius; }
+// For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
+void Engine::keep_skin(double skin) const {
+  struct Lists : LAMMPS_NS::Neighbor {
+    static double &trigger(LAMMPS_NS::Neighbor *lists) { return lists->*(&Lists::triggersq); }
+  };
+  Lists::trigger(lmp_->neighbor) = 0.25 * skin * skin;
+}
 
-double Engine::skin() const { return lmp_->neighbor->skin; }
+double Engine::mesh_way() const { return 0.5 * lmp_->neighbor->skin; }
 
 void Engine::look() {
   LAMMPS_NS::Atom *atom = lmp_->atom;

@@ -39,8 +39,8 @@ class Engine {
   void look();
 
   int local(int id) const;                              // index of a sphere on this rank, -1: not here
-  double skin() const;
-  double thickest_film(double radius) const;            // that the neighbour list sees
+  void keep_skin(double skin) const;                    // lists are made anew when a sphere has moved by half of it
+  double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
   void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
