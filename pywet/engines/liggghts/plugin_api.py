@@ -15,7 +15,6 @@ import pandas as pd
 from pywet.apparatus.initial import wall_groups
 from pywet.apparatus.prisms import prism_of
 from pywet.engines.liggghts.build import engine_version, plugin_path
-from pywet.engines.liggghts.deck import film_factor, skin
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
 from pywet.laws import registry
@@ -92,7 +91,6 @@ class Plugin:
             C.c_int(moist),
             C.c_int(scene.output.energy),
         )
-        self._library.pywet_set_lists(C.c_double(film_factor(scene) - 1.0), C.c_double(skin(scene)))
         self._library.pywet_set_impulses(C.c_int(scene.bridges_every))
 
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):

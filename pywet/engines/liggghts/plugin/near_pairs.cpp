@@ -78,7 +78,7 @@ void NearPairs::find_walls() {
   std::vector<char> here(walls.meshes.size());
   for (int a = 0; a < at.nlocal; a++) {
     const int i = at.tag[a];
-    const double far = films_.reach(i) + 1.5 * world_.rules.skin + world_.engine.mesh_way();
+    const double far = films_.reach(i) + 1.5 * world_.engine.skin + world_.engine.mesh_way();
     for (size_t m = 0; m < walls.meshes.size(); m++) {
       y[m] = walls.meshes[m].to_rest(Vec(at.x[a]));
       here[m] = Walls::outside(walls.meshes[m].bounds, y[m]) < far + thickest;

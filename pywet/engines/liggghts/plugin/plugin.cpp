@@ -169,12 +169,6 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
   state->world.clock.checkpoint_every = checkpoint_every;
 }
 
-// What the neighbour list sees: films of this share of the radius, and pairs a skin farther apart.
-EXPORT void pywet_set_lists(double thickest_film, double skin) {
-  state->world.rules.thickest_film = thickest_film;
-  state->world.rules.skin = skin;
-}
-
 // Bridges act every so many steps, see impulses.cpp; outputs and checkpoints are at such steps.
 EXPORT void pywet_set_impulses(int every) { state->world.clock.bridges_every = every; }
 

@@ -7,8 +7,6 @@ namespace pywet {
 struct Rules {
   Vec gravity;
   double largest_overlap = 0.5;         // of the smaller radius; beyond, the run stops
-  double thickest_film = 0;             // that the neighbour list sees, of the sphere's radius
-  double skin = 0;                      // the list is made anew when a sphere has moved by half of it
   bool moist = true;                    // false: nothing but contacts with prisms
   bool semi_implicit = false;
   bool energy = true;                   // works are added up and logged
