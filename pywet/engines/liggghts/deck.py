@@ -260,9 +260,10 @@ def write_deck(
         "cohesion": cohesion,
         "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
-        "listed": repr(listed(scene)),
+        # a cohesion model of the engine's own lives as far as films touch
+        "listed": repr(skin(scene) if cohesion.words else listed(scene)),
         "thickest_film": repr(film_factor(scene) - 1.0),
-        "contact_distance_factor": repr(contact_distance_factor(scene)),
+        "contact_distance_factor": repr((film_factor if cohesion.words else contact_distance_factor)(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},
