@@ -11,7 +11,7 @@ from pygments.lexers.special import TextLexer
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from reference_pages import write  # noqa: E402
+from reference_pages import write, write_columns  # noqa: E402
 
 import pywet  # noqa: E402
 
@@ -31,8 +31,10 @@ autodoc_typehints = "description"
 
 
 def setup(app: Any) -> None:
-    """Drawings in mermaid are shown as their text: drawing them would ask the network for a program."""
-    app.add_lexer("mermaid", TextLexer)
+    """Drawings in mermaid are shown as their text (drawing them would ask the network for a program), rows of CSV too."""
+    for name in ("mermaid", "csv"):
+        app.add_lexer(name, TextLexer)
 
 
 write(HERE / "configuration_reference.md")
+write_columns(HERE / "columns.md")

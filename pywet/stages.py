@@ -83,9 +83,11 @@ def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggght
 
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:
     """Stage scene: configuration -> run directory."""
+    from pywet.runs import second
     from pywet.screening import cases, identity
 
     cases.build(config, case, scale, run_dir)
+    second.leave(run_dir, config.settings.laws.reference)
     identity.leave(run_dir, f"{engine} {identity.identity(config, case, scale)}")
 
 
@@ -99,9 +101,9 @@ def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str =
     return identity.left(run_dir) == f"{engine} {identity.identity(config, case, scale)}"
 
 
-def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
-    """Stage simulate: run the engine."""
-    chosen(engine, ranks).start(run_dir, ranks, progress)
+def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts", mpi: str = "") -> None:
+    """Stage simulate: run the engine; `mpi` are the words that start its ranks where mpirun does not, `srun --mpi=pmix`."""
+    chosen(engine, ranks).start(run_dir, ranks, progress, mpi)
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:
@@ -110,6 +112,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
     A dry run that recorded no motion in windows has nothing to replay (None); that it is whole is checked all the same.
     """
     from pywet.planning import audit
+    from pywet.runs import second
     from reference_impl.replay import command, whole
     from reference_impl.replay.io import ReplayError
     from reference_impl.replay.replay import replay as recompute
@@ -120,7 +123,7 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
         if command.nothing_to_replay(folder):
             whole.check(folder)
             return None
-        replayed: dict[str, Any] = recompute(folder)
+        replayed: dict[str, Any] = recompute(folder, functions=second.of_run(folder))
     except ReplayError as error:
         raise PywetError(str(error)) from error
     audit.write(folder)
@@ -137,19 +140,22 @@ def results(run_dir: Path) -> None:
     write_summary(run, write_results(run))
 
 
-def vtk(run_dir: Path) -> None:
-    """Stage vtk: time series for ParaView, read back by the reference and held against the logs."""
+def vtk(run_dir: Path, paraview: bool = False) -> None:
+    """Stage vtk: time series, read back by the reference and held against the logs; `paraview`: cuboids and a script too."""
+    from pywet.report import paraview as opening
     from pywet.report import vtk as series
     from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
 
-    series.write(run_dir)
+    series.write(run_dir, with_cuboids=paraview)
     try:
         wrong = shown.disagreement(Path(run_dir))
     except ReplayError as error:
         raise PywetError(str(error)) from error
     if wrong:
         raise PywetError(wrong)
+    if paraview:
+        opening.write(run_dir)
 
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:

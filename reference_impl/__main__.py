@@ -19,10 +19,16 @@ def main() -> int:
     parser.add_argument("run_dirs", type=Path, nargs="+", metavar="RUN_DIR")
     parser.add_argument("--json", action="store_true", help="print JSON (of several runs a list) in place of the table")
     parser.add_argument("--out", type=Path, help="where to write the result of one run (default RUN_DIR/replay.json)")
+    parser.add_argument(
+        "--reference", action="append", default=[], metavar="KIND=FILE:FUNCTION", help="second function for an own law"
+    )
     given = parser.parse_args()
+    if not all("=" in text for text in given.reference):
+        parser.error("--reference is KIND=FILE:FUNCTION, such as capillary=my_reference.py:neck")
+    functions = dict(text.split("=", 1) for text in given.reference)
     if given.out and len(given.run_dirs) > 1:
         parser.error("--out is for one RUN_DIR")
-    return command.run(given.run_dirs, given.json, given.out)
+    return command.run(given.run_dirs, given.json, given.out, lambda folder: functions)
 
 
 if __name__ == "__main__":

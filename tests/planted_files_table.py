@@ -12,6 +12,7 @@ from pathlib import Path
 
 from reference_impl.scene import check as scene
 from reference_impl.tables import check as results
+from tests import planted_honest
 from tests.reference_impl.planted_files import RESULTS, SCENE
 
 PAGE = Path(__file__).parents[1] / "docs" / "planted_files.md"
@@ -44,7 +45,7 @@ def main(sound: Path) -> None:
             said = sentence.partition(": ")[2].replace("|", "\\|")
             deviation = "not a number" if quantity.largest > 1e100 else f"{quantity.largest:.1e}"
             rows.append(f"| {name} | {quantity.name} | {deviation} | {said} |")
-    PAGE.write_text(f"{HEAD}{chr(10).join(rows)}\n\n{len(rows)} faults, all found and named.\n")
+    PAGE.write_text(f"{HEAD}{chr(10).join(rows)}\n\n{len(rows)} faults, all found and named.\n\n{planted_honest.TEXT}")
 
 
 if __name__ == "__main__":

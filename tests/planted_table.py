@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from reference_impl.replay.replay import replay
+from tests import planted_honest
 from tests.engines.liggghts import planted
 from tests.reference_impl import planted_log
 
@@ -103,7 +104,7 @@ def main() -> None:
     count = f"\n{len(rows)} faults, all found and named.\n"
     shown = [(what, words, WHY[what]) for what, (_, _, words) in planted.UNSEEN.items()]
     unseen = ["| " + " | ".join(columns) + " |" for columns in (*shown, *UNSEEN)]
-    PAGE.write_text(HEAD + "\n".join(rows) + "\n" + count + TAIL + "\n".join(unseen) + "\n")
+    PAGE.write_text(HEAD + "\n".join(rows) + "\n" + count + TAIL + "\n".join(unseen) + "\n\n" + planted_honest.TEXT)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,7 +22,7 @@ from pywet.screening import cases
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
-SWITCHES = {"cases", "ranks", "seed", "contact_windows", "contact_window_steps", "window_trajectories", "checkpoints",
+SWITCHES = {"cases", "ranks", "seed", "seeds", "contact_windows", "contact_window_steps", "window_trajectories", "checkpoints",
             "bridges_every"}  # fmt: skip
 """Numbers of config.yaml that say what to run, not what is so; they need no source."""
 
@@ -76,11 +77,13 @@ def test_spheres_are_table_1(
 ) -> None:
     data = load(CONFIG).materials.spheres[material]
     assert [s.diameter_mm.value for s in data.sizes] == [3, 5, 7, 10]
-    assert [s.mass_g.value for s in data.sizes] == masses
+    assert [s.mass_g and s.mass_g.value for s in data.sizes] == masses
     assert [s.density_kg_per_m3.value for s in data.sizes] == densities
-    assert {(s.diameter_mm.tolerance, s.mass_g.tolerance, s.density_kg_per_m3.tolerance) for s in data.sizes} == {
-        (0.1, 0.02, 1.5)
+    tolerances = {
+        (s.diameter_mm.tolerance, s.mass_g and s.mass_g.tolerance, s.density_kg_per_m3.tolerance) for s in data.sizes
     }
+    assert tolerances == {(0.1, 0.02, 1.5)}
+    assert data.youngs_modulus_Pa and data.poissons_ratio
     assert (data.youngs_modulus_Pa.value, data.poissons_ratio.value) == (young, poisson)
     assert data.stiffness_sphere_sphere_N_per_m.value == data.stiffness_sphere_wall_N_per_m.value == 1e5
     assert data.contact_angle_deg.value == angle
@@ -159,8 +162,8 @@ BAD = [
     ),
     pytest.param(
         "materials.yaml",
-        lambda data: data["spheres"]["POM"]["sizes"][1].pop("mass_g"),
-        "key spheres.POM.sizes.1.mass_g is missing, expected an entry such as {value:",
+        lambda data: data["spheres"]["POM"]["sizes"][1].pop("density_kg_per_m3"),
+        "key spheres.POM.sizes.1.density_kg_per_m3 is missing, expected an entry such as {value:",
         id="missing key",
     ),
     pytest.param(
@@ -327,6 +330,27 @@ def test_an_own_material_stands_beside_the_papers(tmp_path: Path) -> None:
     assert 900 * wet == pytest.approx(0.03 * sum(c.count * c.mass_kg for c in by_mass.classes))
     assert cases.ingredients(loaded, 2, "smoke") == cases.ingredients(before, 2, "smoke")
     assert loaded.resolved(50, "smoke")["materials"]["liquid"]["viscosity_Pa_s"]["value"] == 0.1
+
+
+def test_the_material_of_the_page(tmp_path: Path) -> None:
+    """docs/configuration.md, as it says: 300 g of each class on the sieve of 200 mm, its own brine, case 2 untouched."""
+    page = (ROOT / "docs" / "configuration.md").read_text().partition("## A material of your own")[2]
+    spheres, contacts, liquids = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[:3]
+    header, row = re.findall(r"```csv\n(.*?)```", page, re.DOTALL)[0].splitlines()
+    folder = tmp_path / "config"
+    shutil.copytree(ROOT / "config", folder)
+    text = (folder / "materials.yaml").read_text()
+    text = text.replace("\nspheres:\n", f"\nspheres:\n{spheres}").replace("\ncontacts:\n", f"\ncontacts:\n{contacts}")
+    (folder / "materials.yaml").write_text(f"{text}\n{liquids}")
+    rows = (folder / "cases.csv").read_text().splitlines()
+    (folder / "cases.csv").write_text("\n".join([header, *rows[1:], row]) + "\n")
+    loaded = load(folder)
+    made = cases.ingredients(loaded, 50, "full")
+    share = loaded.scale("full").sieve_area_m2(0.01) / (math.pi / 4 * 0.2**2)
+    for c in made.classes:
+        assert c.count * c.mass_kg == pytest.approx(0.3 * share, abs=c.mass_kg)
+    assert made.liquid is not None and made.liquid.viscosity_Pa_s == 1.6e-3
+    assert cases.ingredients(loaded, 2, "smoke") == cases.ingredients(load(ROOT / "config"), 2, "smoke")
 
 
 def test_the_reference_counts_an_own_feed_as_the_configuration_says(tmp_path: Path) -> None:

@@ -11,15 +11,14 @@ from typing import Any
 
 import pandas as pd
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from pywet.bench import small
 from pywet.bench.bodies import contacts, sphere_classes, water
-from pywet.bench.bridge_query import EXACT, Query, answer
+from pywet.bench.bridge_query import EXACT, Query, answer, film
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.laws import registry
-from pywet.laws.contact import film_volume
+from pywet.laws.kinds import PRESETS
 from pywet.schema import FORMATION, RUPTURE
 
 STEPS = 4000
@@ -53,12 +52,13 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
     """Run the two bodies; contact log and events."""
     ri, rj, ti, tj = query.pair
     wall = query.bodies[1].wall is not None
+    forms = (query.named("formation") or [PRESETS["paper"]["formation"]])[0]
     radii, angles = ((ri,), (ti,)) if wall else ((ri, rj), (ti, tj))
     speed = query.velocity_m_per_s if query.velocity_m_per_s > 0.0 else 1e-3
     far = 1.02 * max(
         *query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj)
     )
-    liquid = water(_thickness(query), query.viscosity_Pa_s, query.surface_tension_N_per_m)
+    liquid = water(film(query, forms), query.viscosity_Pa_s, query.surface_tension_N_per_m)
     start = min(0.0, *query.separations_m) - 4.0 * far / STEPS  # a new bridge acts from the next step on
     moving = small.Sphere(
         1 if wall else 2, (0.0, 0.0, ri + start if wall else ri + rj + start), (0.0, 0.0, speed), driven=True
@@ -66,7 +66,13 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
     bodies = [moving] if wall else [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), moving]
     step = (far - start) / speed / STEPS
     dry = contacts(len(radii), 1.0, friction=0.0, restitution=0.5)  # some contact: bodies that are driven feel none
-    laws = {"capillary": capillary, "rupture": rupture, "viscous_normal": drag, "dynamic_rupture": None}
+    laws = {
+        "capillary": capillary,
+        "rupture": rupture,
+        "viscous_normal": drag,
+        "dynamic_rupture": None,
+        "formation": forms,
+    }
     small.prepare(
         folder, sphere_classes(*radii, angle_rad=angles, name="body {k}"), bodies, dry, liquid=liquid,
         effects=small.PAPER.model_copy(update=laws), wall_angle_rad=tj, time_step_s=step, steps=STEPS + 10,
@@ -76,21 +82,6 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
     small.run(folder, bodies)
     history = folder / "history"
     return read_table(history / "contacts.parquet"), read_table(history / "events.parquet")
-
-
-def _thickness(query: Query) -> float:
-    """Film on the spheres from which the law of formation draws the asked volume."""
-    ri, rj, *_ = query.pair
-    draw = registry.get("formation", "shi_mccarthy").functions[0]
-
-    def drawn(thickness: float) -> float:
-        volume = draw(film_volume(thickness, ri), ri, rj)
-        return volume if query.bodies[1].wall else volume + draw(film_volume(thickness, rj), rj, ri)
-
-    top = ri
-    while drawn(top) < query.volume_m3:
-        top *= 2.0
-    return float(brentq(lambda h: drawn(h) / query.volume_m3 - 1.0, 0.0, top, xtol=1e-18, rtol=1e-15))
 
 
 def _at(query: Query, log: pd.DataFrame, column: str) -> list[float | None]:

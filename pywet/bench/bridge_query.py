@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
+from scipy.optimize import brentq
 
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
@@ -18,7 +19,7 @@ from pywet.errors import PywetError, one_line
 from pywet.files import read_json
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import own, registry
-from pywet.laws.contact import bridge_radius
+from pywet.laws.contact import bridge_radius, film_volume
 from pywet.laws.kinds import PRESETS
 from pywet.schema import LARGE_WALL, SPHERE
 from pywet.strict import Strict
@@ -28,7 +29,7 @@ DEFAULT = {kind: PRESETS["paper"][kind] for kind in ("capillary", "viscous_norma
 """Laws of each kind where the file names none."""
 
 
-BESIDE = ("viscous_tangential", "dynamic_rupture")
+BESIDE = ("viscous_tangential", "dynamic_rupture", "formation")
 """Kinds that are answered where a law of them is named."""
 
 LENGTH = {"ge": 1e-9, "le": 10.0}
@@ -134,7 +135,7 @@ def answer(query: Query) -> dict[str, Any]:
         name: registry.get("rupture", name).functions[0](volume, ri, rj, ti, tj) for name in ends if name != EXACT
     }
     distances[EXACT] = limit.separation
-    bridges = [young_laplace.solve(s, volume, ri, rj, ti, tj) for s in query.separations_m]
+    bridges = solved(query)
     angles = [b.half_filling_angles if b else (math.nan, math.nan) for b in bridges]
     rule = query.rule
     forces = {}
@@ -156,6 +157,7 @@ def answer(query: Query) -> dict[str, Any]:
         for name in query.named("viscous_tangential")
         for laws in [registry.get("viscous_tangential", name).functions]
     }
+    drawing = query.named("formation")
     return {
         "force_N": forces,
         "viscous_normal_N": viscous,
@@ -166,12 +168,40 @@ def answer(query: Query) -> dict[str, Any]:
             float(factor(abs(query.velocity_m_per_s), query.viscosity_Pa_s, sigma)), stretch
         ),
         **({"viscous_tangential_kg_per_s": sliding} if sliding else {}),
+        **({"film_thickness_m": {name: film(query, name) for name in drawing}} if drawing else {}),
         "transfer_ratio": {name: _share(query, name) for name in registry.TRANSFER},
         "half_filling_angle_deg": {
             "body_1": [_degrees(a) for a, _ in angles],
             "body_2": None if math.isinf(rj) else [_degrees(a) for _, a in angles],
         },
     }
+
+
+def solved(query: Query) -> list[young_laplace.Bridge | None]:
+    """The exact bridge at each separation; None beyond its rupture."""
+    return [young_laplace.solve(s, query.volume_m3, *query.pair) for s in query.separations_m]
+
+
+def exact_force(query: Query) -> list[float | None]:
+    """Its force [N]."""
+    return [None if b is None else b.force(query.surface_tension_N_per_m) for b in solved(query)]
+
+
+def film(query: Query, name: str) -> float:
+    """Thickness [m] of the film on the spheres from which a law of formation draws the asked volume."""
+    ri, rj, *_ = query.pair
+    draw = registry.get("formation", name).functions[0]
+
+    def drawn(thickness: float) -> float:
+        volume = draw(film_volume(thickness, ri), ri, rj)
+        return volume if query.bodies[1].wall else volume + draw(film_volume(thickness, rj), rj, ri)
+
+    top = ri
+    while drawn(top) < query.volume_m3:
+        top *= 2.0
+        if top > 1e9 * ri:
+            raise PywetError(f"law {name} draws {query.volume_m3:g} m3 from no film, however thick; mend volume_m3")
+    return float(brentq(lambda h: drawn(h) / query.volume_m3 - 1.0, 0.0, top, xtol=1e-18, rtol=1e-15))
 
 
 def _until(rupture: float, gaps: np.ndarray, values: np.ndarray, name: str) -> list[float | None]:

@@ -88,13 +88,23 @@ def laws(
     atlas: Annotated[bool, typer.Option("--atlas", help="Judge every law against the exact bridge; one page.")] = False,
     folder: Annotated[Path, typer.Option("--out", help="Folder of the atlas.")] = Path("results/atlas"),
     stock: Annotated[bool, typer.Option(help="Measure stock LIGGGHTS and YADE as well.")] = True,
+    law: Annotated[
+        list[str] | None,
+        typer.Option("--law", metavar="FILE:NAME", help="A law of yours into the atlas; may be repeated."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
 ) -> None:
     """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
     if atlas:
+        from pywet.laws import own
+
+        mine = [own.placed(name) for name in law or []]
+        own.trust(mine)
         make_folder(folder)
-        out.print(str(showing.atlas(folder, stock)), soft_wrap=True, markup=False)
+        out.print(str(showing.atlas(folder, stock, mine)), soft_wrap=True, markup=False)
         return
+    if law:
+        raise PywetError("--law puts a law into the atlas; expected --atlas with it")
     from pywet.laws import registry
 
     rows = []

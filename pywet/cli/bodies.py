@@ -59,7 +59,7 @@ def run_scene(
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
 ) -> None:
-    """Run a scene of your own: build, simulate, replay, results, time series, picture."""
+    """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
     from pywet.own_scene import commands
 
     description = commands.read_scene(file)
@@ -69,7 +69,10 @@ def run_scene(
     commands.run(description, folder, ranks, progress=True)
     picture = commands.view(folder)
     showing.show_run(folder)
-    out.print(f"tables, time series for ParaView and {picture.name} are in {folder}", soft_wrap=True, markup=False)
+    said = (
+        f"tables, time series for ParaView and {picture.name} are in {folder}; the report is {folder / 'report.html'}"
+    )
+    out.print(said, soft_wrap=True, markup=False)
 
 
 @app.command()
@@ -77,6 +80,12 @@ def bridge(
     file: JsonFile,
     engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
     trust: Trust = False,
+    as_table: Annotated[
+        bool, typer.Option("--table", help="A table with deviations from the exact bridge, not JSON.")
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="OUT", help="Draw force over gap with the exact one (.svg, .png).")
+    ] = None,
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
     from pywet import machine_code
@@ -94,7 +103,12 @@ def bridge(
         answer = bridge_engine.measured(query)
     else:
         raise PywetError(f"there is no engine {engine}; expected liggghts")
-    typer.echo(json.dumps(answer, indent=2, allow_nan=False))
+    if plot is not None:
+        showing.bridge_plot(query, answer, plot)
+    if as_table:
+        showing.bridge_table(query, answer)
+    else:
+        typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
 @collide.command()

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pywet.cli import showing
 from pywet.cli.showing import out
-from pywet.options import STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
-from pywet.ranges import LIMITS
+from pywet.errors import PywetError
+from pywet.options import PORT, SPHERE, STEP, AnyCase, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.ranges import LIMITS, Range
+
+if TYPE_CHECKING:
+    from pywet.config import Config
 
 app = typer.Typer()
+SEEDS = Range(1, 1000, whole=True)
 CONFIG = Path("config")
 
 
 @app.command()
 def plan(
-    case: CaseNumber,
+    case: AnyCase = None,
     scale: ScaleName = None,
     config: ConfigDir = CONFIG,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
@@ -28,12 +33,21 @@ def plan(
     why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
 ) -> None:
-    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes."""
+    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
+    Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
     from pywet.screening import cases
 
     loaded = settings.load(config)
     name = loaded.settings.scale if scale is None else scale
+    if case is None:
+        if accuracy is not None:
+            raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
+        from pywet.evidence.accuracy.needs import campaign
+
+        for line in campaign(loaded, name):
+            out.print(line, soft_wrap=True, markup=False)
+        return
     made = cases.effect_plan(loaded, case, name)
     lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
     if accuracy is not None:
@@ -55,20 +69,41 @@ def run(
     seed: Annotated[
         int | None, number("--seed", LIMITS["seed"], "Of the first arrangement; default: that of config.yaml")
     ] = None,
+    seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
+    preset: Annotated[
+        str | None, typer.Option("--preset", help="paper or exact, in place of the laws of config.yaml.")
+    ] = None,
 ) -> None:
-    """Run one case: build, simulate, results, replay."""
+    """Run one case: build, simulate, results, replay; with --seeds several times, for the spread."""
     from pywet import stages
     from pywet.engines.choice import chosen
-    from pywet.screening import cases
 
     chosen(engine, ranks)
-    loaded = stages.resolved(config, engine=engine, seed=seed)
+    loaded = stages.resolved(config, preset, engine=engine, seed=seed)
     name = loaded.settings.scale if scale is None else scale
     loaded.scale(name)
-    suffix = "" if engine == "liggghts" else f"_{engine}"
+    suffix = ("" if engine == "liggghts" else f"_{engine}") + (f"_{preset}" if preset else "")
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    first, folders = loaded.settings.seed, []
+    for k in range(seeds):
+        folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
+        _run(loaded.with_seed(first + k), case, name, folders[-1], engine, ranks)
+    if seeds > 1:
+        showing.show_seeds(folders)
+
+
+def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
+    """One run of a case, unless its folder holds it already; what it says of itself."""
+    from pywet import stages
+    from pywet.runs import second
+    from pywet.screening import cases
+
     if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
+        if not second.same(folder, loaded.settings.laws.reference):
+            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
+            second.leave(folder, loaded.settings.laws.reference)
+            showing.stage(folder, "replay", lambda: stages.replay(folder))
     else:
         showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
         if engine == "liggghts":
@@ -85,12 +120,18 @@ def run(
 def replay(
     run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="One: a table; several: a line each.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON (of several runs a list).")] = False,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Run the second functions for own laws that they name; read them first.")
+    ] = False,
 ) -> None:
     """Recompute runs by the independent reference and show how well they agree; 0 agree, 1 beyond a limit, 2 unreadable."""
     from pywet.planning import audit
+    from pywet.runs import second
     from reference_impl.replay import command
 
-    status = command.run(run_dirs, as_json)
+    for folder in run_dirs if trust else ():
+        second.trust(folder)
+    status = command.run(run_dirs, as_json, second=second.of_run)
     for folder in run_dirs:
         audit.write(folder)
         if not as_json and len(run_dirs) == 1:
@@ -101,26 +142,73 @@ def replay(
 @app.command()
 def view(
     run_dir: RunFolder,
-    step: Annotated[int | None, number("--step", STEP, "Output step of the picture")] = None,
-    movie: Annotated[
-        bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp, nothing else.")
+    step: Annotated[int | None, number("--step", STEP, "Output step of the picture or close-up")] = None,
+    movie: Annotated[bool, typer.Option("--movie", help="Draw movie.mp4 and the loop movie.webp.")] = False,
+    paraview: Annotated[
+        bool, typer.Option("--paraview", help="Write vtk/open_in_paraview.py: all of it, shown.")
     ] = False,
+    vtkhdf: Annotated[bool, typer.Option("--vtkhdf", help="Write one temporal VTKHDF file per kind.")] = False,
+    ovito: Annotated[bool, typer.Option("--ovito", help="Write spheres and bonds for OVITO.")] = False,
+    close_up: Annotated[
+        int | None, number("--close-up", SPHERE, "Draw this sphere's bridges: cuboids, true meridians")
+    ] = None,
 ) -> None:
-    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or a movie."""
+    """Write the VTK time series of a run, hold them against its logs, and draw a picture of it; or only what is named."""
     from pywet import stages
-    from pywet.report import render, vtk
+    from pywet.report import vtk
 
     showing.need_run(run_dir)
+    paths: list[Path] = []
     if movie:
-        for path in showing.movie(run_dir):
-            out.print(str(path), soft_wrap=True, markup=False)
+        paths += showing.movie(run_dir)
+    if paraview:
+        stages.vtk(run_dir, paraview=True)
+        paths.append(run_dir / "vtk" / "open_in_paraview.py")
+    if vtkhdf:
+        from pywet.report import vtkhdf as temporal
+
+        paths += temporal.write(run_dir)
+    if ovito:
+        from pywet.report import ovito as dumps
+
+        paths += dumps.write(run_dir)
+    if close_up is not None:
+        from pywet.report import closeup
+
+        paths.append(closeup.write(run_dir, run_dir / f"close_up_{close_up}.png", close_up, step))
+    for path in paths:
+        out.print(str(path), soft_wrap=True, markup=False)
+    if paths:
         return
+    from pywet.report import render
+
     stages.vtk(run_dir)
     for kind in vtk.KINDS:
         out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
     out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
+
+
+@app.command("app")
+def side_by_side(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="Finished runs; two are seen at a time.")],
+    port: Annotated[int, number("--port", PORT, "Port on 127.0.0.1; 0 takes a free one")] = 0,
+    to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
+) -> None:
+    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
+    from pywet.files import atomic_write
+    from pywet.report import app as viewer
+
+    for folder in run_dirs:
+        showing.need_run(folder)
+    page = viewer.html(run_dirs)
+    if to is not None:
+        with atomic_write(to) as temporary:
+            temporary.write_text(page, encoding="utf-8")
+        out.print(f"{to} ({to.stat().st_size / 1e6:.1f} MB)", soft_wrap=True, markup=False)
+        return
+    showing.serve(viewer.Server(page, port))
 
 
 @app.command()

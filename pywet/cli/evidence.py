@@ -31,13 +31,19 @@ def compare(
 @app.command()
 def digest(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Reference scenes; default all.")
+        list[str] | None,
+        typer.Argument(metavar="[RUN_DIR]...", help="Runs of one scene, or folders of seeds; else reference scenes."),
     ] = None,
-    folder: Annotated[Path, typer.Option("--out", help="Folder of the digests.")] = Path("tests/data/digests"),
+    to: Annotated[
+        Path | None, typer.Option("--out", help="File of the digest of runs; else folder of the reference digests.")
+    ] = None,
 ) -> None:
-    """Run reference scenes over their seeds and store their digests; refused when a replay disagrees."""
-    from pywet.evidence.compare import command
+    """Store a digest of your runs; without runs, run the reference scenes over their seeds and store theirs."""
+    from pywet.evidence.compare import command, references
 
+    if names and not set(names) <= set(references.SCENES):
+        raise typer.Exit(command.of_runs([Path(name) for name in names], to))
+    folder = to or references.STORE
     make_folder(folder)
     command.renew(names or [], folder)
 

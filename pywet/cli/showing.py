@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -12,11 +13,14 @@ from rich.table import Table
 from pywet.errors import PywetError
 from pywet.files import read_json
 
+if TYPE_CHECKING:
+    from pywet.bench.bridge_query import Query
+
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
 
-def atlas(folder: Path, stock: bool) -> Path:
+def atlas(folder: Path, stock: bool, own: Sequence[str] = ()) -> Path:
     """The atlas with a progress bar."""
     from rich.progress import Progress
 
@@ -25,8 +29,30 @@ def atlas(folder: Path, stock: bool) -> Path:
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("atlas", total=1.0)
         return page.write_page(
-            folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock
+            folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock, own=own
         )
+
+
+def bridge_table(query: Query, answer: dict[str, Any]) -> None:
+    """The answer of `pywet bridge` as tables, with what each law is off the exact bridge."""
+    from pywet.bench import bridge_query
+    from pywet.report import bridge
+
+    for table in bridge.table(query.separations_m, answer, bridge_query.exact_force(query)):
+        if table.row_count:
+            out.print(table)
+
+
+def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
+    """Force over gap up to the longest bridge; what an engine measured is drawn as points."""
+    from pywet.bench import bridge_query
+    from pywet.report import bridge
+
+    longest = max(d for d in answer["rupture_distance_m"].values() if d is not None)
+    gaps = tuple(longest * (k / 80.0) ** 2 for k in range(81))
+    dense = query.model_copy(update={"separations_m": gaps})
+    inside = (query.separations_m, answer) if "measured_in" in answer else None
+    bridge.draw(path, bridge.figure(gaps, bridge_query.answer(dense), bridge_query.exact_force(dense), inside))
 
 
 def movie(run_dir: Path) -> list[Path]:
@@ -38,6 +64,16 @@ def movie(run_dir: Path) -> list[Path]:
     with Progress(console=err, transient=True) as bar:
         task = bar.add_task("movie", total=1.0)
         return drawing.write(run_dir, progress=lambda share: bar.update(task, completed=share))
+
+
+def serve(server: Any) -> None:
+    """Serve a page until Ctrl-C."""
+    out.print(f"{server.address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
+    with server:
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            out.print("ended")
 
 
 def say_time(config: Any, case: int, scale: str) -> None:
@@ -80,6 +116,7 @@ def show_summary(folder: Path) -> None:
     out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
     if summary["ledger_error"] is not None:
         out.print(f"liquid ledger off by {summary['ledger_error']:.1e} of the liquid put in")
+    show_laws(folder)
     show_audit(folder)
     replayed = folder / "replay.json"
     if replayed.exists():
@@ -87,6 +124,20 @@ def show_summary(folder: Path) -> None:
     objections = verdict.objections(folder)
     if objections:
         raise PywetError("; ".join(objections))
+
+
+def show_seeds(folders: list[Path]) -> None:
+    """What several seeds of a case say together: mean, spread and range of the fraction retained at the end."""
+    from statistics import mean, stdev
+
+    from pywet.runs.shapes import Summary
+
+    ends = [read_json(folder / "summary.json", shape=Summary)["fraction_retained_end"] for folder in folders]
+    out.print(
+        f"{len(ends)} seeds: fraction retained at the end {mean(ends):.3f} ± {stdev(ends):.3f} (standard deviation of a run), "
+        f"from {min(ends):.3f} to {max(ends):.3f}",
+        soft_wrap=True,
+    )
 
 
 def show_run(folder: Path) -> None:
@@ -97,9 +148,20 @@ def show_run(folder: Path) -> None:
     out.print(f"{sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s")
     for name, volume in summary["liquid_end_m3"].items():
         out.print(f"liquid at the end, {name:<24}{1e9 * volume:10.4g} mm3", markup=False)
+    show_laws(folder)
     show_audit(folder)
     if (folder / "replay.json").exists():
         show_agreement(read_json(folder / "replay.json", shape=Replay))
+
+
+def show_laws(run_dir: Path) -> None:
+    """The laws of a run by kind; of one in a file the file's name."""
+    from pywet.scene import Scene
+
+    laws = Scene.read(run_dir / "scene.json").effects.laws
+    if laws:
+        named = ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items())
+        out.print(f"laws: {named}", soft_wrap=True, markup=False)
 
 
 def show_audit(run_dir: Path) -> None:
@@ -115,19 +177,25 @@ def show_audit(run_dir: Path) -> None:
 
 def show_agreement(replay_json: dict[str, Any]) -> None:
     """Agreement table; exit code 1 when a quantity is beyond its tolerance."""
-    from pywet.screening.verdict import agreement
+    from pywet.screening import verdict
     from reference_impl.replay import whole
 
     table = Table("quantity", "values", "largest", "median", "", box=None, header_style="bold")
-    rows = agreement(replay_json)
+    rows = verdict.agreement(replay_json)
     for row in rows:
-        verdict = "[green]agrees" if row.ok else "[red]disagrees"
-        table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", verdict)
+        said = "[green]agrees" if row.ok else "[red]disagrees"
+        table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", said)
     out.print(table)
     if "compared" in replay_json:
         out.print(whole.said(replay_json["compared"]), soft_wrap=True)
         for sentence in replay_json["not_checked"]:
             out.print(f"not checked: {sentence}", soft_wrap=True, markup=False)
+        for kind, function in (replay_json.get("second") or {}).items():
+            out.print(
+                f"{kind}: held against {Path(function).name}, a second function of yours", soft_wrap=True, markup=False
+            )
+        for sentence in verdict.unchecked_laws(replay_json):
+            out.print(f"not checked: {sentence}", style="yellow", soft_wrap=True, markup=False)
     bad = [row.quantity for row in rows if not row.ok]
     if bad:
         for finding in (replay_json.get("diagnosis") or {}).get("findings", []):

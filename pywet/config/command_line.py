@@ -11,7 +11,7 @@ from pywet.config.messages import mistake
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError
 
-REPLACED = ("scale", "cases", "ranks", "both_presets", "seed")
+REPLACED = ("scale", "cases", "ranks", "both_presets", "seed", "seeds")
 
 
 def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:
@@ -40,4 +40,6 @@ def _said(settings: Settings, name: str) -> object:
     value = getattr(settings, name)
     if not isinstance(value, LawSettings):
         return value
-    return {kind: str(law).rpartition("/")[2] for kind, law in value.model_dump().items()}
+    named = value.model_dump()
+    named |= {f"reference.{kind}": function for kind, function in named.pop("reference").items()}
+    return {kind: str(law).rpartition("/")[2] for kind, law in named.items()}

@@ -24,6 +24,7 @@ from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError, PywetError, one_line
 from pywet.files import read_bytes
 from pywet.laws import own
+from pywet.laws.kinds import PRESETS
 
 Model = TypeVar("Model", bound=BaseModel)
 FILES: dict[str, type[BaseModel]] = {
@@ -72,6 +73,8 @@ class Config:
 
     def with_preset(self, name: str) -> Config:
         """The same with another preset of laws, and no law named besides."""
+        if name not in PRESETS:
+            raise ConfigError(f"there is no preset {one_line(name)}; expected one of {', '.join(PRESETS)}")
         chosen = LawSettings.model_validate({"preset": name})
         return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
 
@@ -222,7 +225,7 @@ def _read_cases(path: Path) -> dict[int, Case]:
         rows.fieldnames = header
         for row in rows:
             where = f"{path} line {rows.line_num}"
-            if None in row or None in row.values():
+            if None in row or None in (row[name] for name in needed):
                 raise ConfigError(
                     f"{where} has too many or too few columns, expected {wanted} (a decimal comma makes two of one)",
                     file=path,
@@ -250,10 +253,13 @@ def _with_own_laws(read: Settings, folder: Path) -> Settings:
 
 def placed_laws(laws: LawSettings, folder: Path) -> LawSettings:
     """The same laws with whole paths for files of the user's own, looked for in `folder`; they may run from now on."""
-    given = laws.model_dump(exclude={"preset"}, exclude_none=True)
+    given = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     named = {kind: own.placed(law, folder) for kind, law in given.items()}
-    own.trust(named.values())
-    return laws.model_copy(update=named)
+    seconds = {kind: own.placed(function, folder) for kind, function in laws.reference.items()}
+    own.trust([*named.values(), *seconds.values()])
+    for kind, function in seconds.items():
+        own.check_second(kind, function)
+    return laws.model_copy(update={**named, "reference": seconds})
 
 
 def _check_choice(config: Config) -> None:

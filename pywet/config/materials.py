@@ -27,10 +27,10 @@ MASS_MISFIT = 0.1
 
 
 class Size(Limited):
-    """One size of spheres. The simulation takes diameter and density; the mass must agree with them."""
+    """One size of spheres. The simulation takes diameter and density; a mass that is given must agree with them."""
 
     diameter_mm: PositiveEntry
-    mass_g: PositiveEntry
+    mass_g: PositiveEntry | None = None
     density_kg_per_m3: PositiveEntry
 
     @property
@@ -45,6 +45,8 @@ class Size(Limited):
 
     @model_validator(mode="after")
     def _mass_agrees(self) -> Size:
+        if self.mass_g is None:
+            return self
         given, computed = self.mass_g.value, 1e3 * self.sphere_mass_kg
         allowed = self.mass_g.tolerance or MASS_MISFIT * given
         if abs(given - computed) > allowed:
@@ -56,11 +58,11 @@ class Size(Limited):
 
 
 class SphereMaterial(Limited):
-    """A material of spheres; the linear contact law does not use Young's modulus and Poisson's ratio."""
+    """A material of spheres; Young's modulus and Poisson's ratio are for the record, the linear contact law does not use them."""
 
     sizes: Annotated[tuple[Size, ...], Field(min_length=1)]
-    youngs_modulus_Pa: PositiveEntry
-    poissons_ratio: PoissonEntry
+    youngs_modulus_Pa: PositiveEntry | None = None
+    poissons_ratio: PoissonEntry | None = None
     stiffness_sphere_sphere_N_per_m: PositiveEntry
     stiffness_sphere_wall_N_per_m: PositiveEntry
     contact_angle_deg: AngleEntry

@@ -8,19 +8,34 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
-from pywet.laws.kinds import Laws, Preset
+from pywet.laws import own
+from pywet.laws.kinds import LawName, Laws, Preset
 from pywet.scene import Word
 from pywet.strict import Strict
 
 FILE = "config.yaml"
 Switch = Literal["auto", True, False]
 """YAML reads on and off as true and false."""
+Seconded = Literal["capillary", "viscous_normal", "viscous_tangential", "rupture"]
+"""Kinds of law for which the replay takes a second function of the user's."""
 
 
 class LawSettings(Laws):
     """Force laws: a preset, and laws named for single effects instead of the preset's."""
 
     preset: Preset = "paper"
+    reference: dict[Seconded, LawName] = Field(default_factory=dict)
+    """For a law of your own a second function, by which the replay recomputes it: path/to/file.py:function for each kind."""
+
+    @model_validator(mode="after")
+    def _beside_own_laws(self) -> LawSettings:
+        for kind, function in self.reference.items():
+            law = getattr(self, kind)
+            if law is None or not own.is_own(law):
+                raise ValueError(f"reference.{kind} beside a law of your own only ({kind} is {law or 'the preset'})")
+            if not own.is_own(function):
+                raise ValueError(f"reference.{kind} as path/to/file.py:function ({function} is none)")
+        return self
 
 
 class EffectSettings(Strict):
@@ -82,6 +97,8 @@ class Settings(Limited):
     both_presets: bool = True
     """Run the first moist case with preset `exact` too, so that the report can lay the two beside each other."""
     seed: Annotated[int, Field(ge=0)]
+    seeds: Annotated[int, Field(ge=1)] = 1
+    """Runs of each case, with this seed and the next ones: the report shows their band."""
     laws: LawSettings = LawSettings()
     effects: EffectSettings
     time_step: TimeStepSettings

@@ -77,6 +77,22 @@ def _arguments(source: bytes, attribute: str) -> list[tuple[str, ...]]:
     return [known[attribute]] if attribute in known else []
 
 
+def check_second(kind: str, name: str) -> None:
+    """Refuse a second function for the reference that is not there or has other arguments than its kind; it is not run."""
+    path, wanted = _path(name), KINDS[kind].parts[0].arguments
+    if not path.is_file():
+        raise LawError(f"reference {name}: the file {path} does not exist; expected path/to/file.py:function", law=name)
+    given = _arguments(read_bytes(path, CURE), name.rpartition(":")[2])
+    if given != [wanted]:
+        has = f"({', '.join(given[0])})" if given else "no such function"
+        raise LawError(f"reference {name}: {path} has {has}; expected one of ({', '.join(wanted)})", law=name)
+
+
+def may_run(name: str) -> bool:
+    """Whether the file of a law or of a second function, as it is now, has been named by the user."""
+    return _path(name).is_file() and _mark(_path(name), read_bytes(_path(name), CURE)).exists()
+
+
 def functions(kind: str, name: str) -> Any:
     """What the file calls by the law's name, once it is known that the file may run and comes to an end."""
     path = _path(name)

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pywet import stages
-from pywet.config.loading import read_yaml
+from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.own_scene import building, results
 from pywet.own_scene.description import Scene
 from pywet.planning import EffectPlan
+from pywet.runs import second
 from pywet.runs.loaded import Run
 from pywet.screening import verdict
 
@@ -34,6 +35,7 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
     """
     where = Path(folder)
     building.write(scene, where)
+    second.leave(where, placed_laws(scene.laws, scene.folder).reference)
     stages.simulate(where, ranks, progress)
     results.write(where)
     stages.replay(where)
@@ -54,10 +56,16 @@ def replay(folder: Path | str) -> dict[str, Any] | None:
 
 
 def view(folder: Path | str, step: int | None = None) -> Path:
-    """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture."""
+    """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture.
+
+    Of a scene of one's own also the page `report.html`.
+    """
+    from pywet.own_scene import page
     from pywet.report import render
 
     stages.vtk(Path(folder))
     picture = Path(folder) / "picture.png"
     render.write(Path(folder), picture, step)
+    if (Path(folder) / "description.json").exists():
+        page.write(Path(folder), picture)
     return picture

@@ -68,7 +68,7 @@ class EffectRow:
         """The row in 80 columns: on or off, number and tolerance, share, cost, law; without quantity and reason."""
         share = "-" if self.predicted_share is None else _percent(self.predicted_share).strip()
         cost = "-" if self.cost is None else f"{100 * self.cost:+.0f} %"
-        state, law = ("on", self.law or "") if self.on else ("off", "")
+        state, law = ("on", (self.law or "").rpartition("/")[2]) if self.on else ("off", "")
         number = f"{self.number:.2g}"
         return f"{self.effect:<19}{state:<5}{number:>9}{self.threshold:>11g}{share:>8}{cost:>8}  {law}".rstrip()
 
@@ -194,7 +194,7 @@ def _percent(share: float) -> str:
 
 def _laws(laws: LawSettings) -> dict[str, str]:
     """Law of each kind: the preset's unless another is named; a name that no law has raises `PywetError`."""
-    named = laws.model_dump(exclude={"preset"}, exclude_none=True)
+    named = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     for kind, name in named.items():
         registry.get(kind, name)
     return {**PRESETS[laws.preset], **named}

@@ -85,10 +85,22 @@ def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
     ledger = [r.summary["ledger_error"] for r in moist if r.summary and r.summary["ledger_error"] is not None]
     whole = "; no liquid is lost" if ledger and max(ledger) <= LEDGER_TOLERANCE else ""
     names = {row.quantity for r in replayed for row in r.agreement}
-    return (
-        f"Proven: an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}.",
-        True,
-    )
+    agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}"
+    if any(r.unchecked for r in moist):
+        return f"Proven but for laws that the reference does not know: of the rest, {agrees}.", True
+    return f"Proven: {agrees}.", True
+
+
+def unchecked(results: Sequence[CaseResult]) -> list[str]:
+    """A line for cases with the same laws that were not checked, and for those with the same second functions."""
+    lines = []
+    for start, kind in (("not checked: ", "unchecked"), ("held against a second function of the user's: ", "second")):
+        groups: dict[tuple[str, ...], list[str]] = {}
+        for r in results:
+            if getattr(r, kind):
+                groups.setdefault(getattr(r, kind), []).append(str(r.case.case))
+        lines += [f"case{'s' if len(n) > 1 else ''} {', '.join(n)} {start}{', '.join(g)}" for g, n in groups.items()]
+    return lines
 
 
 def laws(results: Sequence[CaseResult]) -> list[tuple[str, str]]:
@@ -97,7 +109,7 @@ def laws(results: Sequence[CaseResult]) -> list[tuple[str, str]]:
     for r in results:
         if r.plan:
             used = [
-                f"{row['effect'].replace('_', ' ')}: {row['law']}"
+                f"{row['effect'].replace('_', ' ')}: {row['law'].rpartition('/')[2]}"
                 for row in r.plan["rows"]
                 if row["on"] and row.get("law")
             ]

@@ -26,6 +26,10 @@ class CaseResult:
     summary: dict[str, Any] | None = None
     plan: dict[str, Any] | None = None
     agreement: tuple[verdict.Agreement, ...] = field(default=())
+    unchecked: tuple[str, ...] = field(default=())
+    """Laws that the reference does not know, in words."""
+    second: tuple[str, ...] = field(default=())
+    """Kinds of own laws that were held against a second function of the user's."""
     retained: pd.DataFrame | None = None
     liquid: pd.DataFrame | None = None
     contributions: dict[str, Any] | None = None
@@ -89,6 +93,8 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
         summary=summary,
         plan=_json(run_dir / "plan.json", Plan),
         agreement=tuple(verdict.agreement(replay)) if replay else (),
+        unchecked=tuple(verdict.unchecked_laws(replay)) if replay else (),
+        second=tuple(replay.get("second") or ()) if replay else (),
         retained=_table(run_dir / "results" / "fraction_retained.parquet"),
         liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
         contributions=_json(run_dir / "contributions.json", Contributions),

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pywet.runs.rundir import Floats
+from pywet.runs.rundir import Bools, Floats
 
-NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16)[k] for k in (0, 1))
-HALVINGS = 60
+NODES, WEIGHTS = (np.polynomial.legendre.leggauss(8)[k] for k in (0, 1))
+HALVINGS = 30
 
 
 def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
@@ -42,7 +42,7 @@ def sides(volume: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:
 
 
 def corners(
-    first: Floats, second: Floats, at_wall: Floats, volume: Floats, gap: Floats, ri: Floats, rj: Floats
+    first: Floats, second: Floats, at_wall: Bools, volume: Floats, gap: Floats, ri: Floats, rj: Floats
 ) -> Floats:
     """Corners (n, 8, 3) of the cuboids between centres `first` and `second` (at walls: the closest point), four at either end."""
     along = second - first

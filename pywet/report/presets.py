@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import mean, stdev
 from typing import Any
+
+from scipy import stats
 
 from pywet.report import page, plots
 from pywet.report.collect import CaseResult
@@ -34,15 +37,57 @@ def _shown(pair: Pair) -> dict[str, Any]:
         "said": f"The run with {pair.preset} is not done: {said}" if said else "",
         "figure": page.uri(figure.encode(), "svg") if figure else "",
         "rows": [*_numbers(pair)] if both else [],
+        "apart": apart(ends(pair.usual), ends(pair.twin), pair.preset) if both else "",
     }
+
+
+ENOUGH = 4
+"""Seeds of each preset below which no difference is told: the spread of three is hardly known."""
+
+
+def ends(result: CaseResult) -> list[float]:
+    """Fraction retained at the end, of every seed of a case."""
+    tables = [result.retained, *result.seeds]
+    return [float(table["fraction_retained"].iloc[-1]) for table in tables if table is not None and len(table)]
+
+
+def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
+    """Whether the presets' fractions retained differ by more than seeds do: Welch's interval of the difference, or that it
+    cannot be told.
+
+    >>> apart([0.654], [0.672], "exact")
+    'Whether the fraction retained differs cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed.'
+    """
+    a, b = len(usual), len(other)
+    if min(a, b) < ENOUGH:
+        return (
+            f"Whether the fraction retained differs cannot be told: {a} seed{'s' if a > 1 else ''} of paper and {b} of {preset}; "
+            f"{ENOUGH} of each are needed."
+        )
+    interval = stats.ttest_ind(other, usual, equal_var=False).confidence_interval(0.95)
+    low, high = float(interval.low), float(interval.high)
+    said = f"{preset} − paper lies between {low:+.3f} and {high:+.3f} (95 %, {a} and {b} seeds)"
+    if not (low > 0.0 or high < 0.0):
+        return f"Whether the fraction retained differs cannot be told: {said}."
+    return f"The fraction retained differs by more than seeds do: {said}."
+
+
+def _spread(pair: Pair) -> dict[str, str]:
+    """The fraction retained of each preset: of one seed, or mean and standard deviation over seeds."""
+
+    def said(values: list[float]) -> str:
+        if len(values) < 2:
+            return f"{values[0]:.3f}, one seed" if values else "–"
+        return f"{mean(values):.3f} ± {stdev(values):.3f}, {len(values)} seeds"
+
+    return {"paper": said(ends(pair.usual)), "other": said(ends(pair.twin))}
 
 
 def _numbers(pair: Pair) -> list[dict[str, str]]:
     """Fraction retained, bridges and liquid at the end, and what the run took."""
-    rows = []
+    rows = [{"name": "fraction retained", **_spread(pair)}]
     a, b = ({**(r.summary or {}), **((r.summary or {}).get("events") or {})} for r in (pair.usual, pair.twin))
     for name, key, form in (
-        ("fraction retained", "fraction_retained_end", "{:.3f}"),
         ("bridges formed", "formations", "{:.0f}"),
         ("bridges ruptured", "ruptures", "{:.0f}"),
         ("wall time in s", "wall_s", "{:.1f}"),

@@ -16,14 +16,18 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report import caption, cuboids, sketch, vtk
-from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit
+from pywet.report import caption, sketch, standing, vtk
+from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, frame
 from pywet.runs.rundir import Floats, RunDir
-from pywet.schema import LARGE_WALL, SPHERE
+from pywet.schema import LARGE_WALL
 
 SIZE = (1500, 1250)
 ANGLE = 35.0
 """Of the camera, from top to bottom."""
+VIEWED_FROM, AIM = np.array([0.7, -2.2, 0.85]), np.array([0.04, 0.0, 0.0])
+"""Of the camera, from the middle of the scene in widths of it: right, away, up."""
+SOLID, HIDDEN = ("wires", "impact_plate"), ("feed_bin", "slide")
+"""Holders that are drawn solid and those that would hide the scene; the others are translucent."""
 FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
 """Corners of the six faces of a cuboid."""
 BAR = {
@@ -44,20 +48,32 @@ WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenG
 def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
     """Draw the run at an output step (default: `telling_step`) into a PNG; returns "vtk" or "matplotlib", whichever drew it."""
     run = RunDir(Path(run_dir))
+    chosen = output_step(run, step)
+    with atomic_write(Path(picture)) as temporary:
+        if drawn_in_child("pywet.report.render", temporary, str(run.path), str(temporary), str(chosen)):
+            return "vtk"
+        sketch.draw(run, chosen, temporary)
+    return "matplotlib"
+
+
+def output_step(run: RunDir, step: int | None) -> int:
+    """The output step that is asked for; None: the telling one."""
     chosen = telling_step(run) if step is None else step
     if chosen not in run.timeline.steps:
         raise PywetError(
             f"step {chosen} is not an output step of {run.path}; expected one of those in trajectory.parquet"
         )
-    with atomic_write(Path(picture)) as temporary:
-        for extra in WINDOWS:
-            command = [sys.executable, "-P", "-m", "pywet.report.render", str(run.path), str(temporary), str(chosen)]
-            environment = {**os.environ, **extra}
-            drawn = subprocess.run(command, env=environment, capture_output=True, check=False)
-            if drawn.returncode == 0 and temporary.exists():
-                return "vtk"
-        sketch.draw(run, chosen, temporary)
-    return "matplotlib"
+    return chosen
+
+
+def drawn_in_child(module: str, picture: Path, *arguments: str) -> bool:
+    """Whether VTK could draw the picture in a process of its own, by a module that takes these arguments."""
+    for extra in WINDOWS:
+        command = [sys.executable, "-P", "-m", module, *arguments]
+        drawn = subprocess.run(command, env={**os.environ, **extra}, capture_output=True, check=False)
+        if drawn.returncode == 0 and picture.exists():
+            return True
+    return False
 
 
 def telling_step(run: RunDir) -> int:
@@ -91,20 +107,32 @@ def scene(
     if fine:
         plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
         plotter.enable_anti_aliasing("ssaa")
-    away = np.array([0.7, -2.2, 0.85]) * width
-    aim = np.array([0.04, 0.0, 0.0]) * width
-    plotter.camera_position = [tuple(centre + away), tuple(centre + aim), (0.0, 0.0, 1.0)]
+    return pixels(plotter, run, centre, width, size)
+
+
+def pixels(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[int, int]) -> tuple[Any, float]:
+    """What is in the plotter, looked at from the usual side: pixels, and how many of these are a millimetre at the middle."""
+    _, place, aim, up = camera(run, centre, width)
+    plotter.camera_position = [tuple(place), tuple(aim), tuple(up)]
     plotter.camera.view_angle = ANGLE
     image = plotter.screenshot(return_img=True)
     plotter.close()
-    per_metre = size[1] / 2.0 / np.tan(np.radians(ANGLE / 2.0)) / float(np.linalg.norm(away))
+    per_metre = size[1] / 2.0 / np.tan(np.radians(ANGLE / 2.0)) / float(np.linalg.norm(place - centre))
     return image, 1e-3 * per_metre
 
 
+def camera(run: RunDir, centre: Floats, width: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Middle of the scene, the camera's place, what it looks at, and up [m]."""
+    turned = frame(run).T
+    return centre, centre + width * turned @ VIEWED_FROM, centre + width * turned @ AIM, turned @ [0.0, 0.0, 1.0]
+
+
 def view(run: RunDir, step: int) -> tuple[Floats, float]:
-    """Middle and size [m] of what is worth seeing: the screen, the bed on it and the impact plate below."""
+    """Middle and size [m] of what is worth seeing: the screen, the bed on it and the impact plate below; a drum, whole."""
+    turning = [wall.name for wall in run.scene.walls if wall.motion == "turns"]
     here = run.trajectory[run.trajectory["step"] == step]
-    corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
+    shown = (run.triangles["holder"].isin(SOLID) | run.triangles["mesh"].isin(turning)).to_numpy()
+    corners = vtk.wall_corners(run, step)[shown]
     above = here.loc[here["z"] > run.scene.screen_z_m, "z"]
     points = corners.reshape(-1, 3) if len(corners) else here[["x", "y", "z"]].to_numpy(dtype=float)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -135,18 +163,12 @@ def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
     """Bridges as cuboids whose visible volume is the bridge's; those to cut-away walls are left out."""
     import pyvista as pv
 
-    here = run.at_step("history/bridges", step) if run.moist else run.spheres[:0]
+    here = vtk.standing_at(run, step)
     if not len(here):
         return
-    first, second = (here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
-    kind = here["partner_kind"].to_numpy()
-    radius = run.spheres.set_index("id")["radius"]
-    ri, rj = (here[end].map(radius).to_numpy(dtype=float) for end in "ij")
-    volume, gap = (here[name].to_numpy(dtype=float) for name in ("volume", "separation"))
-    at_wall = kind != SPHERE
-    shown = (kind != LARGE_WALL) | (second[:, 1] > centre[1])
-    every = (first, second, at_wall, volume, gap, ri, np.where(at_wall, np.inf, rj))
-    corners = cuboids.corners(*(values[shown] for values in every))
+    place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre
+    here = here[(here["partner_kind"] != LARGE_WALL) | (place @ frame(run)[1] > 0.0)]
+    corners = standing.corners(run, here)
     if len(corners):
         quads = (8 * np.arange(len(corners))[:, None, None] + FACES).reshape(-1, 4)
         faces = np.insert(quads, 0, 4, axis=1)
@@ -164,12 +186,13 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: floa
     for holder in table["holder"].unique():
         chosen = (table["holder"] == holder).to_numpy(dtype=bool)
         part = whole.extract_cells(chosen).extract_surface(algorithm="dataset_surface")
-        if holder in ("wires", "impact_plate"):
+        if holder in SOLID:
             plotter.add_mesh(
                 part, color=METAL, specular=0.6, specular_power=15, split_sharp_edges=True, smooth_shading=True
             )
-        elif holder not in ("feed_bin", "slide"):
-            far = part.clip(normal=(0.0, -1.0, 0.0), origin=tuple(centre - [0.0, 1e-4, 0.0]))
+        elif holder not in HIDDEN:
+            away = frame(run)[1]
+            far = part.clip(normal=tuple(-away), origin=tuple(centre - 1e-4 * away))
             if far.n_cells:
                 plotter.add_mesh(far, color="#b9c4cf", opacity=0.35)
                 plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)

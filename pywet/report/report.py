@@ -17,11 +17,14 @@ import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report import answer, contributed, page, pictures, plots, presets
+from pywet.report import answer, browser, contributed, page, pictures, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
+from pywet.runs.rundir import RunDir
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
 
 TEMPLATE = "report.html.j2"
+SCENES = 60_000_000
+"""Size of the 3-D scenes of all cases together [bytes]."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
 
@@ -130,6 +133,8 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "proof": proof[0],
         "proven": proof[1],
         "laws": answer.laws(results),
+        "unchecked": answer.unchecked(results),
+        "own": sum(bool(r.unchecked) for r in moist),
         "results": results,
         "moist": moist,
         "done": sum(r.done for r in results),
@@ -153,6 +158,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "figures": _figures(results),
         "picture": _picture(picture),
         "movie": _movie(results),
+        "scenes": _scenes(results),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
         "version": pywet.__version__,
     }
@@ -190,7 +196,7 @@ def scale_statement(config: Config, name: str) -> list[str]:
 
 
 def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
-    """Every number of the configuration that is not from the paper, with its reason."""
+    """Every number of the configuration that is not from the paper, with its reason; a measured one says so."""
     parts = {
         "apparatus": config.apparatus.model_dump(exclude_none=True),
         f"scale {scale}": config.scale(scale).model_dump(exclude_none=True),
@@ -203,9 +209,10 @@ def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
 
 def _assumed(name: str, data: Any) -> Iterator[Assumption]:
     if isinstance(data, dict):
-        if data.get("source") == "assumption":
+        if data.get("source") in ("assumption", "measured") and ("value" in data or "material" in data):
             value = data.get("value", data.get("material", ""))
-            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), data["reason"])
+            why = data.get("reason", {"measured": "measured", "assumption": "no reason is given"}[data["source"]])
+            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), why)
             return
         for key, value in data.items():
             yield from _assumed(f"{name} · {key}", value)
@@ -271,3 +278,9 @@ def _movie(results: Sequence[CaseResult]) -> str | None:
     """The loop of the first case that has one, as `pywet view --movie` makes it."""
     loops = [r.folder / "movie.webp" for r in results if r.folder is not None]
     return next((page.uri(loop.read_bytes(), "webp") for loop in loops if loop.exists()), None)
+
+
+def _scenes(results: Sequence[CaseResult]) -> str:
+    """The moist cases as 3-D scenes; nothing where none has results."""
+    runs = [(r.case.name, RunDir(r.folder)) for r in results if r.bridged and r.summary and r.folder]
+    return browser.element(runs, most=min(browser.MOST, SCENES // len(runs))) if runs else ""

@@ -10,17 +10,36 @@ import numpy as np
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
 from pywet.runs.rundir import Floats, RunDir
+from pywet.scene import Rotation
 
 BACKGROUND = "#f4f6f8"
 METAL = "#9aa3ab"
 BRIDGE_COLOUR = "#e4572e"
+UPRIGHT = np.eye(3)
 TURN, TILT = np.radians(18.0), np.radians(24.0)
 """The view is turned about the vertical and tilted downwards by these angles."""
 
 
-def project(points: Floats) -> Floats:
-    """Points (…, 3) [m] -> right, up and depth (larger is nearer) in the same unit."""
-    x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
+def frame(run: RunDir) -> Floats:
+    """Right, away and up of a picture, as rows: up against gravity, away along the axis about which walls turn, else along y."""
+    pull, ways = np.array(run.scene.gravity_m_per_s2), map(run.scene.motion_of, run.scene.walls)
+    turning = next((way for way in ways if isinstance(way, Rotation)), None)
+    up = -pull / np.linalg.norm(pull) if pull.any() else np.array([0.0, 0.0, 1.0])
+    for axis in ([0.0, 1.0, 0.0] if turning is None else turning.axis, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]):
+        away = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+        away -= away @ up * up
+        if np.linalg.norm(away) > 0.5:
+            break
+    away /= np.linalg.norm(away)
+    right = np.cross(away, up)
+    if right[np.abs(right).argmax()] < 0.0:
+        right, away = -right, -away
+    return np.stack([right, away, up])
+
+
+def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:
+    """Points (…, 3) [m] -> right, up and depth (larger is nearer) in the same unit; `seen` as `frame` gives it."""
+    x, y, z = np.moveaxis(np.asarray(points, dtype=float) @ seen.T, -1, 0)
     right = np.cos(TURN) * x + np.sin(TURN) * y
     back = -np.sin(TURN) * x + np.cos(TURN) * y
     return np.stack([right, np.cos(TILT) * z + np.sin(TILT) * back, np.sin(TILT) * z - np.cos(TILT) * back], axis=-1)
@@ -53,11 +72,12 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
     spheres, bridges = vtk.particles(run, step), vtk.bridges(run, step)
     figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)
     corners = vtk.wall_corners(run, step)[run.triangles["holder"].isin(["wires", "impact_plate"]).to_numpy()]
-    faces = project(corners)
+    seen = frame(run)
+    faces = project(corners, seen)
     axes.add_collection(
         PolyCollection(list(faces[..., :2]), facecolors="#aab3bb", edgecolors="#8b959e", linewidths=0.2)
     )
-    place, diameter = project(spheres.points), 2.0 * spheres.point_data["radius"]
+    place, diameter = project(spheres.points, seen), 2.0 * spheres.point_data["radius"]
     order = np.argsort(place[:, 2])
     colours = blues()(spheres.point_data["film_thickness"][order] / colour_limit(run, step))
     # Three discs per sphere, drawn from back to front: rim, body, highlight.
@@ -71,7 +91,7 @@ def draw(run: RunDir, step: int, picture: Path) -> None:
         )
         axes.add_collection(discs)
     if len(bridges.points):
-        lines = project(bridges.points.reshape(-1, 2, 3))[..., :2]
+        lines = project(bridges.points.reshape(-1, 2, 3), seen)[..., :2]
         axes.add_collection(LineCollection(list(lines), colors=BRIDGE_COLOUR, linewidths=1.0))
     axes.set_aspect("equal")
     axes.autoscale_view()

@@ -8,7 +8,7 @@ of classes, holders and partners stand for is in the field data. Lengths in m, t
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -20,6 +20,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.laws.contact import film_thickness
+from pywet.report import standing
 from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Rotation
 
@@ -49,20 +50,38 @@ def particles(run: RunDir, step: int) -> meshio.Mesh:
 
 def bridges(run: RunDir, step: int) -> meshio.Mesh:
     """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
-    here = run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
-    count = len(here)
-    points = np.zeros((2 * count, 3))
-    data: dict[str, list[Any]] = {}
-    if count:
-        for k, end in enumerate(("xi", "xj")):
-            points[k::2] = here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float)
-        data = {
-            "volume": [here["volume"].to_numpy(dtype=float)],
-            "separation": [here["separation"].to_numpy(dtype=float)],
-            **{name: [here[name].to_numpy(dtype=np.int32)] for name in ("partner_kind", "i", "j")},
-        }
-    cells: Cells = [("line", np.arange(2 * count).reshape(-1, 2))] if count else []
-    return meshio.Mesh(points, cells, cell_data=data)
+    here = standing_at(run, step)
+    points = np.zeros((2 * len(here), 3))
+    for k, end in enumerate(("xi", "xj") if len(here) else ()):
+        points[k::2] = here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float)
+    cells: Cells = [("line", np.arange(len(points)).reshape(-1, 2))]
+    return meshio.Mesh(points, cells, cell_data=of_bridges(run, step, here))
+
+
+def cuboids(run: RunDir, step: int) -> meshio.Mesh:
+    """The same bridges as cuboids whose visible volume is the bridge's (`cuboids.py`)."""
+    here = standing_at(run, step)
+    corners = standing.corners(run, here) if len(here) else np.zeros((0, 8, 3))
+    cells: Cells = [("hexahedron", np.arange(8 * len(corners)).reshape(-1, 8))]
+    return meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=of_bridges(run, step, here))
+
+
+def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, list[Any]]:
+    """What is shown of each bridge that stands at a step; nothing of a dry run."""
+    if not run.moist:
+        return {}
+    return {
+        "volume": [here["volume"].to_numpy(dtype=float)],
+        "separation": [here["separation"].to_numpy(dtype=float)],
+        "capillary_force": [standing.capillary_force(run, here)],
+        "age": [standing.age(run, here, step)],
+        **{name: [here[name].to_numpy(dtype=np.int32)] for name in ("partner_kind", "i", "j")},
+    }
+
+
+def standing_at(run: RunDir, step: int) -> pd.DataFrame:
+    """The rows of the bridges that stand at one output step; none of a dry run."""
+    return run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
 
 
 def wall_corners(run: RunDir, step: int) -> Floats:
@@ -72,13 +91,15 @@ def wall_corners(run: RunDir, step: int) -> Floats:
     corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
     motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
     shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
-    turning = table["mesh"].isin([wall.name for wall in run.scene.walls if wall.motion == "turns"]).to_numpy()
-    if turning.any() and run.scene.rotation is not None:
-        corners[turning] = _turned(corners[turning], run.scene.rotation, step * run.scene.time_step_s)
+    for wall in run.scene.walls:
+        way = run.scene.motion_of(wall)
+        if isinstance(way, Rotation):
+            own = (table["mesh"] == wall.name).to_numpy()
+            corners[own] = turned(corners[own], way, step * run.scene.time_step_s)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
 
 
-def _turned(points: Floats, how: Rotation, time: float) -> Floats:
+def turned(points: Floats, how: Rotation, time: float) -> Floats:
     """Points (…, 3) after some time of turning about an axis."""
     axis = np.asarray(how.axis) / np.linalg.norm(how.axis)
     arm, angle = points - how.origin_m, 2.0 * np.pi * time / how.period_s
@@ -110,12 +131,14 @@ def walls(run: RunDir, step: int) -> meshio.Mesh:
 
 def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
     """Of each kind of file: what the numbers of an array stand for, from the first number on."""
+    of_partners = {"partner_kind_from_0": ["sphere", "large wall", "wire"]}
     return {
         "particles": {
             "class_from_1": [c.name for c in run.scene.classes],
             "in_bin_from_0": ["on the screen", "in the bin"],
         },
-        "bridges": {"partner_kind_from_0": ["sphere", "large wall", "wire"]},
+        "bridges": of_partners,
+        "cuboids": of_partners,
         "walls": {"holder_from_0": list(pd.factorize(run.triangles["holder"])[1])},
     }
 
@@ -123,44 +146,60 @@ def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
 KINDS = {"particles": particles, "bridges": bridges, "walls": walls}
 
 
-def write(run_dir: Path) -> list[Path]:
-    """Write the time series of a run anew and return the three .pvd files."""
+def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
+    """Write the time series of a run anew and return their .pvd files."""
     run = RunDir(Path(run_dir))
     folder, partial = run.path / "vtk", run.path / "vtk.partial"
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
-    for kind in KINDS:
-        _write_series(kind, list(_series(run, kind, partial)), partial)
+    makers = {**KINDS, **({"cuboids": cuboids} if with_cuboids else {})}
+    for kind, maker in makers.items():
+        _write_series(kind, list(_series(run, kind, maker, partial)), partial)
     shutil.rmtree(folder, ignore_errors=True)
     partial.rename(folder)
-    return [folder / f"{kind}.pvd" for kind in KINDS]
+    return [folder / f"{kind}.pvd" for kind in makers]
 
 
-def _series(run: RunDir, kind: str, folder: Path) -> Iterator[tuple[float, str]]:
+def _series(
+    run: RunDir, kind: str, maker: Callable[[RunDir, int], meshio.Mesh], folder: Path
+) -> Iterator[tuple[float, str]]:
     said = words(run)[kind]
     for step, time in zip(run.timeline.steps.tolist(), run.timeline.times.tolist(), strict=True):
         name = f"{kind}_{step:09d}.vtu"
-        _save(KINDS[kind](run, step), said, folder / name)
+        _save(grid(maker(run, step), said), folder / name)
         yield time, name
 
 
-def _save(mesh: meshio.Mesh, said: dict[str, list[str]], path: Path) -> None:
-    """One file, by VTK's own writer: meshio has no text in field data."""
+def grid(mesh: meshio.Mesh, said: dict[str, list[str]]) -> Any:
+    """The mesh as VTK has it, with words as field data."""
     import pyvista as pv
+
+    shape = {
+        "vertex": pv.CellType.VERTEX,
+        "line": pv.CellType.LINE,
+        "triangle": pv.CellType.TRIANGLE,
+        "hexahedron": pv.CellType.HEXAHEDRON,
+    }
+    cells = {int(shape[block.type]): block.data for block in mesh.cells if len(block.data)}
+    made = pv.UnstructuredGrid(cells, mesh.points) if cells else pv.UnstructuredGrid()
+    if not cells:
+        made.points = mesh.points  # ParaView warns of files without points
+    for name, values in mesh.point_data.items():
+        made.point_data[name] = values
+    for name, blocks in mesh.cell_data.items():
+        made.cell_data[name] = blocks[0]
+    for name, texts in said.items():
+        made.field_data[name] = texts
+    return made
+
+
+def _save(made: Any, path: Path) -> None:
+    """One file, by VTK's own writer: meshio has no text in field data."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    shape = {"vertex": pv.CellType.VERTEX, "line": pv.CellType.LINE, "triangle": pv.CellType.TRIANGLE}
-    cells = {int(shape[block.type]): block.data for block in mesh.cells}
-    grid = pv.UnstructuredGrid(cells, mesh.points) if cells else pv.UnstructuredGrid()
-    for name, values in mesh.point_data.items():
-        grid.point_data[name] = values
-    for name, blocks in mesh.cell_data.items():
-        grid.cell_data[name] = blocks[0]
-    for name, texts in said.items():
-        grid.field_data[name] = texts
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetFileName(str(path))
-    writer.SetInputData(grid)
+    writer.SetInputData(made)
     writer.SetDataModeToBinary()
     if not writer.Write():
         raise PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")

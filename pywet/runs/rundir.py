@@ -19,11 +19,17 @@ from numpy.typing import NDArray
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there, read_parts, read_table
 from pywet.scene import Scene
-from pywet.schema import SPHERE
+from pywet.schema import FORMATION, SPHERE
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
+
+
+def bridge_ends(table: pd.DataFrame) -> Ints:
+    """One number for the ends of each row's bridge."""
+    kind, i, j = (table[name].to_numpy(dtype=np.int64) for name in ("partner_kind", "i", "j"))
+    return np.asarray((kind << 60) | (i << 30) | j)
 
 
 @dataclass(frozen=True)
@@ -115,6 +121,15 @@ class RunDir:
             {"triangle": np.int64}
         )
 
+    @cached_property
+    def formations(self) -> tuple[Ints, Ints, int]:
+        """When bridges formed: their ends, sorted; of every formation place there * span + step, sorted; the span [steps]."""
+        parts = self.parts("history/events", ["step", "kind", "partner_kind", "i", "j"])
+        log = pd.concat([part[part["kind"] == FORMATION] for part in parts])
+        names, place = np.unique(bridge_ends(log), return_inverse=True)
+        span = self.scene.steps + 1
+        return names, np.sort(place * span + log["step"].to_numpy(dtype=np.int64)), span
+
     def holders(self, triangle: Ints, of: str = "holder") -> NDArray[np.object_]:
         """Holder, or `mesh`, of each triangle number."""
         known, wanted = np.asarray(self.triangles[of], dtype=object), np.asarray(triangle, dtype=np.int64)
@@ -153,6 +168,13 @@ class Timeline:
     """The sphere's side of its standing bridges [m3], shape (S, N)."""
     initial_film: Floats
     """Film at the start [m3], shape (N,)."""
+    entered: Bools
+    """Has entered: all, but in a scene that is fed, shape (S, N)."""
+
+    @property
+    def put_in(self) -> Floats:
+        """Liquid that has entered until each output [m3], shape (S,)."""
+        return np.where(self.entered, self.initial_film, 0.0).sum(axis=1)
 
     @property
     def liquid(self) -> Floats:
@@ -193,6 +215,7 @@ class Timeline:
             film=film,
             in_bridges=shares,
             initial_film=initial,
+            entered=steps[:, None] >= np.array(scene.enters(types.tolist()), dtype=np.int64),
         )
 
 

@@ -68,6 +68,8 @@ class EngineRun(TypedDict, total=False):
     engine: str
     engine_version: str
     plugin_hash: str | None
+    cpu_s: float | None
+    peak_memory_B: int | None
 
 
 class Deviation(TypedDict):
@@ -97,6 +99,8 @@ class Replay(TypedDict):
 
     ok: NotRequired[bool]
     contacts: NotRequired[int]
+    cpu_s: NotRequired[float]
+    peak_memory_B: NotRequired[int]
     diagnosis: NotRequired[Diagnosis | None]
     quantities: dict[str, Deviation]
 

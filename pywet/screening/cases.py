@@ -51,10 +51,15 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     return Ingredients(classes, pairs, liquid, vibration, chosen, step)
 
 
+def longer_by(config: Config, case_number: int, scale_name: str) -> float:
+    """How many times as long the steps of a case are where the viscous force does not shorten them: 1 where it does not."""
+    made, fraction = ingredients(config, case_number, scale_name), config.settings.time_step.fraction.value
+    return amounts.time_step(made.pairs, made.classes, fraction) / made.time_step_s
+
+
 def shorter_step(config: Config, case_number: int, scale_name: str) -> str | None:
     """What to change where the viscous force makes the time step of a case much shorter than the collision does."""
-    made, fraction = ingredients(config, case_number, scale_name), config.settings.time_step.fraction.value
-    times = amounts.time_step(made.pairs, made.classes, fraction) / made.time_step_s
+    times = longer_by(config, case_number, scale_name)
     if times < WORTH_SAYING:
         return None
     return (

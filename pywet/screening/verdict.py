@@ -11,6 +11,7 @@ from typing import Any
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there
+from pywet.laws import own
 from pywet.runs.shapes import Replay, RunSummary
 
 LEDGER_TOLERANCE = 1e-12
@@ -49,6 +50,14 @@ def agreement(replay: dict[str, Any]) -> list[Agreement]:
             limit=float(row["tolerance"]),
         )
         for name, row in replay["quantities"].items()
+    ]
+
+
+def unchecked_laws(replay: dict[str, Any]) -> list[str]:
+    """The laws that the reference does not know, so that their terms were taken as logged: `capillary (own law)`."""
+    return [
+        f"{row['effect']} ({'own law' if own.is_own(row['law']) else row['law']})"
+        for row in replay.get("unchecked", ())
     ]
 
 

@@ -41,7 +41,7 @@ def sides(table: pd.DataFrame, moves: Pair) -> pd.DataFrame:
 
 def histories(run: Run) -> pd.DataFrame:
     """Events and, as a last row of each bridge, whether it stands in the last snapshot; with the kind before of each."""
-    events, last = run.table("events"), int(run.table("ledger")["step"].max())
+    events, last = _of_lives_alone(run), int(run.table("ledger")["step"].max())
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
     parts = [events[columns]]
     if not len(events) or int(events["step"].max()) <= last:
@@ -59,11 +59,17 @@ def histories(run: Run) -> pd.DataFrame:
     return rows
 
 
+def _of_lives_alone(run: Run) -> pd.DataFrame:
+    """Events; of those before a part of a long log the formations of bridges that stood."""
+    events = run.table("events")
+    return events[run.known["lives"]].reset_index(drop=True) if "lives" in run.known else events
+
+
 def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
     """Rows of `histories` that cannot follow what was before, by what must have happened."""
     rows = histories(run)
     rows = rows[rows["step"] > run.since]
-    real = rows.index < len(run.table("events"))
+    real = rows.index < len(_of_lives_alone(run))
     twice = real & (rows["kind"] == rows["kind_before"]) & (rows["step"] == rows["step_before"])
     without = (rows["kind"] == RUPTURE) & (rows["kind_before"] != FORMATION) & ~twice
     again = (rows["kind"] == FORMATION) & (rows["kind_before"] == FORMATION) & ~twice

@@ -80,6 +80,8 @@ class Finding:
     records: int
     tried: int
     next_best: tuple[str, float] | None
+    alike: tuple[str, ...] = ()
+    """Other faults that explain all that this one explains: these records cannot tell them apart."""
     per: str = ""
 
     @property
@@ -89,11 +91,12 @@ class Finding:
         what += f" ({self.number:+.3g} {self.per})" if self.per and self.number is not None else ""
         share = f"explains {self.explained} of {self.broken} records that disagree" if self.fault else ""
         place = f"{self.where}, {self.since}" + (f"; {share}" if share else f"; {self.broken} records disagree")
+        if self.alike:
+            return f"{what} ({place}; cannot be told apart from: {', or '.join(self.alike)})"
         if self.next_best is None:
             return f"{what} ({place})"
         name, part = self.next_best
-        also = "cannot be told apart from" if self.fault and part >= self.explained / self.broken else "next best"
-        return f"{what} ({place}; {also}: {name}, {100.0 * part:.3g} %)"
+        return f"{what} ({place}; next best: {name}, {100.0 * part:.3g} %)"
 
     def as_dict(self) -> dict[str, Any]:
         """For replay.json."""
@@ -103,7 +106,7 @@ class Finding:
             "number": self.number,
             "where": self.where, "since": self.since, "first": self.first, "explained": self.explained,
             "disagree": self.broken, "records": self.records, "share": self.explained / max(self.broken, 1),
-            "tried": self.tried, "next_best": other,
+            "tried": self.tried, "next_best": other, "alike": list(self.alike), "consequences": [],
         }  # fmt: skip
 
 
@@ -173,11 +176,15 @@ def judge(link: Link) -> list[Finding]:
 def _finding(link: Link, rest: Floats, tried: list[tuple[Floats, Suspect]], named: bool) -> Finding:
     best, rows = (tried[0][1], tried[0][0]) if named else (Suspect("", NOTHING), rest)
     others = [(s.fault, float(ok.sum() / rest.sum())) for ok, s in tried[int(named) :] if not s.general and ok.any()]
+    alike = (
+        [s.fault for ok, s in tried[1:] if not s.general and (ok | ~rows).all()] if named and not best.general else []
+    )
     where, since = place(link, rows)
     return Finding(
         quantities=(link.quantity,), what=link.what, fault=best.fault or None, per=best.per, number=best.number, where=where,
         since=since, first=plain(link.table.iloc[int(np.argmax(rows))]), explained=int(rows.sum()) if named else 0,
         broken=int(rest.sum()), records=len(rest), tried=len(tried), next_best=others[0] if others else None,
+        alike=tuple(dict.fromkeys(name for name in alike if name != best.fault)),
     )  # fmt: skip
 
 
@@ -200,7 +207,7 @@ def joined(findings: list[Finding]) -> list[Finding]:
             number=f.number if a.number is None else a.number, per=a.per or f.per,
             where=a.where if a.where == f.where else "everywhere", explained=a.explained + f.explained,
             broken=a.broken + f.broken, records=a.records + f.records, tried=max(a.tried, f.tried),
-            next_best=a.next_best or f.next_best,
+            next_best=a.next_best or f.next_best, alike=tuple(n for n in a.alike if n in f.alike),
         )  # fmt: skip
     return list(found.values())
 
@@ -236,12 +243,37 @@ def diagnose(links: Iterator[Link], failed: list[str]) -> dict[str, Any]:
     }
 
 
+OF_FORCES = {
+    "separation", "contact_volume", "capillary", "viscous_law", "viscous_normal", "factor_normal", "factor_tangential",
+    "viscous_tangential", "force", "torque_i", "torque_j", "newton_force", "newton_torque", "wall_closest_point",
+}  # fmt: skip
+OF_EVENTS = {
+    "bridge_life", "volume", "share_i", "share_j", "film_before", "film_after", "rupture_distance", "rupture_due", "rupture_late",
+    "formation_due", "formation_late", "formation_missed", "rupture_limit", "standing_beyond_limit", "transfer_table", "ledger",
+}  # fmt: skip
+OF_LIMITS = {"rupture_limit", "rupture_distance", "separation"}
+OF_BOTH = OF_FORCES | OF_EVENTS
+OF_COUNTS = OF_EVENTS | {"separation"}
+SHOW_AGAIN = {
+    **{name: OF_LIMITS for name in ("rupture_due", "rupture_late", "standing_beyond_limit")},
+    **{name: OF_BOTH for name in ("flight_place", "flight_velocity", "energy_windows")},
+    **{name: OF_COUNTS for name in (
+        "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
+        "event_separation", "snapshot_triangle", "snapshot_ends", "snapshot_separation")},
+    "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films"},
+    "energy_budget": OF_BOTH | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},
+    "energy_capillary": OF_EVENTS | {"energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
+}  # fmt: skip
+"""Quantity of ruptures, motion, works or counts -> those whose fault it shows again."""
+
+
 def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
-    """Several diagnoses of one run as one."""
+    """Several diagnoses of one run as one: the first speaks of causes, what others show of these again stands with its cause."""
     first, *others = diagnoses
     findings = [f for d in diagnoses for f in d["findings"]]
-    if any(f["fault"] for f in findings):  # the first speaks of causes; what the others cannot name follows from these
+    if any(f["fault"] for f in findings):  # what the others cannot name follows from these
         findings = [*first["findings"], *(f for d in others for f in d["findings"] if f["fault"])]
+    findings = _grouped(findings)
     named = {q for f in findings for q in f["quantities"]}
     follow = [name for name in failed if name not in named]
     return {
@@ -252,11 +284,35 @@ def together(failed: list[str], *diagnoses: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def _grouped(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Causes, each with the sentences of the findings that show it again."""
+    own = [{*f["quantities"]} for f in findings]
+    shown = [[SHOW_AGAIN.get(q, set()) for q in f["quantities"]] for f in findings]
+    fits = [
+        [bool(f["fault"]) and all(o & names for o in of) for f, names in zip(findings, own, strict=True)]
+        for of in shown
+    ]
+    causes = []
+    for n, finding in enumerate(findings):
+        first = n
+        for _ in findings:  # of a cause that shows another one again, that one
+            first = next((k for k, fit in enumerate(fits[first]) if fit and k != first), first)
+        if first == n:
+            causes.append(finding)
+            continue
+        cause = findings[first]
+        cause["consequences"] = [*cause["consequences"], finding["sentence"]]
+        cause["quantities"] = [*dict.fromkeys([*cause["quantities"], *finding["quantities"]])]
+    return causes
+
+
 def text(diagnosis: dict[str, Any] | None) -> list[str]:
     """Lines to print under the table; none where all agrees."""
     if diagnosis is None:
         return []
-    lines = [f"fault: {f['sentence']}" for f in diagnosis["findings"]]
+    lines = []
+    for f in diagnosis["findings"]:
+        lines += [f"fault: {f['sentence']}", *(f"  shows again: {sentence}" for sentence in f.get("consequences", []))]
     lines += [diagnosis["looked_at"]] if diagnosis.get("looked_at") else []
     if diagnosis["follow"]:
         lines.append(f"beyond their limits as well, as a consequence: {', '.join(diagnosis['follow'])}")

@@ -122,7 +122,7 @@ def finding(room: str, quantity: str, held: Held, what: str, wrong: int, count: 
         "sentence": sentence, "what": held.name, "quantities": [quantity], "fault": what or None, "number": None,
         "given": _plain(held.given), "expected": _plain(held.expected), "where": room, "since": "", "first": {},
         "explained": 1 if what else 0, "disagree": wrong, "records": count, "share": 1.0 if what else 0.0, "tried": 0,
-        "next_best": None,
+        "next_best": None, "alike": [], "consequences": [],
     }  # fmt: skip
 
 

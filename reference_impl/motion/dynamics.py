@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -140,6 +141,7 @@ def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "diagnosis": vtk.with_findings(misshown, failed, lambda rest: named(folder, None, rest)),
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
+        "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         "events_per_s": 0.0,
         "contacts_per_s": 0.0,
         "quantities": {q.name: q.as_dict() for q in quantities},

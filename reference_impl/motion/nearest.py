@@ -23,7 +23,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Closest:
-    """Of each row: how far the part is, its closest point in the world, and the triangle, of several as near the first."""
+    """Of each row: how far the part is; a closest point in the world and its triangle, of several as near the first."""
 
     distance: Floats
     point: Floats
@@ -93,7 +93,7 @@ class Parts:
             if len(rows):
                 d, q, t, row = self._closest(y[rows], part[rows], many[rows])
                 first = np.searchsorted(row, np.arange(len(rows)))
-                distance[rows], point[rows], triangle[rows] = d[first], q[first], t[first]
+                distance[rows], point[rows], triangle[rows] = np.minimum.reduceat(d, first), q[first], t[first]
                 least[rows] = np.minimum.reduceat(values[which[rows][row], t], first)
         return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from reference_impl.replay.replay import replay, table
 STATUS = {"agrees": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
 
 
-def outcome(folder: Path, out: Path | None = None) -> dict[str, Any]:
+def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] | None = None) -> dict[str, Any]:
     """What replay.json holds, with run_dir, status, and for an unreadable history the reason in one sentence."""
     where = {"run_dir": str(folder)}
     try:
@@ -27,7 +27,7 @@ def outcome(folder: Path, out: Path | None = None) -> dict[str, Any]:
         if nothing_to_replay(folder):
             reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
             return {**where, "status": "dry", "reason": reason}
-        result = replay(folder, out)
+        result = replay(folder, out, functions)
     except io.ReplayError as error:
         return {**where, "status": "unreadable", "reason": str(error)}
     return {**where, "status": "agrees" if result["ok"] else "disagrees", "reason": None, **result}
@@ -61,11 +61,16 @@ def line(found: dict[str, Any], width: int) -> str:
     return f"{start} {count}  {'; '.join(named)}"
 
 
-def run(folders: Sequence[Path], as_json: bool = False, out: Path | None = None) -> int:
-    """Replay, print, and return the exit status."""
+def run(
+    folders: Sequence[Path],
+    as_json: bool = False,
+    out: Path | None = None,
+    second: Callable[[Path], Mapping[str, str]] = lambda folder: {},
+) -> int:
+    """Replay, print, and return the exit status; `second` gives the second functions for own laws of a run."""
     width, all_found = max(len(str(f)) for f in folders), []
     for folder in folders:
-        found = outcome(Path(folder), out)
+        found = outcome(Path(folder), out, second(Path(folder)))
         all_found.append(found)
         if not as_json and len(folders) > 1:
             print(line(found, width), flush=True)

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
-from reference_impl.motion.window import slide_steps
+from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import io, laws
 from reference_impl.replay.bodies import bodies, holders, pairs
 from reference_impl.replay.compare import Floats, Quantity, compare
@@ -26,6 +26,8 @@ ROOM = 1e-9
 """Part of the radius by which films may miss each other: a gap is a difference of positions."""
 ROOM_OF_WAY = 1.02, 1e-5
 """A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
+FASTER = 2.0
+"""Between an output and an event a sphere is at most this many times as fast as at either."""
 CORNER = 1e-7
 """Corners this near [m] are one: STL files hold single precision."""
 SMALLEST = 1e-12
@@ -103,17 +105,19 @@ def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
     excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
     for row in late_at_walls:  # the closest point may have come over an edge, from a triangle with less
-        beside = _thinnest_beside(run, held, int(events["triangle"].iloc[row]), int(step[row]) - every)
+        beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
         excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
 
 
-def _thinnest_beside(run: Run, held: Held, triangle: int, look: int) -> float:
-    """Least thickness [m] at a look of the films on a triangle and on those of its part that share a corner with it."""
-    parts, fixed, events = nearest.parts(run), bodies(run), run.table("events")
+def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
+    """Least thickness [m] at a look of the films on an event's triangle and on those of its part that share a corner with it
+    and can have been as near."""
+    parts, fixed, events, triangle = nearest.parts(run), bodies(run), run.table("events"), int(event["triangle"])
     corners, part = parts.setup.corners, parts.setup.part
     apart = np.abs(corners[:, :, None] - corners[triangle][None, None]).max(axis=3)
     beside = np.flatnonzero((apart.min(axis=(1, 2)) < CORNER) & (part == part[triangle]))
+    beside = beside[(beside == triangle) | _in_reach(run, event, beside)]
     film = {n: max(float(held.film[fixed.walls_from + n]), 0.0) for n in beside}
     before = events[
         (events["step"] <= look) & (events["partner_kind"] != laws.SPHERE) & events["triangle"].isin(beside)
@@ -122,17 +126,37 @@ def _thinnest_beside(run: Run, held: Held, triangle: int, look: int) -> float:
     return min(film[n] / float(fixed.area[n]) for n in beside)
 
 
+def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
+    """Triangles that the closest point of an event can have been on: all, but where the nearest output tells where i was."""
+    everywhere = np.ones(len(triangles), dtype=bool)
+    if not where(run.folder, "trajectory").exists():
+        return everywhere
+    places = run.table("trajectory")
+    places = places[places["id"] == event["i"]]
+    if not len(places):
+        return everywhere
+    at = places.iloc[int(np.abs(places["step"].to_numpy() - event["step"]).argmin())]
+    x, v = (at[list(names)].to_numpy(float) for names in (("x", "y", "z"), ("vx", "vy", "vz")))
+    fastest = FASTER * max(float(np.sqrt((v**2).sum())), float(event["speed"]))
+    way = fastest * float(run.meta["time_step"]) * abs(float(at["step"]) - float(event["step"]))
+    parts, step = nearest.parts(run), np.full(len(triangles), int(event["step"]))
+    x_of_all = np.repeat(x[None], len(triangles), axis=0)
+    own = parts.closest(step, x_of_all, parts.setup.part[triangles]).distance
+    return np.asarray(parts.to(step, x_of_all, triangles)[0] - own <= 2.0 * way)
+
+
 def _turned(run: Run, ri: Floats) -> Floats:
     """How far a turning wall's points around a closest point part from it in a look [m]."""
-    rotation = io.scene(run.folder).get("rotation")
-    rate = 2.0 * np.pi / abs(rotation["period_s"]) if rotation else 0.0
+    scene = io.scene(run.folder)
+    periods = [abs(way_of(scene, w)["period_s"]) for w in scene["walls"] if w["motion"] == "turns"]
+    rate = 2.0 * np.pi / min(periods) if periods else 0.0
     return np.asarray(2.0 * rate * ri * impulses.every(run) * float(run.meta["time_step"]))
 
 
 def _anew(run: Run) -> Floats:
     """Steps at which the engine is set up anew, with speeds of the step in place of those half a step back."""
-    scene = io.scene(run.folder)
-    return np.array(slide_steps(scene, scene["time_step_s"], round(scene["duration_s"] / scene["time_step_s"])), int)
+    windows = slide_steps(io.scene(run.folder)).values()
+    return np.array([step for window in windows for step in window], int)
 
 
 def _changed(run: Run, held: Held, holder: Floats, step: Floats) -> Floats:

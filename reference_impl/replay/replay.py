@@ -5,24 +5,33 @@
 
 from __future__ import annotations
 
+import resource
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, io, liquid, sections, spans, transfer, whole
+from reference_impl.replay import coverage, io, liquid, second, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
 
-def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
+def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Recompute everything; returns and writes {ok, compared, quantities: {name: {count, largest, …}}, not_checked, notes, …}.
 
+    `functions`: the user's second functions for laws of the user's own, `path/to/file.py:function` by kind (`second.py`).
     Raises `io.ReplayError` where the run is not whole.
     """
     if window.is_dry(Path(run_dir)):
         return dynamics.replay_dry(Path(run_dir), out)
+    with second.known(Path(run_dir), functions or {}):
+        return _replay(run_dir, out, functions or {})
+
+
+def _replay(run_dir: Path, out: Path | None, functions: Mapping[str, str]) -> dict[str, Any]:
+    """The replay of a moist run, with all laws known that can be."""
     started, cpu = time.monotonic(), time.process_time()
     run = io.read(Path(run_dir))
     held = whole.check(Path(run_dir))
@@ -46,12 +55,14 @@ def replay(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
         "contacts": found.contacts,
         "compared": held,
         "unchecked": coverage.unchecked(run),
+        "second": dict(functions),
         "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held), *vtk.not_checked(Path(run_dir))],
         "notes": dynamics.notes(more),
         **more,
         "diagnosis": vtk.with_findings(misshown, failed, lambda rest: _named(Path(run_dir), run, tables, found, rest)),
         "wall_s": time.monotonic() - started,
         "cpu_s": time.process_time() - cpu,
+        "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         "events_per_s": found.events / max(looked + found.seconds["events"], 1e-9),
         "contacts_per_s": found.contacts / max(found.seconds["contacts"], 1e-9),
         "quantities": {q.name: q.as_dict() for q in quantities},

@@ -47,10 +47,11 @@ OF_PLACES = ("bridges", "films", "wall_films", "trajectory", "window_states")
 @dataclass(frozen=True)
 class Before:
     """The log before a part: its last step, and the rows that tell who holds what: last events of all holders, formations of
-    the bridges that stand."""
+    the bridges that stand, and which of them are these."""
 
     step: int
     rows: Floats
+    standing: Floats
 
 
 @dataclass
@@ -63,7 +64,7 @@ class Found:
     """Of the processor."""
     moved: contributions.Moved = field(default_factory=contributions.Moved)
     quantities: dict[str, dict[str, Quantity]] = field(default_factory=dict)
-    now: Before = field(default_factory=lambda: Before(-1, np.zeros(0, np.int64)))
+    now: Before = field(default_factory=lambda: Before(-1, *2 * [np.zeros(0, np.int64)]))
     """Before the part that is being looked at."""
     broke: dict[str, Before] = field(default_factory=dict)
     """Log -> before the first part in which it disagrees."""
@@ -112,7 +113,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         began = time.process_time()
         part = _part(run, logs, step)
         events = part.table("events")
-        found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row))
+        found.now = Before(start, np.union1d(last_row[last_row >= 0], before.row), before.row)
         lives = Lives(before, events, found.events, start)
         inside = outputs[(outputs > start) & (outputs <= step)]
         p = pairs(events, fixed)

@@ -47,9 +47,9 @@ def of_folder(folder: Path, case: int, scale: str) -> dict[str, Any]:
     }
     with open(Path(folder) / "cases.csv", newline="") as file:
         row = next(row for row in csv.DictReader(file) if int(row["case"]) == case)
-    words = ("material", "source")
+    words = ("material", "source", "liquid")
     return {
-        "case": {name: text if name in words else float(text) for name, text in row.items()},
+        "case": {name: text if name in words else float(text) for name, text in row.items() if text},
         "scale": {"name": scale, **read["scales"]["scales"][scale]},
         "apparatus": read["scales"]["apparatus"],
         "materials": read["materials"],

@@ -27,7 +27,10 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
     """Field of the scene's effects -> what it must be; fields that the plan's numbers decide are left out."""
     asked, chosen = config["settings"]["effects"], config["settings"].get("laws") or {}
     preset = PRESETS[chosen.get("preset", "paper")]
-    laws = {**preset, **{kind: law for kind, law in chosen.items() if kind != "preset" and law is not None}}
+    laws = {
+        **preset,
+        **{kind: law for kind, law in chosen.items() if kind not in ("preset", "reference") and law is not None},
+    }
     by_number = asked.get("decide", "preset") == "tolerance"
     moist = float(config["case"]["liquid_percent"]) > 0.0
     by_hand = {

@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io, plans
+from reference_impl.motion.window import way_of
+from reference_impl.replay import capillary, exact, io, plans
 from reference_impl.replay.compare import Floats
+from reference_impl.replay.coverage import EXACT
+from reference_impl.replay.lives import Lives, keys, none
 from reference_impl.replay.stream import Rows
 
 
@@ -47,6 +50,7 @@ class Logs:
             self.rest = self.triangles[corners].to_numpy(float).reshape(-1, 3, 3)
             motion = io.columns(folder / "mesh_motion.parquet", ["step", "mesh", "dx", "dy", "dz"])
             self.motion = {(row.step, row.mesh): [row.dx, row.dy, row.dz] for row in motion.itertuples()}
+        self._standing, self._booked = none(), -1
         self._streams: dict[str, tuple[Rows, int]] = {}
         self.at = lru_cache(maxsize=4)(self._at)
 
@@ -90,14 +94,70 @@ class Logs:
         rest = (bridges["volume"].to_numpy() - share)[pair]
         return np.bincount(i, share, len(self.ids)) + np.bincount(j[pair], rest, len(self.ids))
 
+    def ages(self, bridges: pd.DataFrame, step: int) -> Floats:
+        """Time since the formation of bridges that stand at a step [s], by the event log; NaN of one that it does not have."""
+        if step <= self._booked:
+            self._standing, self._booked = none(), -1
+            self._streams.pop("events", None)
+        names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance"]
+        stream, _ = self._streams.get("events") or (Rows(io.where(self.folder, "events"), "events", names), -1)
+        self._streams["events"] = stream, step
+        lives = Lives(self._standing, stream.until(step), 0, self._booked)
+        self._standing, self._booked = lives.standing(), step
+        formed = np.append(lives.all.step.astype(float), np.nan)
+        at = lives.at(keys(bridges), np.full(len(bridges), step), strictly=False)
+        return np.asarray((step - formed[at]) * self.scene["time_step_s"])
+
+    def pairs(self, bridges: pd.DataFrame) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Whether bridges are at walls, radii (of a wall a dummy, 1) and contact angles of both bodies."""
+        wall, i, j = (bridges[name].to_numpy() for name in ("partner_kind", "i", "j"))
+        wall = wall != 0
+        angle = {c["type"]: c["contact_angle_rad"] for c in self.scene["classes"]}
+        angles = np.array([angle[kind] for kind in self.kind])
+        of_mesh = {w["name"]: w["contact_angle_rad"] for w in self.scene["walls"]}
+        of_part = dict(zip(self.triangles.get("part", []), self.triangles.get("mesh", []), strict=True))
+        at, other = np.searchsorted(self.ids, i), np.searchsorted(self.ids, np.where(wall, self.ids[0], j))
+        theirs = [
+            of_mesh[of_part[part]] if at_wall else angles[k] for part, at_wall, k in zip(j, wall, other, strict=True)
+        ]
+        return wall, self.radius[at], np.where(wall, 1.0, self.radius[other]), angles[at], np.array(theirs)
+
+    def pulls(self, bridges: pd.DataFrame) -> Floats | None:
+        """Capillary force of bridges [N] by the equation of the run's law; None where that is no closed form known here."""
+        name = self.scene["effects"].get("capillary")
+        if name is None:
+            return np.zeros(len(bridges))
+        if name not in capillary.LAWS:
+            return None
+        wall, ri, rj, ti, tj = self.pairs(bridges)
+        gap, volume = (bridges[column].to_numpy(float) for column in ("separation", "volume"))
+        sigma = float(self.scene["liquid"]["surface_tension_N_per_m"])
+        return np.asarray(capillary.LAWS[name](gap, volume, ri, rj, wall, ti, tj, sigma))
+
+    @property
+    def exact(self) -> bool:
+        """Whether the run's capillary law is the exact bridge."""
+        return bool(self.scene["effects"].get("capillary") == EXACT)
+
+    def exact_pulls(self, bridges: pd.DataFrame) -> tuple[Floats, Floats]:
+        """Force [N] of the exact bridge at the gaps of some bridges, and at touch."""
+        wall, ri, rj, ti, tj = self.pairs(bridges)
+        sigma = float(self.scene["liquid"]["surface_tension_N_per_m"])
+        every = zip(bridges["volume"], ri, np.where(wall, np.inf, rj), ti, tj, strict=True)
+        bodies = [tuple(map(float, body)) for body in every]
+        gaps = bridges["separation"].tolist()
+        pulls = [(exact.force(gap, body), exact.force(0.0, body)) for gap, body in zip(gaps, bodies, strict=True)]
+        at_gap, touch = np.array(pulls).T
+        return sigma * at_gap, sigma * touch
+
     def corners(self, step: int) -> Floats:
         """Corners (n, 3, 3) of all triangles."""
         at, none = self.rest.copy(), [0.0, 0.0, 0.0]
         shift = np.array([self.motion.get((step, mesh), none) for mesh in self.triangles["mesh"]]).reshape(-1, 3)
-        turns = {w["name"] for w in self.scene["walls"] if w["motion"] == "turns"}
-        rows = self.triangles["mesh"].isin(turns).to_numpy()
-        if rows.any():
-            how = self.scene["rotation"]
+        for wall in self.scene["walls"]:
+            if wall["motion"] != "turns":
+                continue
+            rows, how = (self.triangles["mesh"] == wall["name"]).to_numpy(), way_of(self.scene, wall)
             angle = 2.0 * np.pi * step * self.scene["time_step_s"] / how["period_s"]
             at[rows] = _about(np.asarray(how["axis"], float), angle, at[rows] - how["origin_m"]) + how["origin_m"]
         return np.asarray(at + shift[:, None, :])

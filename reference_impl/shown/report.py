@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay.compare import Floats
-from reference_impl.shown import drawn, tables
+from reference_impl.shown import drawn, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
 
 FIGURES = ("moisture", "curves", "classes", "liquid")
@@ -30,11 +30,6 @@ ROOM = 1e-5
 APART = 40.0
 """Least distance of two colours of one panel, of 442 between black and white."""
 CLASSES = {"": "", ", small": "_small", ", near mesh": "_near_mesh", ", large": "_large"}
-HOLDERS = {
-    "on the screen: large": "coarse_material_large", "on the screen: near mesh": "coarse_material_near_mesh",
-    "on the screen: small": "coarse_material_small", "fines in the bin": "fines", "wires": "wires", "side walls": "side_wall",
-    "feed bin and slide": "feed_bin", "outlet": "outlet", "impact plate": "impact_plate", "collecting bin": "collecting_bin",
-}  # fmt: skip
 CANNOT = "share that cannot pass"
 
 
@@ -118,7 +113,9 @@ def check(report: Path, cases: Path) -> Read:
             read.faults += _colours(figure, panel, colours["places" if figure == "liquid" else "moisture"])
         read.faults += _missing(runs, figure, panels)
     read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
-    read.faults += wrong
+    told, words = sentences.check(text, runs.folder, sorted(listed))
+    read.numbers += len(told)
+    read.faults += [*wrong, *tables.wrong_of(told), *words]
     return read
 
 
@@ -138,7 +135,7 @@ def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int, str] 
     here = [n for n in runs.numbers() if runs.configuration(n) == title[1]]
     if figure == "liquid":
         found = [n for n in here if title[2] and runs.liquid(n) == float(title[2])]
-        return (found[0], f"{HOLDERS[label]}_m3") if found and label in HOLDERS else None
+        return (found[0], f"{tables.HOLDERS[label]}_m3") if found and label in tables.HOLDERS else None
     words = re.fullmatch(r"(dry|M = (\S+) %)(, .*)?", label)
     if words is None or (words[3] or "") not in CLASSES:
         return None
@@ -188,7 +185,7 @@ def _is(runs: Runs, curve: Curve) -> str:
     """What a curve shows in truth."""
     columns = [
         *(f"fraction_retained{c}" for c in (*CLASSES.values(), "_spheres")),
-        *(f"{h}_m3" for h in HOLDERS.values()),
+        *(f"{h}_m3" for h in tables.HOLDERS.values()),
     ]
     for number in runs.numbers():
         for column in columns:

@@ -22,8 +22,14 @@ LEDGER = {
     "of which in bridges": "standing_bridges",
 }  # fmt: skip
 FORCES = {"dry contacts, normal": "contact_normal", "dry contacts, tangential": "contact_tangential"}
+HOLDERS = {
+    "on the screen: large": "coarse_material_large", "on the screen: near mesh": "coarse_material_near_mesh",
+    "on the screen: small": "coarse_material_small", "fines in the bin": "fines", "wires": "wires", "side walls": "side_wall",
+    "feed bin and slide": "feed_bin", "outlet": "outlet", "impact plate": "impact_plate", "collecting bin": "collecting_bin",
+}  # fmt: skip
+"""Who holds liquid, in the words of figures and tables -> column, but for its unit."""
 Told = tuple[str, str, float | None, str]
-"""Where a number stands, its text, what it should be, and how many digits it has: `3 digits`, `whole`, `power`."""
+"""Where a number stands, its text, what it should be, and how it is rounded: `3 digits`, `2 places`, `unit`, `whole`, `power`."""
 
 
 def section(text: str, name: str) -> str:
@@ -63,6 +69,8 @@ def agrees(text: str, value: float | None, digits: str) -> bool:
     shown, value = float(match[1].replace("−", "-")), 100.0 * value if match[2] else value
     if digits == "whole":
         return shown == value
+    if digits == "unit" or digits.endswith("places"):
+        return abs(shown - value) <= 0.500001 * 10.0 ** -(0 if digits == "unit" else int(digits[0]))
     if shown == 0 or value == 0:
         return shown == value
     kept = 2 if digits == "power" else int(digits[0])
@@ -73,9 +81,13 @@ def check(text: str, folder: Path, cases: list[int]) -> tuple[int, list[str]]:
     """How many numbers were read, and sentences on those that are wrong."""
     told = [*_cases(text, folder), *_ledger(text, folder), *_agreement(text, folder), *_effects(text, folder),
             *_contributed(text, folder), *_passed(text, folder, cases), *_cards(text, folder, cases)]  # fmt: skip
-    wrong = [f"{where}: {shown!r} is shown; expected {value if value is None else f'{value:.6g}'}"
+    return len(told), wrong_of(told)
+
+
+def wrong_of(told: list[Told]) -> list[str]:
+    """Sentences on the numbers that are wrong."""
+    return [f"{where}: {shown!r} is shown; expected {value if value is None else f'{value:.6g}'}"
              for where, shown, value, digits in told if not agrees(shown, value, digits)]  # fmt: skip
-    return len(told), wrong
 
 
 def _deep(data: Any, path: tuple[str, ...]) -> Any:

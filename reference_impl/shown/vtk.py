@@ -18,6 +18,7 @@ import pandas as pd
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.replay.compare import Floats, Quantity, compare, merged
+from reference_impl.replay.exact import FORCE_TOLERANCE
 from reference_impl.replay.formations import thickness
 from reference_impl.shown import vtu
 from reference_impl.shown.exchanged import suspects
@@ -25,6 +26,8 @@ from reference_impl.shown.logs import Logs
 
 LOOKED = 3
 """Output steps that disagree, of which the fault is looked for."""
+EXACT_PULLS = 8
+"""Bridges of the last output of which the exact force is solved: a tenth of a second each."""
 NOT_THERE = "VTK: there are no files yet; pywet view writes and checks them"
 
 
@@ -38,6 +41,7 @@ class Field:
     shown: Floats
     own: Floats
     size: Floats
+    limit: float = 1e-12
 
 
 def there(folder: Path) -> bool:
@@ -67,7 +71,9 @@ def not_checked(folder: Path) -> list[str]:
 
 
 def disagreement(folder: Path) -> str | None:
-    """What is shown wrong, in one sentence; None where all files agree with the logs."""
+    """What is shown wrong, in one sentence; None where there are files and all agree with the logs."""
+    if not there(folder):
+        return f"{folder / 'vtk'} is not there; expected the files that were to be written"
     quantities, findings = check(folder)
     wrong = ", ".join(q.name for q in quantities if not q.ok)
     said = "; ".join(f["sentence"] for f in findings)
@@ -87,7 +93,7 @@ def with_findings(
 
 
 def _compared(field: Field) -> Quantity:
-    limit = 0.0 if field.shown.dtype.kind in "iu" else 1e-12
+    limit = 0.0 if field.shown.dtype.kind in "iu" else field.limit
     return compare(field.name, "itself, or the largest of the run", field.shown.astype(float), field.own.astype(float),
                    field.size, field.rows, limit)  # fmt: skip
 
@@ -160,7 +166,16 @@ def _bridges(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> It
         every |= {"first_end": shown.points[shown.cells[:, 0]], "second_end": shown.points[shown.cells[:, -1]]}
     fields = [("first_end", "end of a bridge at i", ends[0]), ("second_end", "end of a bridge at j", ends[1]),
               ("volume", "volume of a bridge", here["volume"].to_numpy()),
-              ("separation", "gap of a bridge", here["separation"].to_numpy())]  # fmt: skip
+              ("separation", "gap of a bridge", here["separation"].to_numpy()),
+              ("age", "age of a bridge", logs.ages(here, step))]  # fmt: skip
+    pulls, what = logs.pulls(here), "capillary force of a bridge"
+    if pulls is not None:
+        fields.append(("capillary_force", what, pulls))
+    elif logs.exact and step == logs.plan.outputs[-1] and order is not None:
+        few = np.unique(np.linspace(0, len(here) - 1, EXACT_PULLS).astype(int))
+        own, touch = logs.exact_pulls(here.iloc[few])
+        shown_here = every.get("capillary_force", np.full(len(here), np.nan))[order][few]
+        yield Field("vtk_bridge_capillary_force", what, rows.iloc[few], shown_here, own, touch, FORCE_TOLERANCE)
     yield from _each("bridge", fields, every, order, rows)
 
 

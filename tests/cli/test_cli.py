@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer.main
 from typer.testing import CliRunner
 
 import pywet
@@ -123,6 +127,22 @@ def test_a_step_that_the_viscous_force_makes_short_is_said_before_the_run() -> N
     said = cases.shorter_step(glycerol, 2, "smoke")
     ratio = cases.ingredients(loaded, 2, "smoke").time_step_s / cases.ingredients(glycerol, 2, "smoke").time_step_s
     assert said is not None and "semi_implicit" in said and f" {ratio:.1f} times" in said
+
+
+def helps(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command with the words that call it."""
+    for name, sub in getattr(command, "commands", {}).items():
+        yield from helps(sub, (*words, name))
+    if words:
+        yield words, command
+
+
+def test_no_help_loses_a_word_in_brackets(runner: CliRunner) -> None:
+    """What stands in brackets, such as [m/s], is markup for the printer: it would be eaten. Every word of a help is printed."""
+    for words, command in helps(typer.main.get_command(app)):
+        shown = re.sub(r"[\W_]+", "", runner.invoke(app, [*words, "--help"]).output)
+        for text in (command.help, *(getattr(p, "help", None) for p in command.params)):
+            assert re.sub(r"[\W_]+", "", text or "") in shown, (words, text)
 
 
 def test_laws_lists_the_registry(runner: CliRunner) -> None:

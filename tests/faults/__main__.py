@@ -1,7 +1,8 @@
 """`python -m tests.faults --new N --seed S`: N random faults, who notices each, and the score by room.
 
-Found by the replay (and in which words), by the program itself (it stops with a sentence), by its tests (`--tests`, slow),
-without any effect on what the run leaves, or surviving. One line for each as it is tried; all of them in OUT/faults.csv.
+Found by the replay (and in which words), by the program itself (it stops with a sentence), by its tests (`--tests`, slow), a
+crash that anybody sees, without any effect on what the run leaves, at a line to which no scene comes, or surviving. One line for
+each as it is tried; all of them in OUT/faults.csv. A call with the same OUT and seed goes on where the last one was ended.
 """
 
 from __future__ import annotations
@@ -16,18 +17,20 @@ from typing import Annotated
 import typer
 
 from tests.faults import trial
-from tests.faults.mutants import draw
+from tests.faults.mutants import Mutant, draw
 
-COLUMNS = ("room", "file", "line", "what", "by", "said")
+COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
+OPEN = ("not reached", "no effect", "survives")
+"""Verdicts after which the tests are asked."""
+ASKED = "asked:"
+"""Begins what is said of a fault that no test noticed."""
 
 
 def main(
     new: Annotated[int, typer.Option(min=1, help="Faults.")] = 20,
     seed: Annotated[int, typer.Option(help="Of the draw; the same seed and sources give the same faults.")] = 1,
     room: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(trial.ROOMS)}; default all in turn.")] = None,
-    tests: Annotated[
-        bool, typer.Option("--tests", help="Ask the room's tests about what the program does not notice.")
-    ] = False,
+    tests: Annotated[bool, typer.Option("--tests", help="Then ask the tests about what nothing else notices.")] = False,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
@@ -35,48 +38,74 @@ def main(
     unknown = sorted(set(rooms) - set(trial.ROOMS))
     if unknown:
         raise typer.BadParameter(f"there is no room {unknown[0]}; expected one of {', '.join(trial.ROOMS)}")
-    out = out.absolute()
-    out.mkdir(parents=True, exist_ok=True)
-    folder, chance, begun = out / "tree", random.Random(seed), time.monotonic()
-    trial.copy(folder)
-    done = trial.run(folder)
-    if done.returncode:
-        raise SystemExit(f"the program without a fault fails: {done.stderr.strip()[-300:]}")
-    sound = trial.marks(folder)
-    print(f"without a fault: {len(sound)} files, {time.monotonic() - begun:.0f} s", flush=True)
-    rows: list[dict[str, str]] = []
-    with open(out / "faults.csv", "w", newline="") as file:
-        table = csv.DictWriter(file, COLUMNS)
-        table.writeheader()
-        while len(rows) < new:
-            place = rooms[len(rows) % len(rooms)]
-            mutant = draw(trial.files(place), chance)
-            trial.copy(folder, mutant)
-            if not trial.compiles(folder, mutant):
-                continue
-            verdict = trial.judge(folder, place, sound, tests)
-            name = str(mutant.path.relative_to(trial.PACKAGE))
-            rows.append(
-                dict(zip(COLUMNS, (place, name, str(mutant.line), mutant.what, verdict.by, verdict.said), strict=True))
+    table = out.absolute() / "faults.csv"
+    table.parent.mkdir(parents=True, exist_ok=True)
+    rows = read(table)
+    bench, begun = trial.Bench(out.absolute()), time.monotonic()
+    bench.open()
+    print(f"without a fault: {time.monotonic() - begun:.0f} s", flush=True)
+    known = {(row["room"], int(row["number"])) for row in rows}
+    asked = [(rooms[n % len(rooms)], n // len(rooms)) for n in range(new)]
+    ahead, begun = [place for place in asked if place not in known], time.monotonic()
+    for done, (place, number) in enumerate(ahead, 1):
+        row = one(bench, number, seed, place)
+        rows.append(row)
+        write(table, rows)
+        left = (time.monotonic() - begun) / done * (len(ahead) - done)
+        print(f"{done}/{len(ahead)} {row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} "
+              f"{row['said'][:90]} ({left / 60:.0f} min to go)", flush=True)  # fmt: skip
+    for row in rows if tests else ():
+        if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in rooms:
+            failed = asked.ask(bench.tree, asked.again(row, seed))
+            row |= {"by": "tests", "said": failed} if failed else {"said": f"{ASKED} {row['said']}"}
+            write(table, rows)
+            print(
+                f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['said'][:90]}",
+                flush=True,
             )
-            table.writerow(rows[-1])
-            file.flush()
-            left = (time.monotonic() - begun) / len(rows) * (new - len(rows))
-            print(f"{len(rows)}/{new} {place} {name}:{mutant.line} {mutant.what[:60]}: {verdict.by} {verdict.said[:90]}"
-                  f" ({left / 60:.0f} min to go)", flush=True)  # fmt: skip
     print("\n".join(score(rows)))
 
 
+def one(bench: trial.Bench, number: int, seed: int, room: str) -> dict[str, str]:
+    """The fault of a number in its room, the first of its draw that compiles, tried."""
+    chance, verdict = random.Random(f"{seed} {room} {number}"), None
+    while verdict is None:
+        mutant: Mutant = draw(trial.files(room), chance)
+        verdict = bench.judge(mutant, room)
+    name = str(mutant.path.relative_to(trial.PACKAGE))
+    return dict(
+        zip(COLUMNS, (str(number), room, name, str(mutant.line), mutant.what, verdict.by, verdict.said), strict=True)
+    )
+
+
+def read(table: Path) -> list[dict[str, str]]:
+    """Faults tried so far."""
+    if not table.exists():
+        return []
+    with open(table, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def write(table: Path, rows: list[dict[str, str]]) -> None:
+    """The table, whole or not at all."""
+    partial = table.with_suffix(".partial")
+    with open(partial, "w", newline="") as file:
+        lines = csv.DictWriter(file, COLUMNS)
+        lines.writeheader()
+        lines.writerows(rows)
+    partial.rename(table)
+
+
 def score(rows: list[dict[str, str]]) -> list[str]:
-    """For each room how many were found by whom; those without effect do not count."""
-    lines = [f"{'room':<10}{'faults':>7}{'effect':>8}{'replay':>8}{'program':>9}{'tests':>7}{'survive':>9}{'found':>8}"]
+    """For each room how many were found by whom; crashes, and those without effect, do not count."""
+    names = ("crash", "no effect", "replay", "program", "tests", "not reached", "survives")
+    lines = [f"{'room':<10}{'faults':>7}" + "".join(f"{name:>12}" for name in names) + f"{'found':>8}"]
     for room in [*dict.fromkeys(r["room"] for r in rows), ""]:
         of = Counter(r["by"] for r in rows if room in ("", r["room"]))
-        total = sum(of.values())
-        acting = total - of["no effect"]
-        share = 1.0 - of["survives"] / acting if acting else 1.0
-        lines.append(f"{room or 'all':<10}{total:>7}{acting:>8}{of['replay']:>8}{of['program']:>9}{of['tests']:>7}"
-                     f"{of['survives']:>9}{100 * share:>7.0f}%")  # fmt: skip
+        acting = sum(of[name] for name in names[2:])
+        share = (of["replay"] + of["program"] + of["tests"]) / acting if acting else 1.0
+        counts = "".join(f"{of[name]:>12}" for name in names)
+        lines.append(f"{room or 'all':<10}{sum(of.values()):>7}{counts}{100 * share:>7.0f}%")
     return lines
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import random
+import sys
 from pathlib import Path
+from typing import Any
 
-from tests.faults import trial
+from tests.faults import asked, reach, server, trial
 from tests.faults.__main__ import score
-from tests.faults.mutants import draw, mutants
+from tests.faults.mutants import Mutant, draw, mutants
 
 PYTHON = '''"""Text + 1."""
 import math  # a + b
@@ -49,11 +52,53 @@ def test_the_same_seed_draws_the_same_faults() -> None:
     assert one == two
 
 
-def test_every_room_has_files_and_tests() -> None:
+def test_every_room_has_files_and_their_tests() -> None:
     for room in trial.ROOMS:
-        assert trial.files(room) and all((trial.ROOT / place).exists() for place in trial.TESTS[room])
+        assert trial.files(room)
+        assert all((trial.ROOT / place).exists() for path in trial.files(room) for place in asked.tests_of(path))
+    assert asked.tests_of(trial.PACKAGE / "report/vtk.py")[0] == "tests/report/test_vtk.py"
 
 
-def test_faults_without_effect_do_not_count() -> None:
-    rows = [{"room": "plugin", "by": by} for by in ("replay", "replay", "survives", "no effect")]
-    assert score(rows)[1].split() == ["plugin", "4", "3", "2", "0", "0", "1", "67%"]
+def test_crashes_and_faults_without_effect_do_not_count() -> None:
+    rows = [{"room": "plugin", "by": by} for by in ("replay", "replay", "tests", "survives", "no effect", "crash")]
+    assert score(rows)[1].split() == ["plugin", "6", "1", "1", "2", "0", "1", "0", "1", "75%"]
+
+
+def test_a_fault_is_drawn_again_from_its_row() -> None:
+    mutant = draw(trial.files("view"), random.Random("1 view 4"))
+    row = {"room": "view", "number": "4", "file": "report/vtk.py", "line": str(mutant.line), "what": mutant.what}
+    assert asked.again(row, 1) == mutant
+
+
+def test_what_imports_a_changed_module_is_forgotten() -> None:
+    """With what imports that; nothing else."""
+    import pywet.report.vtk as vtk
+    import pywet.runs.rundir as rundir
+
+    names = ("pywet.runs.rundir", "pywet.report.vtk", "pywet.scene")
+    kept = {name: sys.modules[name] for name in list(sys.modules) if name.startswith("pywet")}
+    try:
+        server.forget("pywet.runs.rundir", trial.ROOT)
+        assert [name in sys.modules for name in names] == [False, False, True]
+    finally:
+        sys.modules.update(kept)
+        sys.modules["pywet.runs"].rundir = rundir  # type: ignore[attr-defined]
+        sys.modules["pywet.report"].vtk = vtk  # type: ignore[attr-defined]
+
+
+def test_the_answer_of_a_copy_and_how_it_ended() -> None:
+    assert server.in_copy(lambda: {"by": "replay"}, 60.0) == {"by": "replay"}
+    assert "ZeroDivisionError" in server.in_copy(lambda: {"by": str(1 // 0)}, 60.0)["crash"]
+    assert server.in_copy(lambda: os.kill(os.getpid(), 9) or {}, 60.0) == {"crash": "signal 9"}
+
+
+def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
+    """Of the file asked about, those that are executed."""
+    path = tmp_path / "way.py"
+    path.write_text("def way(x):\n    if x:\n        return 1\n    return 2\n")
+    space: dict[str, Any] = {}
+    exec(compile(path.read_text(), str(path), "exec"), space)
+    with reach.traced(tmp_path) as lines:
+        space["way"](False)
+    assert lines == {"way.py": {1, 2, 4}}
+    assert [trial.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]

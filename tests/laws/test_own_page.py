@@ -13,18 +13,18 @@ from typer.testing import CliRunner
 
 from pywet import config
 from pywet.cli.app import app
+from pywet.errors import PywetError
 from pywet.laws import own
+from pywet.runs import second
 from pywet.screening import cases
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "howto-own-law.md").read_text()
 
 
-def block(language: str) -> str:
-    """The first block of a language on the page."""
-    found = re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-    assert found
-    return found.group(1)
+def block(language: str, number: int = 0) -> str:
+    """A block of a language on the page."""
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)[number]
 
 
 @pytest.fixture
@@ -59,7 +59,8 @@ def test_the_law_of_a_run_is_tried_before_it_starts(followed: Path) -> None:
 
 @pytest.mark.engine
 def test_the_bridge_of_the_page(followed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In Python and inside the engine the force is 4 pi sigma r_red cos(theta), whatever the gap."""
+    """In Python and inside the engine the force is 4 pi sigma r_red cos(theta), whatever the gap; then with a law of formation
+    beside it, by which the engine forms the bridge."""
     monkeypatch.chdir(followed)
     wanted = 4.0 * math.pi * 0.0728 * 0.00125 * math.cos(math.radians(10.0))
     for more in ([], ["--engine", "liggghts"]):
@@ -67,6 +68,35 @@ def test_the_bridge_of_the_page(followed: Path, monkeypatch: pytest.MonkeyPatch)
         assert done.exit_code == 0, done.stderr
         forces = json.loads(done.stdout)["force_N"]
         assert forces[f"{followed / 'my_law.py'}:constant_neck"] == pytest.approx([wanted] * 3, rel=1e-9)
+    (followed / "laws.py").write_text(LAWS)
+    query = {**json.loads(block("json")), "laws": ["laws.py:halves", "my_law.py:constant_neck"], "separations_m": [0.0]}
+    (followed / "q.json").write_text(json.dumps(query))
+    done = CliRunner().invoke(app, ["bridge", "q.json", "--trust", "--engine", "liggghts"])
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout)["volume_m3"] == pytest.approx(1e-10, rel=1e-9)
+
+
+def test_a_second_function_goes_to_the_reference(followed: Path) -> None:
+    """Named beside the law; what it is refused for is said as the configuration is read."""
+    file = followed / "config.yaml"
+    file.write_text(file.read_text().replace("laws:\n", "laws:\n  reference: {capillary: my_reference.py:neck}\n", 1))
+    with pytest.raises(PywetError, match=r"my_reference\.py does not exist"):
+        config.load(followed)
+    text = block("python", 1)
+    (followed / "my_reference.py").write_text(text.replace("separation,", "separation, more,"))
+    with pytest.raises(PywetError, match=r"expected one of \(separation, volume, radius_i"):
+        config.load(followed)
+    (followed / "my_reference.py").write_text(text)
+    name = f"{followed / 'my_reference.py'}:neck"
+    loaded = config.load(followed)
+    assert loaded.settings.laws.reference == {"capillary": name} and own.may_run(name)
+    second.leave(followed, loaded.settings.laws.reference)
+    assert second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {"capillary": name}
+    (followed / "my_reference.py").write_text(text + "\n")
+    assert not second.same(followed, loaded.settings.laws.reference) and second.of_run(followed) == {}
+    file.write_text(file.read_text().replace("capillary: my_law.py:constant_neck", "capillary: willett"))
+    with pytest.raises(PywetError, match=r"reference\.capillary beside a law of your own only"):
+        config.load(followed)
 
 
 LAWS = """
@@ -92,7 +122,24 @@ def steady(speed, viscosity, surface_tension):
 def nearly(volume, radius_i, radius_j, angle_i, angle_j):
     return 1.0
 
+@force_law
+def half_film(film_volume_i, radius_i, radius_j):
+    return 0.5 * film_volume_i
+
+@force_law
+def half_at_wire(film_volume_i, radius_i, half_width):
+    return 0.5 * film_volume_i
+
+@force_law
+def of_wall(film_thickness, radius_i):
+    return film_thickness * radius_i * radius_i
+
+@force_law
+def of_wire(film_thickness, radius_i, half_width):
+    return film_thickness * radius_i * half_width
+
 sideways = (slip, slip)
+halves = (half_film, half_at_wire, of_wall, of_wire)
 """
 
 
@@ -100,7 +147,7 @@ def test_a_bridge_takes_laws_of_every_kind_that_it_asks(followed: Path) -> None:
     """Each is told by its arguments; what they give is in the answer under their names."""
     file, query = followed / "laws.py", json.loads(block("json"))
     file.write_text(LAWS)
-    query["laws"] = [f"laws.py:{name}" for name in ("longer", "drag", "sideways", "steady")]
+    query["laws"] = [f"laws.py:{name}" for name in ("longer", "drag", "sideways", "steady", "halves")]
     (followed / "q.json").write_text(json.dumps({**query, "velocity_m_per_s": 0.1, "viscosity_Pa_s": 0.01}))
     done = CliRunner().invoke(app, ["bridge", str(followed / "q.json"), "--trust"])
     assert done.exit_code == 0, done.stderr
@@ -111,6 +158,48 @@ def test_a_bridge_takes_laws_of_every_kind_that_it_asks(followed: Path) -> None:
     assert answer["viscous_normal_N"][f"{file}:drag"] == pytest.approx([1e-4] * 3)
     assert answer["viscous_tangential_kg_per_s"][f"{file}:sideways"] == [pytest.approx([3e-2 * 0.0025] * 3)] * 2
     assert answer["dynamic_rupture_factor"] == 1.25
+    film = math.cbrt(3.0 * 1e-10 / (4.0 * math.pi) + 0.0025**3) - 0.0025  # each of two films gives half of itself
+    assert answer["film_thickness_m"][f"{file}:halves"] == pytest.approx(film, rel=1e-9)
+
+
+def test_a_law_that_draws_no_such_volume_is_refused(followed: Path) -> None:
+    text = LAWS.replace("return 0.5 * film_volume_i", "return min(0.5 * film_volume_i, 1e-12)")
+    (followed / "laws.py").write_text(text)
+    (followed / "q.json").write_text(json.dumps({**json.loads(block("json")), "laws": ["laws.py:halves"]}))
+    done = CliRunner().invoke(app, ["bridge", str(followed / "q.json"), "--trust"])
+    assert done.exit_code == 1 and "draws 1e-10 m3 from no film, however thick" in done.stderr
+
+
+def test_the_table_prints_what_a_law_is_off_the_exact_bridge(followed: Path) -> None:
+    """The exact force is the reference's, which shares nothing with the solver that the command uses."""
+    from reference_impl.bridge import bridge as second
+
+    done = CliRunner().invoke(app, ["bridge", str(followed / "my_bridge.json"), "--trust", "--table"])
+    assert done.exit_code == 0, done.stderr
+    angle, wanted = math.radians(10.0), 4.0 * math.pi * 0.0728 * 0.00125 * math.cos(math.radians(10.0))
+    rows = [line.split() for line in done.stdout.splitlines() if line.strip().startswith("my_law.py:")]
+    assert [float(row[1]) for row in rows] == [0.0, 100.0, 200.0]
+    for row, gap in zip(rows, (0.0, 1e-4, 2e-4), strict=True):
+        exact = 0.0728 * second.solve(gap, 1e-10, 0.0025, 0.0025, angle, angle).force
+        assert float(row[3]) == pytest.approx(1e3 * exact, rel=1e-5)
+        assert float(row[4]) == pytest.approx(100.0 * (wanted / exact - 1.0), rel=0.05)  # two digits are printed
+
+
+def test_the_drawing_holds_the_law_and_the_exact_force(followed: Path) -> None:
+    from pywet.bench import bridge_query
+    from pywet.report import bridge
+
+    query = bridge_query.read(followed / "my_bridge.json")
+    own.trust(query.laws)
+    answer, exact = bridge_query.answer(query), bridge_query.exact_force(query)
+    lines = {line.get_label(): line for line in bridge.figure(query.separations_m, answer, exact).axes[0].lines}
+    assert lines["my_law.py:constant_neck"].get_ydata() == pytest.approx(
+        [1e3 * answer["force_N"][query.laws[0]][0]] * 3
+    )
+    assert lines["exact (Young-Laplace)"].get_ydata() == pytest.approx([1e3 * value for value in exact])
+    picture = followed / "my.svg"
+    done = CliRunner().invoke(app, ["bridge", str(followed / "my_bridge.json"), "--trust", "--plot", str(picture)])
+    assert done.exit_code == 0 and picture.read_text().startswith("<?xml")
 
 
 def test_a_law_of_other_arguments_is_told_what_its_kind_expects(followed: Path) -> None:

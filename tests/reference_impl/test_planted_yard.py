@@ -46,7 +46,7 @@ def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[s
     findings = result["diagnosis"]["findings"]
     for fault in faults:
         assert not result["quantities"][fault.quantity]["ok"]
-        said = [f["sentence"] for f in findings if fault.quantity in f["quantities"]]
+        said = [s for f in findings if fault.quantity in f["quantities"] for s in (f["sentence"], *f["consequences"])]
         assert any(fault.words in sentence for sentence in said), (fault, said)
 
 
@@ -54,6 +54,7 @@ def test_the_page_lists_every_fault() -> None:
     """With its quantity and its words."""
     page = (Path(__file__).parents[2] / "docs" / "replay_classes.md").read_text()
     tables = {name: (f.quantity, f.words) for name, f in planted_yard.FAULTS.items()}
-    for name, (quantity, words) in {**tables, **planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP}.items():
+    of_plugin = {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_GROWN}
+    for name, (quantity, words) in {**tables, **of_plugin}.items():
         row = next(line for line in page.splitlines() if line.startswith(f"| {name} |"))
         assert f"| {quantity} | {words}" in row

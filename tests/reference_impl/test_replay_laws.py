@@ -16,6 +16,7 @@ from pywet.bench import small
 from pywet.laws import registry
 from pywet.scene import Effects
 from reference_impl.replay import capillary, coverage, laws
+from reference_impl.replay.io import ReplayError
 from reference_impl.replay.replay import replay, table
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -145,6 +146,16 @@ def reach(volume: float, radius_i: float, radius_j: float, contact_angle_i: floa
 '''
 
 
+SECOND = """
+def spring(gap, volume, ri, rj, ti, tj, sigma):
+    return {factor} * sigma * (1e-3 - gap if gap < 1e-3 else 0.0)
+
+
+def reach(volume, ri, rj, ti, tj):
+    return volume ** (1 / 3)
+"""
+
+
 def test_law_of_ones_own_is_named_and_the_rest_is_checked(tmp_path: Path) -> None:
     """No judgement on the own force and rupture distance; totals, torques, liquid and viscous terms in full."""
     own = tmp_path / "own.py"
@@ -159,6 +170,20 @@ def test_law_of_ones_own_is_named_and_the_rest_is_checked(tmp_path: Path) -> Non
     ]
     assert not {"capillary", "rupture_distance"} & set(result["quantities"])
     assert f"capillary: the law {own}:spring is not built in and was not checked" in table(result)
+    second = tmp_path / "second.py"
+    functions = {"capillary": f"{second}:spring", "rupture": f"{second}:reach"}
+    for factor, wrong in ((1.0, set()), (1.001, {"capillary", "force"})):
+        second.write_text(SECOND.format(factor=factor))
+        found = replay(run, functions=functions)
+        assert set(far(found)) & {"capillary", "force", "rupture_distance"} == wrong
+        assert found["unchecked"] == [] and found["second"] == functions
+        assert found["quantities"]["capillary"]["count"] == result["contacts"]
+    for text, words in (("import pywet.laws\n" + SECOND, "imports pywet"), ("spring = 1", "has no function spring"),
+                        ("def spring(*given):\n    return 1 / 0\n", "raises ZeroDivisionError")):  # fmt: skip
+        second.write_text(text)
+        with pytest.raises(ReplayError, match=words):
+            replay(run, functions={"capillary": f"{second}:spring"})
+    assert f"{own}:spring" not in capillary.LAWS and f"{own}:spring" not in coverage.CLOSED["capillary"]
     path = run / "history" / "contacts.parquet"
     frame = pd.read_parquet(path)
     frame["capillary"] *= 1.0 + 1e-6  # no longer what went into the total

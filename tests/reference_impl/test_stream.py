@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from pyarrow import parquet
 
-from reference_impl.diagnosis import looked
+from reference_impl.diagnosis import chain, looked
 from reference_impl.replay import bodies, booking, compare, io, spans, transfer
 from reference_impl.replay.lives import Lives, none
 from reference_impl.replay.replay import replay
@@ -19,7 +21,7 @@ from tests.reference_impl import planted_log
 
 pytestmark = pytest.mark.engine
 SIZES = (1, 7, 1000)
-TIMES = ("wall_s", "cpu_s", "events_per_s", "contacts_per_s")
+TIMES = ("wall_s", "cpu_s", "peak_memory_B", "events_per_s", "contacts_per_s")
 
 
 def at_size(folder: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
@@ -92,6 +94,21 @@ def test_a_late_fault_of_the_contacts_is_named(heap_dir: Path, tmp_path: Path, m
     planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "capillary", ""))
     found = at_size(planted, 6, monkeypatch)["diagnosis"]["findings"]
     assert [f["fault"] for f in found] == ["half of it counts"]
+
+
+def test_of_a_part_of_a_log_only_standing_bridges_go_on() -> None:
+    """Sphere 1's first bridge to part 0 formed on triangle 0 and ruptured on triangle 1; of it only the formation is left."""
+    columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
+    before, then = [1, 0, 1, 1, 0, 0], [[20, 0, 1, 1, 0, 1], [30, 1, 1, 1, 0, 1]]
+    tables = {"events": pd.DataFrame([before, *then], columns=columns), "ledger": pd.DataFrame({"step": [30]}),
+              "bridges": pd.DataFrame(columns=columns, dtype=np.int64)}  # fmt: skip
+
+    def missing(standing: bool) -> int:
+        known = {"lives": np.array([standing, True, True])}
+        part = SimpleNamespace(table=tables.__getitem__, since=10, known=known)
+        return sum(map(len, chain.broken_lives(part).values()))  # type: ignore[arg-type]
+
+    assert (missing(standing=False), missing(standing=True)) == (0, 1)
 
 
 def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:

@@ -138,6 +138,21 @@ FAULTS: dict[str, tuple[str, Change, str, str]] = {
     "half the bridge": ("bridges", cell("volume", lambda v: v / 2), "bridge_volume", "half the value"),
     "gap for volume": ("bridges", gap_for_volume, "bridge_volume", "it is the separation"),
     "gap turned": ("bridges", cell("separation", lambda s: -s), "bridge_separation", "the sign is turned"),
+    "force turned": ("bridges", cell("capillary_force", lambda f: -f), "bridge_capillary_force", "the sign is turned"),
+    "force of two spheres": (
+        "bridges",
+        cell("capillary_force", lambda f: f / 2),
+        "bridge_capillary_force",
+        "half the value",
+    ),
+    "force for another bridge": (
+        "bridges",
+        cell("capillary_force", lambda f: np.roll(f, 1)),
+        "bridge_capillary_force",
+        "the row before",
+    ),
+    "age in ms": ("bridges", cell("age", lambda a: 1e3 * a), "bridge_age", "1000 times"),
+    "age for the time of formation": ("bridges", cell("age", lambda a: 0.02 - a), "bridge_age", "age of a bridge"),
     "partners": ("bridges", cell("j", lambda j: j + 1), "bridges", "bridges that are shown"),
     "walls at rest": ("walls", at_rest, "wall_corner_0", "it is that of the start"),
     "walls late": ("walls", places_before("walls"), "wall_corner_0", BEFORE),
@@ -168,6 +183,7 @@ def test_what_was_written_agrees(run: Path) -> None:
     counts = {q.name: q.count for q in quantities}
     # three spheres and six triangles at three outputs, two bridges at the last
     assert (counts["vtk_sphere_velocity"], counts["vtk_wall_corner_2"], counts["vtk_bridge_volume"]) == (9, 18, 2)
+    assert counts["vtk_bridge_capillary_force"] == counts["vtk_bridge_age"] == 2
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -144,7 +144,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     for stage in stages.NEEDS:
         stages.attempt(good, stage, lambda stage=stage: stages.results(good) if stage == "results" else None)
     numbers = digest.numbers_in(good)
-    digest.save(digest.make("case02", "", [numbers], 1e-6), folder / "digest.json")
+    facts = quantities.facts(quantities.read_run(good).scene)
+    digest.save(digest.make("case02", "", [numbers], 1e-6, facts), folder / "digest.json")
     return Bench(folder, good, loaded)
 
 

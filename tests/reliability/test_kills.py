@@ -24,7 +24,7 @@ from pywet.bench import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
 from pywet.errors import NotWhole, PywetError
-from pywet.files import write_json
+from pywet.files import read_json
 from pywet.scene import Scene
 from tests.engines.liggghts import beds
 from tests.reliability.kills import Stopped, assert_same, tables_of
@@ -267,6 +267,20 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
         shutil.rmtree(run_dir)
 
 
+def test_any_flipped_byte_of_the_sums_is_noticed(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
+    """Also where it is a number of an empty log, of which nothing is needed."""
+    _, newer = points(cut_off[1])
+    partial = tmp_path / "run"
+    shutil.copytree(cut_off[1] / "engine.partial", partial)
+    sums = partial / checkpoint.FOLDER / f"sums.{newer.step}.json"
+    whole = sums.read_bytes()
+    for at in range(len(whole) - 1):
+        flip(sums, at)
+        assert isinstance(checkpoint._read(partial, newer.step), str), at
+        sums.write_bytes(whole)
+    assert isinstance(checkpoint._read(partial, newer.step), checkpoint.Checkpoint)
+
+
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_end_is_not_collected(ended: Path, tmp_path: Path, damage: str) -> None:
     """Any raw file that is not what the engine left, or its list: the end is passed over and the file named."""
@@ -340,9 +354,9 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     os.truncate(engine, size - 400)
     sums = engine.with_name(f"sums.{newer.step}.json")
     name = f"{checkpoint.FOLDER}/{engine.name}"
-    given = pd.read_json(sums, typ="series").to_dict()
-    given["states"][name] = list(logs.checked(engine))
-    write_json(sums, given)
+    given = read_json(sums, "")
+    given["states"][name] = logs.checked(engine)
+    checkpoint.write_signed(sums, {part: given[part] for part in ("states", "logs")})
     with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step

@@ -11,6 +11,7 @@ import pytest
 from pywet.errors import PywetError
 from pywet.report import render, sketch
 from pywet.runs.rundir import RunDir
+from pywet.scene import Rotation
 from tests.screening import synthetic
 
 
@@ -55,6 +56,36 @@ def test_falls_back_when_vtk_dies(run: Path, tmp_path: Path, monkeypatch: pytest
 def test_a_step_without_output_is_refused(run: Path, tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="step 7 is not an output step"):
         render.write(run, tmp_path / "picture.png", step=7)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "axis", "rows"),
+    [
+        ((0, 0, -9.81), None, np.eye(3)),
+        ((0, 0, -9.81), (0, 2, 0), np.eye(3)),
+        ((0, -9.81, 0), (0, 0, 1), [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),  # `pywet scene drum`
+        ((0, 0, -9.81), (-3, 0, 0), [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]),
+        ((0, 0, -9.81), (0, 0, 1), np.eye(3)),  # a turntable
+        ((0, 0, 0), None, np.eye(3)),
+    ],
+)
+def test_gravity_points_down_and_one_looks_along_the_axis_of_a_drum(
+    run: Path, gravity: tuple[float, ...], axis: tuple[float, ...] | None, rows: np.ndarray
+) -> None:
+    """Right, away, up: by hand. What falls is lower in the sketch and farther from the camera's up."""
+    turning = axis and Rotation(origin_m=(0, 0, 0), axis=axis, period_s=1.0)
+    scene = RunDir(run).scene.model_copy(update={"gravity_m_per_s2": gravity, "rotation": turning})
+    turned = RunDir(run)
+    turned.__dict__["scene"] = scene
+    np.testing.assert_allclose(sketch.frame(turned), rows, atol=1e-15)
+    _, place, _, up = render.camera(turned, np.zeros(3), 1.0)
+    np.testing.assert_allclose(up, np.array(rows)[2], atol=1e-15)
+    assert place @ np.array(rows)[1] == pytest.approx(-2.2)
+    if any(gravity):
+        fallen = sketch.project(np.array([np.zeros(3), gravity]), sketch.frame(turned))
+        np.testing.assert_allclose(
+            fallen[1], [0.0, -9.81 * np.cos(sketch.TILT), -9.81 * np.sin(sketch.TILT)], atol=1e-12
+        )
 
 
 def test_projection_keeps_heights_and_order() -> None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from pywet import config as settings
 from pywet import stages
+from pywet.config.entries import NonNegativeEntry, PositiveEntry
 from pywet.errors import PywetError
-from pywet.report import plots, presets, report
+from pywet.report import answer, plots, presets, report
 from pywet.report.collect import CaseResult, collect
 from pywet.scene import Scene
 from tests.screening import synthetic
@@ -107,6 +110,21 @@ def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: setti
     assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
 
 
+def test_one_seed_of_each_preset_is_no_difference(config: settings.Config, folder: Path) -> None:
+    """The page says that it cannot be told; from four seeds on it gives Student's interval, by hand here: equal spreads s of
+    5 and 5 seeds have 8 degrees of freedom, t = 2.306, half width t s sqrt(2/5)."""
+    usual = collect(folder, [config.case(2)])[0]
+    (shown,) = presets.shown([presets.Pair(usual, usual, "exact")])
+    assert "cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed" in shown["apart"]
+    assert shown["rows"][0]["paper"].endswith(", one seed")
+    spread = [0.64, 0.65, 0.66, 0.67, 0.68]
+    half = 2.306 * np.std(spread, ddof=1) * np.sqrt(2 / 5)
+    said = presets.apart(spread, [v + 0.01 for v in spread], "exact")
+    assert "cannot be told" in said and f"{0.01 - half:+.3f} and {0.01 + half:+.3f}" in said
+    said = presets.apart(spread, [v + 0.1 for v in spread], "exact")
+    assert "differs by more than seeds do" in said and f"{0.1 - half:+.3f} and {0.1 + half:+.3f}" in said
+
+
 def test_a_failed_case_is_named_with_its_reason_escaped(config: settings.Config, folder: Path) -> None:
     text = _write(config, folder)
     assert "<b>case03</b>: stage simulate failed: LIGGGHTS stopped: spheres left the simulated box &lt;lost&gt;" in text
@@ -158,6 +176,21 @@ def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None
     assert "Not cross-checked: case 3." in text
 
 
+def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Path) -> None:
+    """Amber on the first screen, on the card and in the case's row; the kind held against a second function is named too."""
+    replayed = folder / "case02" / "replay.json"
+    own = {"effect": "capillary", "law": "/home/somebody/my_law.py:neck", "instead": "taken as logged"}
+    replayed.write_text(json.dumps({**REPLAY, "unchecked": [own], "second": {"rupture": "/x/second.py:reach"}}))
+    text = _write(config, folder)
+    assert '<span class="fair">case 2 not checked: capillary (own law)</span>' in text
+    assert '<span class="fair">case 2 held against a second function of the user' in text
+    assert '<span class="fair">done; not checked: capillary (own law)</span>' in text
+    assert "1 but for laws of their own" in text
+    proof, proven = answer.proof(collect(folder, [config.case(2)]))
+    assert proven and proof.startswith("Proven but for laws that the reference does not know")
+    assert "/home/somebody" not in text
+
+
 def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:
     assert "studies/" not in _write(config, folder)
     page = folder.parent / "studies" / "effects.html"
@@ -188,6 +221,18 @@ def test_every_assumption_of_the_configuration_is_listed_with_its_reason(config:
     apparatus = scales.split("scales:")[0].count("source: assumption")
     assert sum(row.name.startswith("apparatus") for row in rows) == apparatus
     assert all(len(row.reason) >= 10 for row in rows)
+
+
+def test_a_source_of_one_word_is_listed_too(config: settings.Config) -> None:
+    """Assumed without a reason, measured: both are numbers that the paper does not give."""
+    said = {
+        "viscosity_Pa_s": NonNegativeEntry(value=0.002, source="assumption"),
+        "surface_tension_N_per_m": PositiveEntry(value=0.05, source="measured"),
+    }
+    own = config.materials.model_copy(update={"liquid": config.materials.liquid.model_copy(update=said)})
+    rows = {row.name: (row.value, row.reason) for row in report.assumptions(replace(config, materials=own), "smoke")}
+    assert rows["materials · liquid · viscosity_Pa_s"] == ("0.002", "no reason is given")
+    assert rows["materials · liquid · surface_tension_N_per_m"] == ("0.05", "measured")
 
 
 def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.Config) -> None:

@@ -45,6 +45,20 @@ def test_bridges_are_lines_between_their_ends(folder: Path) -> None:
     np.testing.assert_allclose(first, [[-0.006, 0, 0.006], [0.006, 0, -0.05]])
 
 
+def test_bridges_carry_their_age(folder: Path) -> None:
+    """Formed in steps 162 and 163. (Their force is held against the reference's equation in tests/reference_impl/test_vtk.py.)"""
+    age = pyvista.read(folder / "bridges_000000200.vtu").cell_data["age"]
+    np.testing.assert_allclose(age, [38 * synthetic.TIME_STEP, 37 * synthetic.TIME_STEP], rtol=1e-12)
+
+
+def test_the_law_of_a_file_is_not_run_for_a_picture(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "case02")
+    scene = run / "scene.json"
+    scene.write_text(scene.read_text().replace('"rabinovich"', '"mine.py:pull"'))
+    vtk.write(run)
+    assert np.isnan(pyvista.read(run / "vtk" / "bridges_000000200.vtu").cell_data["capillary_force"]).all()
+
+
 def test_walls_follow_their_motion_and_show_the_film(folder: Path) -> None:
     mesh = pyvista.read(folder / "walls_000000200.vtu")
     z = mesh.points[mesh.cell_connectivity].reshape(-1, 3, 3)[:, :, 2]

@@ -15,7 +15,7 @@ import pandas as pd
 from pywet.files import write_json, write_table
 from pywet.runs.tables import to_frame
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
-from pywet.schema import CONTACT, ENERGY, EVENT
+from pywet.schema import CONTACT, ENERGY, EVENT, SMALL_WALL
 
 UNIT = 1e-9
 STEPS = (0, 100, 200)
@@ -170,6 +170,7 @@ def _liquid(history: Path) -> None:
     events = np.zeros(6, dtype=EVENT)
     events["step"], events["kind"] = range(161, 167), (0, 0, 0, 0, 1, 1)
     events["i"], events["j"] = (1, 1, 1, 2, 1, 2), (2, 3, 0, 3, 2, 3)
+    events["partner_kind"][2] = SMALL_WALL
     write_table(to_frame(events), history / "events.parquet")
     write_table(to_frame(np.zeros(0, dtype=CONTACT)), history / "contacts.parquet")
     ledger = pd.DataFrame(

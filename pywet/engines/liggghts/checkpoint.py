@@ -10,8 +10,10 @@ the engine came to its end, with the sums of all logs.
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import time
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +33,8 @@ PARTIAL = ".partial"
 """Ending of what may not be whole yet."""
 FINGERPRINT = "fingerprint.json"
 FINISHED = "finished.json"
+SUM = "own"
+"""Key of the check sum of a JSON file in itself."""
 LOG = "log.liggghts"
 MESSAGES_B = 65536
 """More than all that the engine says when it is set up again at a checkpoint."""
@@ -100,7 +104,7 @@ def disown(folder: Path) -> None:
 
 def finish(folder: Path, sums: logs.Sums, account: dict[str, Any]) -> None:
     """Note that the engine came to its end: all that is left to do is to collect."""
-    write_json(folder / FINISHED, {"logs": sums, "account": account})
+    write_signed(folder / FINISHED, {"logs": sums, "account": account})
 
 
 def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None]:
@@ -108,7 +112,7 @@ def finished(folder: Path, mark: str) -> tuple[dict[str, Any] | None, str | None
     if not belongs(folder, mark) or not (folder / FINISHED).exists():
         return None, None
     try:
-        end = read_json(folder / FINISHED, "")
+        end = _read_signed(folder / FINISHED)
         account, sums = dict(end["account"]), {name: (int(s), int(c)) for name, (s, c) in end["logs"].items()}
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return None, f"its end ({FINISHED} is damaged)"
@@ -139,7 +143,7 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
     if not path.exists():
         return "without check sums"
     try:
-        read = read_json(path, "")
+        read = _read_signed(path)
         states, sums = ({n: (int(s), int(c)) for n, (s, c) in read[part].items()} for part in ("states", "logs"))
     except (PywetError, AttributeError, KeyError, TypeError, ValueError):
         return f"{FOLDER}/{path.name} is damaged"
@@ -148,6 +152,23 @@ def _read(folder: Path, step: int) -> Checkpoint | str:
         return f"{FOLDER}/{path.name} is damaged"
     broken = logs.damage(folder, states) or logs.damage(folder, sums, appended=True)
     return broken or Checkpoint(step, folder / engine, folder / state if state in states else None, sums)
+
+
+def write_signed(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file with its own check sum: a changed number of an empty log would be noticed by nothing else."""
+    write_json(path, {**content, SUM: _sum(content)})
+
+
+def _read_signed(path: Path) -> dict[str, Any]:
+    """Content of such a file; PywetError where it is not what was written."""
+    content = read_json(path, "")
+    if not isinstance(content, dict) or content.pop(SUM, None) != _sum(content):
+        raise PywetError(f"{path} was changed")
+    return content
+
+
+def _sum(content: dict[str, Any]) -> int:
+    return zlib.crc32(json.dumps(content, sort_keys=True).encode())
 
 
 def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
@@ -233,7 +254,7 @@ class Recorder:
                     raise self._not_whole(grown)
                 return  # perhaps not yet there: looked at again
             sums = {f"{FOLDER}/{path.name}": logs.checked(path) for path in states}
-            write_json(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": grown})
+            write_signed(self.folder / FOLDER / f"sums.{step}.json", {"states": sums, "logs": grown})
             self.step, self.framed, self.logs = step, until, grown
             self._prune()
 
@@ -257,7 +278,9 @@ class Recorder:
     def _name_stock(self) -> None:
         """The stock program's restart file is whole when the engine has gone on since; it reads one that was cut off for ever."""
         reached = last_step(self.folder)
-        for _, step, path in _files(self.folder, PARTIAL):
+        for name, step, path in _files(self.folder, PARTIAL):
+            if name != "engine":
+                continue
             if step < reached:
                 path.rename(path.with_suffix(""))
             elif time.time() - path.stat().st_mtime > WRITTEN_S and not holds(path.read_bytes(), self.spheres):

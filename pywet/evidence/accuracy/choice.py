@@ -83,8 +83,14 @@ def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
     return nearest, tuple(k for k in CONFIGURABLE if k not in ("stiffness", "wire_sides"))
 
 
-def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE) -> dict[str, list[Option]]:
-    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default."""
+def options(
+    table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE, longer_by: float = 1.0
+) -> dict[str, list[Option]]:
+    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default.
+
+    `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
+    have the same step; with a thicker one the longer step divides the price.
+    """
     scenes = WET_SCENES if moist else ("dry", "pair_dry")
     kind = "moist" if moist else "dry"
     by_knob: dict[str, list[Option]] = {}
@@ -95,14 +101,15 @@ def options(table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGUR
                 continue
             if knob not in turned and row["level"] != table["default"][knob]:
                 continue
-            cheaper = price["low"] < 1.0 and row["level"] != table["default"][knob]
+            longer = longer_by if (knob, row["level"]) == ("integration", "semi_implicit") else 1.0
+            cheaper = price["low"] < longer and row["level"] != table["default"][knob]
             charge = dict.fromkeys(GROUPS, 0.0)
             for error in row["errors"]:
                 if error["scene"] in scenes:
                     size, limit = abs(error["value"]), error["limit"]
                     counted = size + limit if cheaper else size if size > limit else 0.0
                     charge[error["group"]] = max(charge[error["group"]], counted)
-            by_knob.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"], charge))
+            by_knob.setdefault(knob, []).append(Option(knob, row["level"], price["ratio"] / longer, charge))
     return by_knob
 
 
@@ -112,11 +119,12 @@ def choose(
     moist: bool,
     wanted: Sequence[str] = WANTED,
     turned: Sequence[str] = CONFIGURABLE,
+    longer_by: float = 1.0,
 ) -> Chosen:
     """The cheapest combination within the accuracy in all wanted groups; raises `PywetError` where there is none."""
     best: Chosen | None = None
     nearest = math.inf
-    for combination in combinations(options(table, moist, turned), wanted):
+    for combination in combinations(options(table, moist, turned, longer_by), wanted):
         worst = max(combination.error.values(), default=0.0)
         nearest = min(nearest, worst)
         if worst <= accuracy and (best is None or (combination.price, worst) < (best.price, max(best.error.values()))):

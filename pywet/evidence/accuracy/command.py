@@ -13,6 +13,7 @@ from pywet.errors import PywetError
 from pywet.evidence.accuracy import choice, cost, edit
 from pywet.evidence.accuracy.errors import GROUPS
 from pywet.evidence.accuracy.knobs import KNOBS
+from pywet.screening import cases
 
 err = Console(stderr=True, highlight=False)
 
@@ -45,7 +46,8 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
         edit.new_folder(write)
     table, turned = choice.for_scale(scale)
     moist = config.case(case).liquid_percent > 0
-    chosen = choice.choose(table, share, moist, groups, turned)
+    longer = cases.longer_by(edit.changed(config, scale, {"integration": "explicit"}), case, scale)
+    chosen = choice.choose(table, share, moist, groups, turned, longer)
     changed = {knob: level for knob, level in chosen.levels.items() if knob in turned}
     machine, known = calibrated(config.folder), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
@@ -53,6 +55,9 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     lines = [f"settings for {100 * share:g} % in {', '.join(groups)} ({'moist' if moist else 'dry'}):"]
     lines += [f"  {KNOBS[knob].title:<22}{edit.shown(knob, level)}" for knob, level in changed.items()]
     lines += [f"  errors counted: {', '.join(_counted(g, e) for g, e in chosen.error.items())}"]
+    if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":
+        other = edit.changed(config, scale, {**changed, "integration": "semi_implicit"})
+        lines.append(_semi_implicit(cost.predict(other, case, scale, machine, known)[0], seconds, table, groups))
     blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
     lines += [f"  the study tells {g} apart to {100 * r:.2g} % only" for g, r in blurred.items()]
     lines += [
@@ -64,6 +69,18 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
         edit.write(config.folder, write, scale, changed)
         lines.append(f"written to {write}: pywet run {case} --scale {scale} --config {write}")
     return lines
+
+
+def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups: tuple[str, ...]) -> str:
+    """What the other integration would save, and why it was not chosen."""
+    charge = next(
+        o.charge for o in choice.options(table, True, longer_by=2.0)["integration"] if o.level == "semi_implicit"
+    )
+    worst = max(groups, key=lambda group: charge[group])
+    return (
+        f"  the viscous force governs the step: semi_implicit takes {duration(cost_s)}, {chosen_s / cost_s:.1f} times less; "
+        f"the study shows no more than an error below {100 * charge[worst]:.2g} % in {worst}, with water"
+    )
 
 
 def _counted(group: str, error: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import pandas as pd
@@ -34,11 +34,11 @@ PRINTED = {
 """Law as printed -> the law it is set against."""
 
 
-def force_errors(forces: pd.DataFrame) -> pd.DataFrame:
-    """Relative error F/F_exact − 1 of every built-in capillary law, one column per law, rows as `forces`."""
+def force_errors(forces: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
+    """Relative error F/F_exact − 1 of every built-in capillary law and a user's `own`, one column per law, rows as `forces`."""
     arguments = [forces[name].to_numpy(float) for name in CAPILLARY]
     errors = {}
-    for name in registry.BUILT_IN["capillary"]:
+    for name in (*registry.BUILT_IN["capillary"], *own):
         values = registry.get("capillary", name).functions[0](*arguments, SIGMA)
         errors[name] = values / forces["exact"].to_numpy() - 1.0
     return pd.DataFrame(errors, index=forces.index)
@@ -71,11 +71,11 @@ def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def rupture_table(limits: pd.DataFrame) -> pd.DataFrame:
+def rupture_table(limits: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
     """Error of the rupture laws against the limit of stability, per law and bodies."""
     arguments = [limits[name].to_numpy(float) for name in RUPTURE]
     rows = []
-    for name in registry.BUILT_IN["rupture"]:
+    for name in (*registry.BUILT_IN["rupture"], *own):
         error = registry.get("rupture", name).functions[0](*arguments) / limits["rupture"].to_numpy() - 1.0
         for bodies, own in by_bodies(limits):
             part, size = error[own], np.abs(error[own])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,57 +23,75 @@ EXACT: Any = {"color": "#27323d", "lw": 2.2, "label": "exact (Young-Laplace)"}
 FORCE = ("separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 
 
+OWN = ("#000000", "#6b7680", "#b58900", "#d33682")
+"""Colours of a user's own laws, drawn dashed."""
+
+
+def short(law: str) -> str:
+    """A law's name without the folder of its file."""
+    return law.rpartition("/")[2]
+
+
 def _text(figure: Figure) -> str:
     whole = svg(figure, bbox_inches="tight")
     return whole[whole.index("<svg") :]
 
 
-def error_maps(forces: pd.DataFrame, errors: pd.DataFrame) -> str:
+def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, own: Sequence[str] = ()) -> str:
     """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
     with plt.rc_context(STYLE):
-        figure, axes = panels(len(SHOWN), 4, (2.9, 2.5))
+        drawn = (*SHOWN, *own)
+        figure, axes = panels(len(drawn), 4, (2.9, 2.5))
         equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
         degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
         at = equal.index[equal["angle_i_deg"] == degrees]
         image: Any = None
-        for axis, law in zip(axes, SHOWN, strict=False):
+        for axis, law in zip(axes, drawn, strict=False):
             off = forces.loc[at].assign(error=100 * errors.loc[at, law])
             table = off.pivot_table(index="v_star", columns="share", values="error")
             look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
             image = axis.pcolormesh(table.columns, np.log10(table.index), table.to_numpy(), **look)
-            axis.set(title=law, xlabel="S / S_rup", ylabel="log₁₀ V*")
+            axis.set(title=short(law), xlabel="S / S_rup", ylabel="log₁₀ V*")
             axis.grid(False)
         figure.colorbar(image, ax=list(axes), label="F / F exact − 1  [%]", shrink=0.7, extend="both")
         return _text(figure)
 
 
-def force_curves() -> str:
+def force_curves(own: Sequence[str] = ()) -> str:
     """Force over separation of all laws for equal spheres at four contact angles."""
     with plt.rc_context(STYLE):
         figure, axes = panels(4, 4, (3.0, 2.8))
         for axis, degrees in zip(axes, (0.0, 20.0, 40.0, 60.0), strict=True):
             theta = math.radians(degrees)
-            _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0)
+            _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0, own)
             axis.set(title=f"θ = {degrees:g}°, V* = 0.01", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
         axes[0].legend(fontsize=7)
         return _text(figure)
 
 
-def _curves(axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float) -> None:
+def _curves(
+    axis: Axes, volume: float, pair: tuple[float, float, float, float], sigma: float, own: Sequence[str] = ()
+) -> None:
     """Exact force and laws up to the exact rupture distance."""
     limit = young_laplace.rupture(volume, *pair).separation
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
-    for law in SHOWN:
+    looks = {**{law: {"color": c} for law, c in COLOURS.items()}, **_own_looks(own)}
+    for law, look in looks.items():
         values = registry.get("capillary", law).functions[0](gaps, volume, *pair, sigma)
-        axis.plot(gaps, values, color=COLOURS[law], lw=1.1, label=law)
+        axis.plot(gaps, values, lw=1.1, label=short(law), **look)
     axis.plot(gaps, [b.force(sigma) if b else np.nan for b in solved], **EXACT)
     axis.axvline(limit, color="#27323d", lw=0.8, ls=":")
 
 
-def rupture_curves(limits: pd.DataFrame) -> str:
+def _own_looks(own: Sequence[str]) -> dict[str, Any]:
+    """Each own law's line."""
+    return {law: {"color": OWN[k % len(OWN)], "ls": (0, (4, 2))} for k, law in enumerate(own)}
+
+
+def rupture_curves(limits: pd.DataFrame, own: Sequence[str] = ()) -> str:
     """Rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
-    laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")]
+    laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")] + [*own]
     with plt.rc_context(STYLE):
         ratios = limits["ratio"].unique().tolist()
         figure, axes = panels(len(ratios), 4, (3.0, 2.7))
@@ -82,9 +101,11 @@ def rupture_curves(limits: pd.DataFrame) -> str:
                     (limits["ratio"] == q) & (limits["angle_i_deg"] == degrees) & (limits["angle_j_deg"] == degrees)
                 ]
                 given = [part[n].to_numpy(float) for n in FORCE[1:]]
-                for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032"), strict=False):
+                for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *OWN), strict=False):
                     values = registry.get("rupture", law).functions[0](*given) / part["rupture"].to_numpy()
-                    axis.plot(part["v_star"], values, style, color=colour, lw=1.1, label=law if style == "-" else None)
+                    axis.plot(
+                        part["v_star"], values, style, color=colour, lw=1.1, label=short(law) if style == "-" else None
+                    )
             name = "wall" if q == 0 else f"r_small / r_large = {q:g}"
             axis.axhline(1.0, color="#27323d", lw=2)
             axis.set(title=name, xscale="log", xlabel="V*", ylabel="S_rup / exact", ylim=(0.5, 1.7))

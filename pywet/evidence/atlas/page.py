@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from pywet.errors import LawError
 from pywet.evidence.atlas import cost, errors, figures, points, stock
 from pywet.files import atomic_write, write_csv
+from pywet.laws import own as files_of_laws
 from pywet.report import page
 from pywet.report.page import Cell, Section, drawing, paragraph, table
 
@@ -24,27 +26,30 @@ Report = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
 
-def write_page(folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True) -> Path:
-    """Compute and draw everything; returns the page's path."""
+def write_page(
+    folder: Path, report: Report = lambda what, share: None, *, with_stock: bool = True, own: Sequence[str] = ()
+) -> Path:
+    """Compute and draw everything; returns the page's path. `own`: capillary and rupture laws in files of the user's."""
+    pulls, breaks = (_of_kind(own, kind) for kind in KINDS)
     report("exact bridges", 0.0)
     atlas = points.solve(lambda done, of: report("exact bridges", 0.15 * done / of))
     report("laws, and tables of the exact law", 0.15)
-    force_errors = errors.force_errors(atlas.forces).drop(columns=list(cost.LEFT_OUT), errors="ignore")
+    force_errors = errors.force_errors(atlas.forces, pulls).drop(columns=list(cost.LEFT_OUT), errors="ignore")
     tables = {
         "forces": errors.force_table(atlas.forces, force_errors),
-        "rupture": errors.rupture_table(atlas.limits),
+        "rupture": errors.rupture_table(atlas.limits, breaks),
         "transfer": errors.transfer_table(atlas.limits),
         "misprints": errors.misprint_table(atlas.forces, atlas.limits),
-        "cost": cost.measure(),
+        "cost": cost.measure(pulls),
     }
     report("stock programs", 0.5)
     measured, missing = stock.measure(atlas.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
     tables["stock"] = stock.summary(measured)
     report("pictures", 0.85)
     pictures = {
-        "error_maps": figures.error_maps(atlas.forces, force_errors),
-        "force_curves": figures.force_curves(),
-        "rupture": figures.rupture_curves(atlas.limits),
+        "error_maps": figures.error_maps(atlas.forces, force_errors, pulls),
+        "force_curves": figures.force_curves(pulls),
+        "rupture": figures.rupture_curves(atlas.limits, breaks),
         "fig7": figures.fig7(),
         "validation": figures.validation(),
         "cost": figures.cost_bars(tables["cost"]),
@@ -59,6 +64,20 @@ def write_page(folder: Path, report: Report = lambda what, share: None, *, with_
     )
     report("done", 1.0)
     return path
+
+
+KINDS = ("capillary", "rupture")
+"""Kinds of law that the atlas judges."""
+
+
+def _of_kind(names: Sequence[str], kind: str) -> list[str]:
+    """Those of the user's laws that are of this kind; one of a kind that the atlas does not judge is refused."""
+    for name in names:
+        if not files_of_laws.is_own(name):
+            raise LawError(f"{name} is no law in a file of yours; expected path/to/file.py:function", law=name)
+        if (told := files_of_laws.kind_of(name)) not in KINDS:
+            raise LawError(f"law {name} is one of {told}; the atlas judges laws of {' and '.join(KINDS)}", law=name)
+    return [name for name in names if files_of_laws.kind_of(name) == kind]
 
 
 def sections(tables: dict[str, pd.DataFrame], pictures: dict[str, str], missing: list[str]) -> list[Section]:
@@ -107,7 +126,7 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
         cells = [_graded(own.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
         equal = _graded(own.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
         price = [f"{cost.loc[law, 'ns']:.0f}", f"{cost.loc[law, 'ratio']:.2f}"]
-        rows.append([Cell(f"`{law}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
+        rows.append([Cell(f"`{figures.short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
     header = ["law", *(f"{b}: {g}" for b, g in places), "95 %, all gaps, equal spheres", "ns per call", "× rabinovich"]
     return (
         paragraph(
@@ -129,7 +148,13 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
 
 def _rupture(rupture: Frame, pictures: dict[str, str]) -> str:
     rows: list[list[Cell | str]] = [
-        [f"`{r.law}`", str(r.bodies), _graded(float(r.median)), _percent(float(r.p95)), _percent(float(r.worst))]
+        [
+            f"`{figures.short(str(r.law))}`",
+            str(r.bodies),
+            _graded(float(r.median)),
+            _percent(float(r.p95)),
+            _percent(float(r.worst)),
+        ]
         for r in rupture[~rupture["law"].isin(cost.LEFT_OUT)].itertuples()
     ]
     return table(["law", "bodies", "median |error| %", "95 % %", "worst %"], rows) + drawing(pictures["rupture"])

@@ -14,6 +14,8 @@ from pywet.evidence.compare import digest, references, verdict
 
 SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off"}
 SAME, DIFFERENT, NOT_COMPARABLE = 0, 1, 2
+ROUND_OFF = 1e-6
+"""Relative tolerance of a digest's numbers besides the spread of its seeds."""
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
@@ -58,13 +60,13 @@ def show(comparison: verdict.Comparison) -> None:
     several = comparison.level is not None
     last = ["spread", "p"] if several else []
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("quantity", "A", "B", "off", *last, "at [s]", ""):
-        table.add_column(name, no_wrap=name != "quantity", min_width=None if name in ("quantity", "") else 7)
+    for name in ("quantity", "unit", "A", "B", "off", *last, "at [s]", ""):
+        table.add_column(name, no_wrap=name != "quantity", min_width=None if name in ("quantity", "unit", "") else 7)
     for row in comparison.rows:
         colour = "red" if row.different else "green"
         numbers = [f"{row.spread:.1e}", f"{row.p:.2g}"] if several else []
         table.add_row(
-            row.quantity, f"{row.a:.4g}", f"{row.b:.4g}", f"{row.deviation:.1e}", *numbers,
+            row.quantity, row.unit, f"{row.a:.4g}", f"{row.b:.4g}", f"{row.deviation:.1e}", *numbers,
             "" if row.time_s is None else f"{row.time_s:.3g}", f"[{colour}]{SHORT.get(row.verdict, row.verdict)}",
         )  # fmt: skip
     out.print(table)
@@ -87,10 +89,12 @@ def _against(runs: Sequence[Path], file: Path) -> int:
         raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
     stored = digest.load(file)
     rows = [row for run in runs for row in digest.check(stored, run)]
-    table = Table("run", "quantity", "now", "digest", "allowed", "", box=None, header_style="bold")
+    table = Table("run", "quantity", "now", "digest", "allowed", "unit", "", box=None, header_style="bold")
     for row in rows:
         said = "[green]as stored" if row.ok else "[red]changed"
-        table.add_row(row.run, row.quantity, f"{row.value:.6g}", f"{row.mean:.6g}", f"± {row.allowed:.2g}", said)
+        table.add_row(
+            row.run, row.quantity, f"{row.value:.6g}", f"{row.mean:.6g}", f"± {row.allowed:.2g}", row.unit, said
+        )
     out.print(table)
     bad = sorted({row.quantity for row in rows if not row.ok})
     out.print(
@@ -99,6 +103,23 @@ def _against(runs: Sequence[Path], file: Path) -> int:
         soft_wrap=True,
     )
     return DIFFERENT if bad else SAME
+
+
+def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
+    """Digest of runs of one's own, or of folders of seeds; the exit code."""
+    try:
+        if out_file is None or out_file.suffix != ".json":
+            raise PywetError(
+                f"--out is {out_file or 'not given'}; expected the file of the digest, such as my_case.json"
+            )
+        paths = [run for folder in folders for run in verdict.runs_in(folder)]
+        said = f"pywet digest {' '.join(map(str, folders))}"
+        stored = digest.of_runs(out_file.stem, said, paths, ROUND_OFF)
+    except PywetError as error:
+        err.print(str(error), style="red", soft_wrap=True, markup=False)
+        return NOT_COMPARABLE
+    typer.echo(f"{digest.save(stored, out_file)}: {len(stored.numbers)} numbers of {stored.runs} runs")
+    return SAME
 
 
 def renew(names: Sequence[str], folder: Path) -> None:

@@ -21,8 +21,9 @@ from scipy import stats
 
 from pywet.bench.scenes import RESULT
 from pywet.errors import PywetError
-from pywet.evidence.compare.quantities import RunData, read_run
+from pywet.evidence.compare.quantities import RunData, facts, read_run
 from pywet.files import read_if_there, read_model, write_json
+from pywet.scene import Scene
 
 TIMES = 5
 """Places of a curve that are stored, evenly spaced, the start left out."""
@@ -51,6 +52,8 @@ class Digest:
     tolerance: float
     versions: dict[str, str]
     numbers: dict[str, Number]
+    scene: dict[str, Any] | None = None
+    """What makes its scene the case that it is; None for what is no run of an engine."""
     purpose: str = "regression alarm: says that numbers moved, not that they were right"
 
 
@@ -63,6 +66,7 @@ class Row:
     value: float
     mean: float
     allowed: float
+    unit: str
 
     @property
     def ok(self) -> bool:
@@ -88,12 +92,30 @@ def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
     held, result = numbers_of(read_run(run_dir)), Path(run_dir) / RESULT
     told = read_if_there(result, shape=dict[str, Any]) or {}
     numbers = {
-        f"result {k}": (float(v), abs(float(v)) or 1.0, "") for k, v in told.items() if isinstance(v, int | float)
+        f"result {k}": (float(v), abs(float(v)) or 1.0, _unit(k)) for k, v in told.items() if isinstance(v, int | float)
     }
     return {**held, **numbers}
 
 
-def make(name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], tolerance: float) -> Digest:
+def _unit(key: str) -> str:
+    """The unit at the end of a name such as rupture_distance_m; 1 where it ends in none.
+
+    >>> _unit("mean_speed_m_per_s"), _unit("work_J"), _unit("solid_fraction")
+    ('m/s', 'J', '1')
+    """
+    return next((unit for end, unit in UNITS.items() if key.endswith(end)), "1")
+
+
+UNITS = {"_m_per_s": "m/s", "_N": "N", "_J": "J", "_m": "m", "_s": "s", "_deg": "deg"}
+
+
+def make(
+    name: str,
+    command: str,
+    runs: Sequence[dict[str, tuple[float, float, str]]],
+    tolerance: float,
+    scene: dict[str, Any] | None = None,
+) -> Digest:
     """Digest of the numbers of several runs of one scene."""
     numbers = {}
     for key, (_, scale, unit) in runs[0].items():
@@ -101,13 +123,14 @@ def make(name: str, command: str, runs: Sequence[dict[str, tuple[float, float, s
         spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
         mean, spread, scale = (float(f"{v:.10g}") for v in (values.mean(), spread, scale))
         numbers[key] = Number(mean, spread, scale, unit)
-    return Digest(name, command, date.today().isoformat(), len(runs), tolerance, provenance(), numbers)
+    return Digest(name, command, date.today().isoformat(), len(runs), tolerance, provenance(), numbers, scene)
 
 
 def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) -> Digest:
-    """Digest of finished run directories; refused when one fails a check of its own, the replay above all."""
+    """Digest of finished runs of one scene; refused when one fails a check of its own, the replay above all."""
     runs = [read_run(p) for p in paths]
     for run in runs:
+        _same_scene(facts(runs[0].scene), run.scene, f"{runs[0].path} and {run.path}")
         for check, (ok, value) in run.checks.items():
             if not ok:
                 raise PywetError(
@@ -115,7 +138,15 @@ def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) ->
                 )
         if run.scene.effects.bridges and "replay" not in run.checks:
             raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
-    return make(name, command, [numbers_in(p) for p in paths], tolerance)
+    return make(name, command, [numbers_in(p) for p in paths], tolerance, facts(runs[0].scene))
+
+
+def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
+    """Refuse runs of different scenes."""
+    found = facts(scene)
+    differs = [name for name in wanted if wanted[name] != found.get(name)]
+    if differs:
+        raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")
 
 
 def provenance() -> dict[str, str]:
@@ -148,7 +179,7 @@ def save(digest: Digest, path: Path) -> Path:
 def load(path: Path) -> Digest:
     """Read one."""
     if not Path(path).exists():
-        raise PywetError(f"there is no digest {path}; expected one of tests/data/digests/*.json")
+        raise PywetError(f"there is no digest {path}; expected one that `pywet digest` wrote")
     return read_model(path, Digest, "make it again with `pywet digest`")
 
 
@@ -169,11 +200,14 @@ def allowed(digest: Digest, number: Number) -> float:
 def against(digest: Digest, run: str, values: dict[str, tuple[float, float, str]]) -> list[Row]:
     """Each stored number against a run's; a number that the run lacks is NaN, which is never within."""
     return [
-        Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n))
+        Row(run, key, values[key][0] if key in values else float("nan"), n.mean, allowed(digest, n), n.unit)
         for key, n in digest.numbers.items()
     ]
 
 
 def check(digest: Digest, run_dir: Path) -> list[Row]:
-    """A run directory against a digest."""
+    """A run directory against a digest; one of another scene is refused."""
+    if digest.scene is None:
+        raise PywetError(f"the digest {digest.name} is of `{digest.command}`, which leaves no run directory")
+    _same_scene(digest.scene, read_run(run_dir).scene, f"the digest {digest.name} ({digest.command}) and {run_dir}")
     return against(digest, Path(run_dir).name, numbers_in(run_dir))

@@ -7,6 +7,7 @@ scene planned more than is there is refused. Each quantity has a scale [its unit
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -65,6 +66,21 @@ class RunData:
                 rows = pd.util.hash_pandas_object(table, index=False).to_numpy()
                 hashes[name] = hashlib.sha256(rows.tobytes()).hexdigest()[:16]
         return hashes
+
+
+def facts(scene: Scene) -> dict[str, Any]:
+    """What makes a scene the case that it is, as plain data; laws, time step, engine and seed are not in it."""
+    said = {
+        "case": scene.name,
+        "sphere classes": [[c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture] for c in scene.classes],
+        "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
+        "duration": scene.duration_s,
+        "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
+        "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
+        "gravity": scene.gravity_m_per_s2,
+        "stiffness": [p.normal_stiffness_N_per_m for p in scene.pairs],
+    }
+    return dict(json.loads(json.dumps(said)))
 
 
 def read_run(run_dir: Path) -> RunData:

@@ -15,7 +15,9 @@ from pywet.bench.subset import with_spheres
 from pywet.errors import PywetError
 from pywet.evidence.compare import digest
 from pywet.evidence.compare.digest import Digest
+from pywet.evidence.compare.quantities import facts
 from pywet.files import read_table
+from pywet.scene import Scene
 from pywet.screening import cases
 from pywet.shipped import place
 
@@ -112,7 +114,9 @@ def made(name: str) -> Digest:
     for seed in one.seeds:
         with tempfile.TemporaryDirectory(prefix="pywet-digest-") as folder:
             runs.append(one.run(seed, Path(folder)))
-    return digest.make(name, one.command, runs, one.tolerance)
+            told = Path(folder) / "scene.json"
+            scene = facts(Scene.read(told)) if told.exists() else None
+    return digest.make(name, one.command, runs, one.tolerance, scene)
 
 
 def renew(name: str, folder: Path = STORE) -> Path:

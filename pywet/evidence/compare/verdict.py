@@ -11,7 +11,7 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.evidence.compare import statistics
-from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData, read_run
+from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData, facts, read_run
 from pywet.evidence.compare.statistics import LEVEL, ROUND_OFF, Sample
 from pywet.scene import Scene
 from reference_impl.replay import whole
@@ -77,17 +77,8 @@ def runs_in(folder: Path) -> list[Path]:
 
 def unlike(a: Scene, b: Scene) -> list[str]:
     """What two scenes do not share of the things that make them the same case; laws, time step, engine and seed may differ."""
-    facts = {
-        "case": lambda s: s.name,
-        "sphere classes": lambda s: [(c.radius_m, c.density_kg_per_m3, c.count, c.passes_aperture) for c in s.classes],
-        "liquid": lambda s: None if s.liquid is None else s.liquid.initial_film_thickness_m,
-        "duration": lambda s: s.duration_s,
-        "walls": lambda s: [(w.name, w.holder, w.motion, len(w.triangle_part)) for w in s.walls],
-        "vibration": lambda s: s.vibration,
-        "gravity": lambda s: s.gravity_m_per_s2,
-        "stiffness": lambda s: [p.normal_stiffness_N_per_m for p in s.pairs],
-    }  # fmt: skip
-    return [name for name, fact in facts.items() if fact(a) != fact(b)]
+    one, other = facts(a), facts(b)
+    return [name for name in one if one[name] != other[name]]
 
 
 def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: float = LEVEL) -> Comparison:

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -30,8 +30,12 @@ from pywet.evidence.accuracy.knobs import Level
 from pywet.evidence.full_scale import kept
 
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
-SETTINGS: dict[str, dict[str, Level]] = {"": {"fraction": 0.1, "stiffness": 0.1}, "paper": {}}
-"""Variant -> what of the configuration is turned: the campaign's settings, and the paper's own stiffness."""
+SETTINGS: dict[float, dict[str, Level]] = {
+    8.0: {"fraction": 0.1, "stiffness": 0.1},
+    5.6: {"fraction": 0.1, "stiffness": 0.03},
+}
+"""Aperture [mm] -> what of the configuration the campaign turns, unless a variant is named. With 5.6 mm the spheres are four
+times as many and their springs softer; docs/full_scale.md says on what grounds."""
 BELIEVED_S = 600.0
 """Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
 SPHERE_B, BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
@@ -55,6 +59,10 @@ class Job:
     """Processor time it is predicted to take on this machine, by the study of accuracy."""
     load: Load
     disk_B: float
+    config: Path
+    """Folder of its configuration."""
+    settings: dict[str, float]
+    """What of the configuration decides on cost and error."""
     process: subprocess.Popen[bytes] | None = None
     begun: tuple[float, int] = (0.0, 0)
     """Time and step at which this process began."""
@@ -99,6 +107,7 @@ class Campaign:
         job.folder.mkdir(parents=True, exist_ok=True)
         job.begun = time.monotonic(), job.step
         command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
+        command += ["--config", str(job.config)]
         with open(job.folder / "campaign.log", "ab") as log:
             job.process = subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)
         return job
@@ -110,7 +119,7 @@ class Campaign:
             job.failed = one_line(log[-1] if log else f"exit code {job.process.returncode}")
         else:
             try:
-                kept.keep(job.folder, self.data, job.name, {"case": job.number, **self.about})
+                kept.keep(job.folder, self.data, job.name, {"case": job.number, "settings": job.settings, **self.about})
                 job.done = True
             except PywetError as error:
                 job.failed = str(error)
@@ -136,25 +145,30 @@ def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name
     outputs = size.duration_s.value / size.output_interval_s.value
     disk = outputs * (SPHERE_B * load.spheres + BRIDGE_B * load.bridges) + EVENT_B * load.events
     disk += windows.contact_windows * windows.contact_window_steps * (STATE_B * load.spheres + CONTACT_B * load.bridges)
-    return Job(number, seed, out / name, name, round(load.steps), seconds, load, disk)
+    step = config.settings.time_step
+    chosen = {
+        "fraction": step.fraction.value,
+        "stiffness": size.stiffness_factor.value,
+        "bridges_every": step.bridges_every,
+    }
+    return Job(number, seed, out / name, name, round(load.steps), seconds, load, disk, config.folder, chosen)
 
 
 def prepare(
-    config: Config,
-    wanted: Sequence[int],
+    configs: Mapping[int, Config],
     seeds: Sequence[int],
     scale: str,
     out: Path,
     variant: str,
     machine: Coefficients,
 ) -> list[Job]:
-    """The jobs of a campaign: all cases with the first seed, then with the others."""
+    """The jobs of a campaign, each case with its configuration: all with the first seed, then with the others."""
     tail = f"-{variant}" if variant else ""
     name = "{case}{tail}-{seed}"
     return [
         plan_job(config, n, seed, scale, out, name.format(case=config.case(n).name, tail=tail, seed=seed), machine)
         for seed in seeds
-        for n in wanted
+        for n, config in configs.items()
     ]
 
 
@@ -173,18 +187,18 @@ def main(
     case: Annotated[list[int] | None, typer.Option("--case", help="Only this case; may be repeated.")] = None,
     seed: Annotated[list[int] | None, typer.Option("--seed", help="Seeds; default that of config.yaml.")] = None,
     scale: Annotated[str, typer.Option(help="Scale of scales.yaml.")] = "full",
-    variant: Annotated[str, typer.Option(help="paper: its own stiffness; other names say what is in --config.")] = "",
+    variant: Annotated[str, typer.Option(help="A name for the settings of --config as they are, such as paper.")] = "",
     config_dir: Annotated[Path, typer.Option("--config", help="Folder of the configuration.")] = Path("config"),
     out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("results/full_scale"),
     data: Annotated[Path, typer.Option(help="Folder of what is kept.")] = Path("docs/full_scale/data"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what each case will take.")] = False,
 ) -> None:
     """Run the screening cases at full scale, keep their tables, and say how long and how much disk it takes."""
-    if scale == "full" and variant in SETTINGS:
-        config_dir = turned(config_dir, out, variant)
     config = settings.load(config_dir)
-    wanted = case or [n for n in ORDER if n in config.cases]
-    jobs = prepare(config, wanted, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
+    configs = dict.fromkeys(case or [n for n in ORDER if n in config.cases], config)
+    if scale == "full" and not variant:
+        configs = turned(config, configs, out)
+    jobs = prepare(configs, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
     for job in jobs:
         job.done = (data / job.name / "run.json").exists()
     todo = [j for j in jobs if not j.done]
@@ -194,7 +208,7 @@ def main(
     if dry_run:
         print("\n".join(table(jobs)))
         return
-    command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", scale, "--config", str(config_dir)]
+    command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", scale]
     about = {"variant": variant, "scale": scale, "commit": _commit()}
     failed = Campaign(jobs, data, command, about, cores).run()
     for job in failed:
@@ -202,12 +216,15 @@ def main(
     raise typer.Exit(1 if failed else 0)
 
 
-def turned(config_dir: Path, out: Path, variant: str) -> Path:
-    """A copy of the configuration with the settings of a variant, beside the runs."""
-    target = out / f"settings{f'-{variant}' if variant else ''}"
-    shutil.rmtree(target, ignore_errors=True)
-    edit.write(config_dir, target, "full", SETTINGS[variant])
-    return target
+def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config]:
+    """For each case the configuration with what is turned for its aperture; the copies lie beside the runs."""
+    made: dict[float, Config] = {}
+    for aperture in {config.case(n).aperture_mm for n in wanted}:
+        target = out / f"settings-{aperture:g}mm"
+        shutil.rmtree(target, ignore_errors=True)
+        edit.write(config.folder, target, "full", SETTINGS.get(aperture, {}))
+        made[aperture] = settings.load(target)
+    return {n: made[config.case(n).aperture_mm] for n in wanted}
 
 
 def _commit() -> str:

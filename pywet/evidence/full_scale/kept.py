@@ -82,9 +82,14 @@ class Kept:
             raise PywetError(f"{self.folder / table}.csv lacks the column {name} at every output: {CURE}")
         return np.asarray(found[name], dtype=float)
 
+    def has(self, time: float) -> bool:
+        """Whether the run goes on until a time, to within its outputs."""
+        beyond = float(self.times[-1] - self.times[-2])
+        return bool(self.times[0] <= time < self.times[-1] + beyond)
+
     def at(self, values: Floats, time: float) -> float:
-        """A series at a time, by linear interpolation; a time outside the run is refused."""
-        if not self.times[0] <= time <= self.times[-1] + 1e-9:
+        """A series at a time, by linear interpolation, less than an output beyond the last as there; else it is refused."""
+        if not self.has(time):
             raise PywetError(
                 f"{self.folder.name} goes from {self.times[0]:g} to {self.end:g} s, {time:g} s is not in it"
             )
@@ -196,6 +201,10 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             "contacts": max((r.count for r in rows if r.quantity == "capillary"), default=0),
             "replay": {r.quantity: {"values": r.count, "largest": r.largest, "limit": r.limit} for r in rows},
             "cpu_s": engine.get("cpu_s"),
+            "peak_memory_B": engine.get("peak_memory_B"),
+            "replay_cpu_s": replay.get("cpu_s") if replay else None,
+            "replay_peak_memory_B": replay.get("peak_memory_B") if replay else None,
+            "disk_B": sum(p.stat().st_size for p in run_dir.rglob("*") if p.is_file()),
             "resumed_at_step": engine.get("resumed_at_step"),
             "versions": summary["versions"],
         },

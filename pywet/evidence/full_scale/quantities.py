@@ -14,7 +14,7 @@ import numpy as np
 from pywet.evidence.full_scale.judging import Cases
 from pywet.evidence.full_scale.kept import COARSE, UNDERSIZE, Kept
 from pywet.laws.transfer import transfer_table
-from pywet.schema import SPHERE
+from pywet.schema import LARGE_WALL, SPHERE
 
 SMALL, NEAR = UNDERSIZE
 COARSE_MATERIAL = "coarse_material"
@@ -78,6 +78,13 @@ def larger_gets(contact_angle_deg: float) -> float:
     """Mean share of the larger of spheres of 3.5 and 5 mm radius over V* from 0.05 to 0.4, by the law of preset `paper`."""
     angle, volumes = math.radians(contact_angle_deg), np.linspace(0.05, 0.4, 8)
     return float(np.mean(transfer_table(5e-3, 3.5e-3, angle, angle, SPHERE, volumes)))
+
+
+def wall_gets(contact_angle_deg: float) -> float:
+    """Mean share of a large steel wall (45°) in bridges to a sphere over V* from 0.05 to 0.4, by the law of preset `paper`."""
+    volumes = np.linspace(0.05, 0.4, 8)
+    sphere = transfer_table(5e-3, 0.0, math.radians(contact_angle_deg), math.radians(45.0), LARGE_WALL, volumes)
+    return float(1.0 - np.mean(sphere))
 
 
 def fall(c: Cases, case: int) -> float:

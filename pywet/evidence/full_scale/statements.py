@@ -1,6 +1,7 @@
 """What Elskamp & Kruggel-Emden (2018) say of their simulations in sections 5.2 and 5.3, each as numbers with a threshold.
 
-The thresholds were chosen before any full-scale run was looked at. Y, U, t and shares as in `quantities`.
+The thresholds were chosen before any full-scale run was looked at, those from 34 on when cases 1, 2, 3, 5, 10, 11 and 12 were
+known. Y, U, t and shares as in `quantities`.
 """
 
 from __future__ import annotations
@@ -178,6 +179,27 @@ STATEMENTS: tuple[Statement, ...] = (
     Statement(33, "5.3, Fig. 7",
               "Below V* = 0.4 the larger glass sphere gets relatively more than the larger POM sphere.", (), (
         above("mean share of the larger, 15° − 40°", 0.0, lambda c: q.larger_gets(15.0) - q.larger_gets(40.0)),
+    )),
+    Statement(34, "5.2, Fig. 12a", "POM, 8 mm, 1 mm: the influence of the water is comparatively low.", (1, 2, 3), (
+        below("larger mean Y2 − Y1, Y3 − Y1, 2 to 20 s", 0.05, lambda c: max(q.gap(c, k, 1, 2.0, 20.0) for k in (2, 3))),
+    )),
+    Statement(35, "5.2, Fig. 13c, d", "Glass: small before near-mesh with either screen at every liquid amount.",
+              (10, 11, 12, 16, 17, 18), (
+        below("largest mean Y_small − Y_near of these cases, 1 to 20 s", 0.0,
+              lambda c: max(q.lag(c[k], 1.0, 20.0) for k in (10, 11, 12, 16, 17, 18))),
+    )),
+    Statement(36, "5.3, Fig. 15b, d", "5.6 mm: the liquid on the walls rises more with POM than with glass.", (8, 17), (
+        above("share of case 8 − case 17 at 20 s", 0.0, lambda c: q.share(c, 8, 20.0, "walls") - q.share(c, 17, 20.0, "walls")),
+    )),
+    Statement(37, "5.3, Fig. 15", "The liquid of the fines rises more than that of the walls.", (2, 8, 11, 17), (
+        above("least fines − walls at 20 s", 0.0,
+              lambda c: min(q.share(c, k, 20.0, "fines") - q.share(c, k, 20.0, "walls") for k in (2, 8, 11, 17))),
+    )),
+    Statement(38, "5.3, Fig. 15a", "Case 2: nearly all undersize has passed at 20 s.", (2,), (
+        below("U at 20 s", 0.02, lambda c: q.undersize(c, 2, 20.0)),
+    )),
+    Statement(39, "5.3, Fig. 7c, d", "Of a bridge the wall takes more from a POM sphere than from a glass sphere.", (), (
+        above("mean share of a steel wall, 40° − 15°", 0.0, lambda c: q.wall_gets(40.0) - q.wall_gets(15.0)),
     )),
 )
 # fmt: on

@@ -22,7 +22,7 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundr
     made.close()
 
 
-@pytest.mark.parametrize("scene", [yard.prepare, planted_in_yard.pump])
+@pytest.mark.parametrize("scene", [yard.prepare, planted_in_yard.pump, planted_in_yard.grown])
 def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path, scene: planted_in_yard.Scene) -> None:
     """What is found below is the fault and not the patch."""
     foundry.run(tmp_path, scene(tmp_path), "none")
@@ -30,13 +30,24 @@ def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path,
     assert result["ok"], {n: q["worst"] for n, q in result["quantities"].items() if not q["ok"]}
 
 
-@pytest.mark.parametrize("fault", [*planted_in_yard.IN_YARD, *planted_in_yard.IN_PUMP])
+FAULTS = {
+    name: (scene, *shown)
+    for scene, faults in (
+        (yard.prepare, planted_in_yard.IN_YARD),
+        (planted_in_yard.pump, planted_in_yard.IN_PUMP),
+        (planted_in_yard.grown, planted_in_yard.IN_GROWN),
+    )
+    for name, shown in faults.items()
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
 def test_fault_is_found_and_named(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
     """In the quantity where it was planted, and by its words."""
-    in_yard = fault in planted_in_yard.IN_YARD
-    quantity, words = (planted_in_yard.IN_YARD if in_yard else planted_in_yard.IN_PUMP)[fault]
-    foundry.run(tmp_path, (yard.prepare if in_yard else planted_in_yard.pump)(tmp_path), fault)
+    scene, quantity, words = FAULTS[fault]
+    foundry.run(tmp_path, scene(tmp_path), fault)
     result = replay(tmp_path)
     assert not result["quantities"][quantity]["ok"]
-    said = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    findings = [f for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
+    said = [sentence for f in findings for sentence in (f["sentence"], *f["consequences"])]
     assert any(words in sentence for sentence in said), said

@@ -70,6 +70,50 @@ def test_the_command_writes_a_whole_page(small: None, tmp_path: Path) -> None:
     assert not list((tmp_path / "atlas").glob(".*"))  # nothing half-written
 
 
+OWN = """
+import math
+
+from pywet.laws.force_law import force_law
+
+
+@force_law
+def doubled(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension):
+    r = 2.0 * radius_i if math.isinf(radius_j) else 2.0 * radius_i * radius_j / (radius_i + radius_j)
+    return 4.0 * math.pi * surface_tension * r
+
+
+@force_law
+def shorter(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):
+    return 0.5 * volume ** (1.0 / 3.0)
+"""
+
+
+def test_an_own_law_stands_in_the_atlas(small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At touch it is twice `lambert`, which is 0.099 off, hence 2 (1 + 0.099) - 1 = 1.2; the distance is half of `lian`'s."""
+    monkeypatch.setenv("PYWET_CACHE", str(tmp_path / "cache"))
+    file = tmp_path / "mine.py"
+    file.write_text(OWN)
+    asked = ["laws", "--atlas", "--no-stock", "--out", str(tmp_path / "atlas")]
+    done = CliRunner().invoke(app, [*asked, "--law", f"{file}:doubled", "--law", f"{file}:shorter"])
+    assert done.exit_code == 0, done.output
+    forces = pd.read_csv(tmp_path / "atlas" / "forces.csv").set_index(["law", "bodies", "gap"])
+    assert forces.loc[(f"{file}:doubled", "equal spheres", "touch"), "median"] == pytest.approx(1.2, abs=0.01)
+    breaks = pd.read_csv(tmp_path / "atlas" / "rupture.csv").set_index(["law", "bodies"])
+    wanted = abs(0.5 * (1.0 + breaks.loc[("lian", "equal spheres"), "worst"]) - 1.0)
+    assert breaks.loc[(f"{file}:shorter", "equal spheres")]["p95"] == pytest.approx(wanted, abs=0.03)
+    text = (tmp_path / "atlas" / "atlas.html").read_text()
+    assert "<code>mine.py:doubled</code>" in text and "<code>mine.py:shorter</code>" in text
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [(["--law", "rabinovich"], "no law in a file of yours"), (["--law", "f.py:g"], "does not exist")],
+)
+def test_what_is_no_law_of_the_atlas_is_refused(more: list[str], words: str, small: None, tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["laws", "--atlas", "--no-stock", "--out", str(tmp_path / "atlas"), *more])
+    assert done.exit_code == 1 and words in done.stderr
+
+
 def test_misprints_are_as_large_as_their_equations_say() -> None:
     """E 21 doubles the force; E 32 at a wall is 7 to 12 % short in its useful range."""
     bodies = {"radius_i": 1e-3, "contact_angle_i": 0.2, "contact_angle_j": 0.2}

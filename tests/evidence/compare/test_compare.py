@@ -78,9 +78,9 @@ def made(folder: Path, change: float = 0.0) -> Path:
     return folder
 
 
-def run(*arguments: str) -> tuple[int, str]:
-    """Exit code and output of `pywet compare`."""
-    done = CliRunner().invoke(app, ["compare", *arguments])
+def run(*arguments: str, command: str = "compare") -> tuple[int, str]:
+    """Exit code and output of `pywet compare`, or of another command."""
+    done = CliRunner(env={"COLUMNS": "200"}).invoke(app, [command, *arguments])
     return done.exit_code, done.output
 
 
@@ -154,6 +154,38 @@ def test_digest_of_runs(tmp_path: Path) -> None:
         digest.of_runs("s", "c", [made(tmp_path / "run")], 1e-6)
     with pytest.raises(PywetError, match="no reference scene"):
         references.made("nothing")
+
+
+def replayed(folder: Path, change: float = 0.0) -> Path:
+    """The same with a replay that agrees."""
+    made(folder, change)
+    (folder / "replay.json").write_text(json.dumps({"ok": True, "quantities": {}}))
+    return folder
+
+
+def test_digest_of_runs_of_ones_own(tmp_path: Path) -> None:
+    """Four seeds: one like them is as stored, one far off is changed; another scene is refused with exit code 2, nothing said
+    of it. Numbers have their units."""
+    seeds = [replayed(tmp_path / "seeds" / str(k), 0.01 * k) for k in range(1, 5)]
+    file = str(tmp_path / "mine.json")
+    code, said = run(str(tmp_path / "seeds"), "--out", file, command="digest")
+    assert code == 0 and "numbers of 4 runs" in said
+    assert digest.load(Path(file)).scene is not None
+    assert run(str(seeds[0]), "--digest", file)[0] == 0
+    code, said = run(str(replayed(tmp_path / "far", 1.0)), "--digest", file)
+    assert code == 1 and "changed since" in said
+    rows = [line.split() for line in said.splitlines() if "mean height at the end" in line]
+    assert rows and all("m" in row for row in rows)
+    other = replayed(tmp_path / "other")
+    scene = Scene.read(other / "scene.json")
+    (other / "scene.json").write_text(scene.model_copy(update={"gravity_m_per_s2": (0.0, 0.0, -1.0)}).model_dump_json())
+    code, said = run(str(other), "--digest", file)
+    assert code == 2 and "differ in gravity" in said and "changed" not in said
+    code, said = run(str(seeds[0]), str(other), "--out", file, command="digest")
+    assert code == 2 and "expected runs of one scene" in said
+    assert run(str(seeds[0]), command="digest")[0] == 2  # no file is named
+    code, said = run(str(seeds[0]), "--digest", str(references.STORE / "pull.json"))
+    assert code == 2 and "differ in case" in said
 
 
 def test_a_digest_is_refused_when_the_replay_disagrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -82,7 +82,7 @@ def test_a_sphere_is_wedged_when_it_moves_with_the_screen(
 
 FAKE = """
 import shutil, sys
-number, seed, out = sys.argv[1], sys.argv[3], sys.argv[5]
+number, seed, out, config = sys.argv[1:8:2]
 if number == "1":
     sys.exit("case 1 cannot be run")
 shutil.copytree(sys.argv[0].replace("fake.py", "run/case02"), out, dirs_exist_ok=True)
@@ -94,38 +94,49 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
 ) -> None:
     (tmp_path / "fake.py").write_text(FAKE)
     loaded = settings.load(ROOT / "config")
-    jobs = campaign.prepare(loaded, [1, 2], [7], "smoke", tmp_path / "out", "", MACHINE)
+    jobs = campaign.prepare(dict.fromkeys((1, 2), loaded), [7], "smoke", tmp_path / "out", "", MACHINE)
     data, command = tmp_path / "data", [sys.executable, str(tmp_path / "fake.py")]
     failed = campaign.Campaign(jobs, data, command, {"variant": "", "scale": "smoke"}, cores=2).run()
     assert [(j.number, j.failed) for j in failed] == [(1, "case 1 cannot be run")]
     assert Kept(data / "case02-7").case == 2
+    assert Kept(data / "case02-7").about["settings"] == {"fraction": 0.05, "stiffness": 0.01, "bridges_every": 1}
     assert "case02-7: kept in" in capsys.readouterr().out
 
 
 def test_disk_and_time_follow_from_the_configuration() -> None:
-    """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, case 1 at full scale 101 MB: within a quarter."""
+    """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, 1 and 14 at full scale 101 and 452 MB: within a
+    quarter."""
     loaded = settings.load(ROOT / "config")
-    dry, moist = campaign.prepare(loaded, [1, 2], [1], "full", Path("out"), "", MACHINE)
+    dry, moist = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "full", Path("out"), "", MACHINE)
     assert moist.name == "case02-1" and moist.seconds - dry.seconds > 1e-7 * moist.load.evaluations
-    smoke = campaign.prepare(loaded, [1, 2], [1], "smoke", Path("out"), "", MACHINE)
-    disk = [job.disk_B for job in (*smoke, dry)]
-    np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6], rtol=0.25)
+    smoke = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "smoke", Path("out"), "", MACHINE)
+    (glass,) = campaign.prepare({14: loaded}, [1], "full", Path("out"), "", MACHINE)
+    disk = [job.disk_B for job in (*smoke, dry, glass)]
+    np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6, 452e6], rtol=0.25)
     lines = campaign.table([dry, moist])
     assert [line.split()[0] for line in lines] == ["case", "1", "2", "all"]
     assert float(lines[-1].split()[1]) == pytest.approx((dry.seconds + moist.seconds) / 3600.0, abs=0.05)
 
 
-def test_the_campaign_turns_what_it_says(tmp_path: Path) -> None:
-    for variant, stiffness, fraction in (("", 0.1, 0.1), ("paper", 1.0, 0.05)):
-        loaded = settings.load(campaign.turned(ROOT / "config", tmp_path, variant))
-        assert loaded.scale("full").stiffness_factor.value == stiffness
-        assert loaded.settings.time_step.fraction.value == fraction
+def test_the_campaign_turns_what_it_says_and_time_follows(tmp_path: Path) -> None:
+    """Springs of 0.1 at 8 mm and 0.03 at 5.6 mm, each at a tenth of a collision: a step grows with the spring's period."""
+    loaded = settings.load(ROOT / "config")
+    configs = campaign.turned(loaded, (2, 8), tmp_path)
+    two, eight = campaign.prepare(configs, [1], "full", tmp_path, "", MACHINE)
+    for job, stiffness in ((two, 0.1), (eight, 0.03)):
+        config = settings.load(job.config)
+        assert config.scale("full").stiffness_factor.value == job.settings["stiffness"] == stiffness
+        assert config.settings.time_step.fraction.value == job.settings["fraction"] == 0.1
+    stiff = dict.fromkeys((8,), configs[2])
+    (same,) = campaign.prepare(stiff, [1], "full", tmp_path, "", MACHINE)
+    assert eight.steps / same.steps == pytest.approx(0.3**0.5, rel=1e-2)
+    assert 0.3**0.5 < eight.seconds / same.seconds < 0.8
 
 
 def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two of 2 h, one half done in 2 h: as slow as it was, 2 h for its rest and 4 h for the other (the start counts 10 min)."""
     loaded = settings.load(ROOT / "config")
-    first, second = campaign.prepare(loaded, [1, 2], [1], "smoke", tmp_path, "", MACHINE)
+    first, second = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "smoke", tmp_path, "", MACHINE)
     for job in (first, second):
         job.seconds = 7200.0
     one = campaign.Campaign([first, second], tmp_path, [], {}, cores=1)
@@ -151,8 +162,7 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
         make(tmp_path / "data", case)
     text = page.page_text(tmp_path / "data", settings.load(ROOT / "config"))
     assert (
-        "Not run yet: 3, 4, 5" in text
-        and "| case02-1 | full, springs 1e+04 N/m, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
+        "Not run yet: 3, 4, 5" in text and "| case02-1 | full, springs 0.1, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
     )
     assert {p.name for p in tmp_path.glob("*.svg")} == {"fig10.svg", "fig12.svg", "fig13.svg", "fig14.svg", "fig15.svg"}
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))

@@ -1,0 +1,100 @@
+"""The answer of `pywet bridge` to look at: its forces against the exact bridge as a table, and drawn over the gap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from rich.table import Table
+
+from pywet.files import atomic_write
+from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt, save_png, svg
+
+COLOURS = (ORANGE, NAVY, GREEN, VIOLET, RED, SKY)
+Values = Sequence[float | None]
+Measured = tuple[Sequence[float], Mapping[str, Any]] | None
+EXACT = "young_laplace"
+
+
+def short(law: str) -> str:
+    """A law's name without the folder of its file."""
+    return law.rpartition("/")[2]
+
+
+def deviation(value: float | None, exact: float | None) -> float | None:
+    """Value over exact − 1 in per cent; None where either has no value.
+
+    >>> deviation(1.5, 1.0)
+    50.0
+    """
+    return None if value is None or not exact else 100.0 * (value / exact - 1.0)
+
+
+def table(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values) -> list[Table]:
+    """Each capillary law's force and its deviation from the exact one; rupture distances and theirs; viscous forces."""
+    forces = Table("law", "gap in µm", "force in mN", "exact in mN", "deviation", box=None, header_style="bold")
+    for law, values in answer["force_N"].items():
+        for gap, value, true in zip(gaps, values, exact, strict=True):
+            forces.add_row(
+                short(law), f"{1e6 * gap:.6g}", _milli(value), _milli(true), _percent(deviation(value, true))
+            )
+    ends = Table("rupture law", "distance in µm", "exact in µm", "deviation", box=None, header_style="bold")
+    limit = answer["rupture_distance_m"].get(EXACT)
+    for law, distance in answer["rupture_distance_m"].items():
+        ends.add_row(short(law), _micro(distance), _micro(limit), _percent(deviation(distance, limit)))
+    drags = Table("viscous law", "gap in µm", "force in mN", box=None, header_style="bold")
+    for law, values in answer["viscous_normal_N"].items():
+        for gap, value in zip(gaps, values, strict=True):
+            drags.add_row(short(law), f"{1e6 * gap:.6g}", _milli(value))
+    return [forces, ends, drags]
+
+
+def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, measured: Measured = None) -> Figure:
+    """Force over gap of each law and of the exact bridge; dotted, where each rupture law lets it break.
+
+    `measured`: separations and answer from inside an engine, drawn as points.
+    """
+    colours = {EXACT: INK, **dict(zip((n for n in answer["force_N"] if n != EXACT), COLOURS * 9, strict=False))}
+    with plt.rc_context(STYLE):
+        drawn, (axis,) = panels(1, 1, (6.4, 4.0))
+        for law in (n for n in answer["force_N"] if n != EXACT):
+            _line(axis, gaps, answer["force_N"][law], color=colours[law], lw=1.3, label=short(law))
+        _line(axis, gaps, exact, color=INK, lw=2.0, label="exact (Young-Laplace)")
+        for law, distance in answer["rupture_distance_m"].items():
+            axis.axvline(1e6 * distance, color=INK, lw=0.8, ls=":" if law == EXACT else (0, (1, 3)))
+        at, found = measured or ((), {"force_N": {}})
+        for law, values in found["force_N"].items():
+            look: Any = {"ls": "", "marker": "o", "ms": 4, "color": colours[law]}
+            _line(axis, at, values, label=f"{short(law)} in the engine", **look)
+        axis.set(xlabel="gap in µm", ylabel="capillary force in mN", ylim=(0, None), xlim=(0, None))
+        axis.legend()
+    return drawn
+
+
+def draw(path: Path, drawn: Figure) -> None:
+    """The figure as SVG, or as PNG where the file is named so."""
+    if path.suffix == ".png":
+        save_png(drawn, path)
+        return
+    text = svg(drawn)
+    with atomic_write(path) as temporary:
+        temporary.write_text(text)
+
+
+def _line(axis: Any, gaps: Sequence[float], values: Values, **look: Any) -> None:
+    both = [(1e6 * g, 1e3 * v) for g, v in zip(gaps, values, strict=True) if v is not None]
+    axis.plot([g for g, _ in both], [v for _, v in both], **look)
+
+
+def _milli(value: float | None) -> str:
+    return "-" if value is None else f"{1e3 * value:.6g}"
+
+
+def _micro(value: float | None) -> str:
+    return "-" if value is None else f"{1e6 * value:.6g}"
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value:+.2g} %" if abs(value) < 10 else f"{value:+.0f} %"

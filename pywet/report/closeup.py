@@ -1,0 +1,137 @@
+"""A close-up of one sphere and its bridges, twice: cuboids as in the paper's Fig. 11, and the true meridian of the exact bridge.
+
+The exact bridge (`laws/exact_bridge`) is a surface of revolution between two contact lines. A bridge that it cannot resolve (a
+contact angle of 90° or more, a gap beyond its rupture distance) stays a cuboid, and how many do is said below the picture.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.laws import exact_bridge
+from pywet.laws.exact_bridge.bridge import Bridge
+from pywet.report import caption, render, standing, vtk
+from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit
+from pywet.runs.rundir import Floats, RunDir
+
+SIZE = (700, 700)
+AROUND, ALONG = 48, 61
+"""Points around the axis, and along the meridian."""
+
+
+def write(run_dir: Path, picture: Path, sphere: int, step: int | None = None) -> Path:
+    """Draw a sphere's bridges at an output step (default: where as many stand at it as ever) into a PNG, and return its path."""
+    run = RunDir(Path(run_dir))
+    chosen = _fullest(run, sphere) if step is None else render.output_step(run, step)
+    if not len(_bridges(run, sphere, chosen)):
+        raise PywetError(
+            f"sphere {sphere} of {run.path} has no bridge at step {chosen}; expected another sphere, or --step"
+        )
+    with atomic_write(Path(picture)) as temporary:
+        arguments = str(run.path), str(temporary), str(chosen), str(sphere)
+        if not render.drawn_in_child("pywet.report.closeup", temporary, *arguments):
+            raise PywetError("VTK cannot draw on this machine; install libosmesa6 for close-ups")
+    return Path(picture)
+
+
+def _fullest(run: RunDir, sphere: int) -> int:
+    counts = np.zeros(int(run.timeline.steps[-1]) + 1, dtype=int)
+    for part in run.parts("history/bridges", ["step", "partner_kind", "i", "j"]) if run.moist else ():
+        counts += np.bincount(part.loc[_has(part, sphere), "step"], minlength=len(counts))
+    return int(counts.argmax())
+
+
+def _has(bridges: pd.DataFrame, sphere: int) -> Any:
+    return (bridges["i"] == sphere) | ((bridges["j"] == sphere) & (bridges["partner_kind"] == 0))
+
+
+def _bridges(run: RunDir, sphere: int, step: int) -> pd.DataFrame:
+    here = vtk.standing_at(run, step)
+    return here[_has(here, sphere)] if len(here) else here
+
+
+def exact(run: RunDir, bridges: pd.DataFrame) -> list[Bridge | None]:
+    """The exact bridge of each row; None where there is none."""
+    b = standing.bodies(run, bridges)
+    rows = zip(bridges["separation"], bridges["volume"], b.radius_i, b.radius_j, b.angle_i, b.angle_j, strict=True)
+    return [_solved(*map(float, row)) for row in rows]
+
+
+def _solved(gap: float, volume: float, ri: float, rj: float, ti: float, tj: float) -> Bridge | None:
+    try:
+        return exact_bridge.solve(gap, volume, ri, rj, ti, tj)
+    except PywetError:
+        return None
+
+
+def revolved(bridge: Bridge, first: Floats, second: Floats) -> Floats:
+    """Points (ALONG, AROUND, 3) [m] of the bridge's surface; `first` is the centre of i, `second` that of j or a wall's point."""
+    z, r, _ = bridge.meridian(ALONG)
+    along = (second - first) / np.linalg.norm(second - first)
+    u = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+    u /= np.linalg.norm(u)
+    angle = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    around = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * np.cross(along, u)
+    height = z + bridge.bodies.radius_i * np.cos(bridge.half_filling_angles[0])
+    return np.asarray(first + height[:, None, None] * along + r[:, None, None] * around)
+
+
+def draw(run: RunDir, step: int, sphere: int, picture: Path) -> None:
+    """Draw with VTK in this process."""
+    here = _bridges(run, sphere, step)
+    solved = exact(run, here)
+    none: list[Bridge | None] = [None] * len(here)
+    (image, mm), (true, _) = (scene(run, step, sphere, here, shapes) for shapes in (none, solved))
+    lost = sum(bridge is None for bridge in solved)
+    time = step * run.scene.time_step_s
+    text = (f"{run.scene.name}   t = {time:.3f} s   sphere {sphere}, {len(here)} bridges: as cuboids, and the exact bridge"
+            + (f" ({lost} not resolved: cuboids)" if lost else ""))  # fmt: skip
+    caption.below(np.concatenate([image, true], axis=1), caption.entries(run), text, mm).save(picture, format="PNG")
+
+
+def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: list[Bridge | None]) -> tuple[Any, float]:
+    """Pixels, and how many of these are a millimetre at the sphere; a bridge without a shape is a cuboid."""
+    import pyvista as pv
+
+    pv.OFF_SCREEN = True
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="three lights")
+    plotter.set_background(BACKGROUND)
+    pairs = bridges[bridges["partner_kind"] == 0]
+    partners = (set(pairs["i"]) | set(pairs["j"])) - {sphere}
+    mesh, limit = vtk.particles(run, step), colour_limit(run, step)
+    rows = {int(n): k for k, n in enumerate(mesh.point_data["id"])}
+    for number in (sphere, *sorted(partners)):
+        place, radius = mesh.points[rows[number]], mesh.point_data["radius"][rows[number]]
+        colour = blues()(mesh.point_data["film_thickness"][rows[number]] / limit)[:3]
+        ball = pv.Sphere(radius=radius, center=place, theta_resolution=60, phi_resolution=60)
+        plotter.add_mesh(
+            ball, color=colour, opacity=1.0 if number == sphere else 0.45, smooth_shading=True, specular=0.3
+        )
+    centre, own = mesh.points[rows[sphere]], mesh.point_data["radius"][rows[sphere]]
+    width = 2.4 * (own + max((mesh.point_data["radius"][rows[n]] for n in partners), default=own))
+    corners = vtk.wall_corners(run, step)
+    near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
+    if near.any():
+        faces = np.insert(np.arange(3 * near.sum()).reshape(-1, 3), 0, 3, axis=1)
+        plotter.add_mesh(pv.PolyData(corners[near].reshape(-1, 3), faces), color=METAL)
+    boxes = standing.corners(run, bridges)
+    ends = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
+    for shape, box, first, second in zip(shapes, boxes, *ends, strict=True):
+        if shape is None:
+            body = pv.PolyData(box, np.insert(render.FACES, 0, 4, axis=1))
+        else:
+            points = revolved(shape, first, second)
+            body = pv.StructuredGrid(*np.moveaxis(np.concatenate([points, points[:, :1]], axis=1), 2, 0))
+        plotter.add_mesh(body, color=BRIDGE_COLOUR, smooth_shading=shape is not None, specular=0.4)
+    return render.pixels(plotter, run, centre, 0.75 * width, SIZE)
+
+
+if __name__ == "__main__":
+    draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), int(sys.argv[4]), Path(sys.argv[2]))

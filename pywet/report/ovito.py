@@ -1,0 +1,65 @@
+"""A run for OVITO: `ovito/spheres.dump` (LAMMPS' text dump) and `ovito/bridges.dump` (dump local), all outputs in one file each.
+
+OVITO: load spheres.dump; add the modification "Load trajectory" with bridges.dump, whose columns become bonds. Bridges between
+spheres only: a bond of OVITO has a particle at both ends. Lengths in m, speeds in m/s, volumes in m³, forces in N, ages in s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+
+from pywet.files import atomic_write
+from pywet.report import vtk
+from pywet.runs.rundir import RunDir
+from pywet.schema import SPHERE
+
+SPHERES = {"id": "id", "class": "type", "radius": "radius", "film_thickness": "film_thickness", "liquid": "liquid",
+           "in_bin": "in_bin"}  # fmt: skip
+"""Field of the VTK file -> column of the dump, beside place and velocity."""
+BRIDGES = ["volume", "separation", "capillary_force", "age"]
+
+
+def write(run_dir: Path) -> list[Path]:
+    """Write both files into the run's folder `ovito` and return them."""
+    run = RunDir(Path(run_dir))
+    makers: dict[str, tuple[Callable[[RunDir, int], pd.DataFrame], str, str]] = {
+        "spheres": (spheres, "NUMBER OF ATOMS", "ATOMS"),
+        "bridges": (bridges, "NUMBER OF ENTRIES", "ENTRIES"),
+    }
+    paths = []
+    for name, (maker, count, rows) in makers.items():
+        if name == "bridges" and not run.moist:
+            continue
+        paths.append(run.path / "ovito" / f"{name}.dump")
+        paths[-1].parent.mkdir(exist_ok=True)
+        with atomic_write(paths[-1]) as temporary, temporary.open("w") as file:
+            for step in run.timeline.steps.tolist():
+                table = maker(run, step)
+                file.write(f"ITEM: TIMESTEP\n{step}\nITEM: {count}\n{len(table)}\n{_box(run)}")
+                file.write(f"ITEM: {rows} {' '.join(table.columns)}\n")
+                table.to_csv(file, sep=" ", header=False, index=False, float_format="%.9g")
+    return paths
+
+
+def spheres(run: RunDir, step: int) -> pd.DataFrame:
+    """The spheres in the box at one output step, a column for each value."""
+    mesh = vtk.particles(run, step)
+    table = pd.DataFrame({column: mesh.point_data[field] for field, column in SPHERES.items()})
+    return table.assign(**dict(zip("xyz", mesh.points.T, strict=True)),
+                        **dict(zip(("vx", "vy", "vz"), mesh.point_data["velocity"].T, strict=True)))  # fmt: skip
+
+
+def bridges(run: RunDir, step: int) -> pd.DataFrame:
+    """The bridges between spheres at one output step."""
+    data = vtk.bridges(run, step).cell_data
+    pairs = data["partner_kind"][0] == SPHERE
+    columns = {"id1": data["i"], "id2": data["j"], **{name: data[name] for name in BRIDGES}}
+    return pd.DataFrame({name: blocks[0][pairs] for name, blocks in columns.items()})
+
+
+def _box(run: RunDir) -> str:
+    edges = zip(run.scene.box_low_m, run.scene.box_high_m, strict=True)
+    return "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{low:.9g} {high:.9g}\n" for low, high in edges)

@@ -1,0 +1,87 @@
+"""`vtk/open_in_paraview.py` of a run: what ParaView is told to show, written into a script that its own Python runs.
+
+The script is `open_in_paraview.py` beside this file; here its first value, SHOWN, is filled in. Not run by pywet.
+"""
+
+from __future__ import annotations
+
+import csv
+import pprint
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pywet.files import atomic_write
+from pywet.report import render, vtk
+from pywet.report.plots import CONFIGURATION, PLACES
+from pywet.report.sketch import colour_limit
+from pywet.runs.rundir import RunDir
+
+SCRIPT = Path(__file__).with_name("open_in_paraview.py")
+CHARTS: tuple[tuple[str, str, str, Callable[[str], bool]], ...] = (
+    (
+        "fraction_retained",
+        "fraction retained",
+        "BottomLeft",
+        lambda name: name.startswith("fraction_retained") and name != "fraction_retained_spheres",
+    ),
+    ("liquid_by_holder", "liquid in m³", "TopRight", lambda name: name.removesuffix("_m3") in PLACES),
+    ("liquid_by_wall", "liquid in m³", "TopRight", lambda name: name.endswith("_m3")),
+)
+"""Table of results, title, place of the legend, which columns."""
+EMPTY = "SHOWN: dict[str, Any] = {}"
+
+
+def write(run_dir: Path) -> Path:
+    """Write the script into the run's folder `vtk`, in which the time series are, and return it."""
+    run = RunDir(Path(run_dir))
+    path = run.path / "vtk" / SCRIPT.name
+    told = f"SHOWN: dict[str, Any] = {pprint.pformat(shown(run), width=110, sort_dicts=False)}"
+    with atomic_write(path) as temporary:
+        temporary.write_text(SCRIPT.read_text().replace(EMPTY, told))
+    return path
+
+
+def shown(run: RunDir) -> dict[str, Any]:
+    """What the script is told of a run: colours, walls, camera, time to begin with, curves."""
+    step = render.telling_step(run)
+    centre, away, aim, up = (v.tolist() for v in render.camera(run, *render.view(run, step)))
+    holders = vtk.words(run)["walls"]["holder_from_0"] if run.scene.walls else []
+    return {
+        "name": run.scene.name,
+        "folder": str((run.path / "vtk").resolve()),
+        "moist": run.moist,
+        "thickest_um": 1e6 * colour_limit(run, step),
+        "walls": {name: {"code": k, "opacity": opacity(name)} for k, name in enumerate(holders)},
+        "camera": {"position": away, "aim": aim, "up": up, "angle": render.ANGLE, "turn_about": centre},
+        "time": float(run.timeline.times[np.searchsorted(run.timeline.steps, step)]),
+        "charts": charts(run),
+    }
+
+
+def opacity(holder: str) -> float:
+    """How solid a wall is at first; 0 of what would hide the scene."""
+    if holder in render.SOLID:
+        return 1.0
+    return 0.0 if holder in render.HIDDEN else 0.15
+
+
+def charts(run: RunDir) -> list[dict[str, Any]]:
+    """The curves of a run that are there: title, file relative to the script, column of the time, label and colour by column."""
+    made = []
+    for name, title, legend, chosen in CHARTS:
+        path = run.path / "results" / f"{name}.csv"
+        if path.exists():
+            with path.open() as file:
+                columns = [column for column in next(csv.reader(file)) if chosen(column)]
+            curves = {column: _look(column, k) for k, column in enumerate(columns)}
+            made.append({"title": title, "file": f"../results/{path.name}", "time": "time_s", "legend": legend,
+                         "curves": curves})  # fmt: skip
+    return made
+
+
+def _look(column: str, number: int) -> tuple[str, str]:
+    name = column.removesuffix("_m3")
+    return PLACES.get(name, (name.replace("_", " "), CONFIGURATION[number % len(CONFIGURATION)]))

@@ -1,0 +1,78 @@
+"""What a standing bridge is beyond its row in the log: radii and contact angles of its bodies, its law's force, its age."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pywet.laws import own, registry
+from pywet.report import cuboids
+from pywet.runs.rundir import Bools, Floats, RunDir, bridge_ends
+from pywet.schema import SPHERE
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Both bodies of each bridge; a wall's radius_j is infinite [m, rad]."""
+
+    at_wall: Bools
+    radius_i: Floats
+    radius_j: Floats
+    angle_i: Floats
+    angle_j: Floats
+
+
+def bodies(run: RunDir, bridges: pd.DataFrame) -> Bodies:
+    """The bodies of bridges, by the numbers in their rows."""
+    at_wall = (bridges["partner_kind"] != SPHERE).to_numpy()
+    spheres = run.spheres.set_index("id")
+    angles = spheres["type"].map({c.type: c.contact_angle_rad for c in run.scene.classes})
+    i, j, of_j = bridges["i"], bridges["j"], bridges["j"].map(angles)
+    if at_wall.any():
+        of_mesh = {wall.name: wall.contact_angle_rad for wall in run.scene.walls}
+        of_part = run.triangles.drop_duplicates("part").set_index("part")["mesh"].map(of_mesh)
+        of_j = j.map(of_part).where(at_wall, of_j)
+    return Bodies(
+        at_wall,
+        np.asarray(i.map(spheres["radius"]), dtype=float),
+        np.where(at_wall, np.inf, j.map(spheres["radius"])),
+        np.asarray(i.map(angles), dtype=float),
+        np.asarray(of_j, dtype=float),
+    )
+
+
+def corners(run: RunDir, bridges: pd.DataFrame) -> Floats:
+    """Corners (n, 8, 3) of the cuboids that stand for bridges."""
+    b = bodies(run, bridges)
+    first, second = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
+    volume, gap = (bridges[name].to_numpy(dtype=float) for name in ("volume", "separation"))
+    return cuboids.corners(first, second, b.at_wall, volume, gap, b.radius_i, b.radius_j)
+
+
+def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
+    """Attraction [N] that the run's law gives each bridge; NaN where the law is a user's file, which is not run for a picture."""
+    name, liquid = run.scene.effects.capillary, run.scene.liquid
+    if name is None or liquid is None:
+        return np.zeros(len(bridges))
+    if own.is_own(name) or not len(bridges):
+        return np.full(len(bridges), np.nan)
+    b = bodies(run, bridges)
+    law = registry.get("capillary", name).functions[0]
+    gap, volume = (bridges[column].to_numpy(dtype=float) for column in ("separation", "volume"))
+    tension = liquid.surface_tension_N_per_m
+    return np.asarray(law(gap, volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, tension), dtype=float)
+
+
+def age(run: RunDir, bridges: pd.DataFrame, step: int) -> Floats:
+    """Time [s] since each bridge that stands at a step formed; NaN where the log has no formation of it."""
+    names, codes, span = run.formations
+    if not len(names) or not len(bridges):
+        return np.full(len(bridges), np.nan)
+    ends = bridge_ends(bridges)
+    row = np.minimum(np.searchsorted(names, ends), len(names) - 1)
+    last = np.searchsorted(codes, row * span + step, side="right") - 1
+    formed = codes[np.maximum(last, 0)] - row * span  # below 0: of another bridge
+    known = (last >= 0) & (formed >= 0) & (names[row] == ends)
+    return np.where(known, (step - formed) * run.scene.time_step_s, np.nan)

@@ -1,0 +1,68 @@
+"""Second functions of the user's for laws of the user's own: which ones a run's replay takes, kept beside its scene.
+
+They change no simulation, only what the replay can say of it: a change of them asks for the replay alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from typing_extensions import TypedDict
+
+from pywet.files import AGAIN, read_bytes, read_if_there, write_json
+from pywet.laws import own
+from pywet.notices import notice
+
+FILE = "reference.json"
+
+
+class Named(TypedDict):
+    """What that file of a run directory holds: names of functions by kind of law, and a word for what they say."""
+
+    functions: dict[str, str]
+    word: str
+
+
+def leave(run_dir: Path, functions: Mapping[Any, str]) -> None:
+    """Write which functions the replay of this run is to take."""
+    path = run_dir / FILE
+    if functions:
+        write_json(path, Named(functions=dict(functions), word=word(functions)))
+    else:
+        path.unlink(missing_ok=True)
+
+
+def same(run_dir: Path, functions: Mapping[Any, str]) -> bool:
+    """Whether a run was left with these functions, which have not changed since."""
+    return _left(run_dir)["word"] == word(functions)
+
+
+def of_run(run_dir: Path) -> dict[str, str]:
+    """The functions of a run that may run: one that nobody of the user's named is left out, with a notice."""
+    named = _left(run_dir)["functions"]
+    for name in (name for name in named.values() if not own.may_run(name)):
+        notice.warning(
+            f"the second function {name} was not run: read its file, then name it in config.yaml or give --trust"
+        )
+    return {kind: name for kind, name in named.items() if own.may_run(name)}
+
+
+def trust(run_dir: Path) -> None:
+    """Let those that a run names be run, as they are now."""
+    own.trust(_left(run_dir)["functions"].values())
+
+
+def word(functions: Mapping[Any, str]) -> str:
+    """What these functions say, as one word; empty without any."""
+    parts = [
+        f"{kind} {name}".encode() + read_bytes(Path(name.rpartition(":")[0]), own.CURE)
+        for kind, name in sorted(functions.items())
+    ]
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()[:16] if parts else ""
+
+
+def _left(run_dir: Path) -> Named:
+    return read_if_there(run_dir / FILE, AGAIN, Named) or Named(functions={}, word="")

@@ -1,0 +1,276 @@
+"""What the report says in words, read as sentences and held against the files: the answer, the proof, how many cases, the laws,
+what was simulated, the assumptions, and the table of both presets.
+
+A sentence that cannot be found is a fault too. Numbers come back as the tables' do; words that do not hold as sentences.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from reference_impl.shown import tables
+from reference_impl.shown.tables import Told
+
+PRESETS = {
+    "bridges formed": ("formations", "whole"),
+    "bridges ruptured": ("ruptures", "whole"), "wall time in s": ("wall_s", "1 places"),
+}  # fmt: skip
+SIEVES = {"round": "cylinder", "square": "square"}
+LOST = 1e-12
+"""Share of the liquid beyond which it is not whole."""
+
+
+class Cases:
+    """What the files of the listed cases say."""
+
+    def __init__(self, folder: Path, listed: Sequence[int]) -> None:
+        self.folder, self.listed = folder, listed
+        self.summary = {n: tables.summary(folder, n) for n in listed}
+        self.replay = {n: self.json(n, "replay.json") for n in listed}
+        self.config = {n: self.json(n, "config.json") for n in listed}
+        self.moist = [n for n in listed if self._bridged(n)]
+
+    def json(self, number: int, name: str, suffix: str = "") -> Any:
+        """A file of a case."""
+        path = self.folder / f"case{number:02d}{suffix}" / name
+        return json.loads(path.read_text()) if path.exists() else None
+
+    def _bridged(self, number: int) -> bool:
+        data, config = self.summary[number], self.config[number]
+        return bool(data["effects"]["bridges"] if data else config and config["case"]["liquid_percent"])
+
+    def quantities(self, number: int) -> dict[str, Any]:
+        """What the replay of a case compared."""
+        return dict((self.replay[number] or {"quantities": {}})["quantities"])
+
+    def agrees(self, number: int) -> bool:
+        """Whether it was replayed and nothing is beyond its limit."""
+        rows = self.quantities(number).values()
+        return bool(rows) and all(q["largest"] <= q["tolerance"] for q in rows)
+
+    def done(self, number: int) -> bool:
+        """Whether every stage went well and nothing objects to what it left."""
+        data = self.summary[number]
+        stages = [
+            self.json(number, f"status/{name}.json") for name in ("scene", "simulate", "results", "replay", "vtk")
+        ]
+        if data is None or not all(stage and stage["ok"] for stage in stages):
+            return False
+        whole = data["ledger_error"] is None or data["ledger_error"] <= LOST
+        checks = all(c["ok"] for c in data["checks"])
+        return checks and whole and (self.agrees(number) or not (self.moist.count(number) or self.quantities(number)))
+
+    def passed(self, moist: bool) -> list[float]:
+        """Per cent of the mass that can pass which has passed, of the dry cases or the others."""
+        rows = [s for n, s in self.summary.items() if s and self.config[n] and bool(self._liquid(n)) == moist]
+        return [100.0 * (1.0 - s["fraction_retained_end"]) / (1.0 - s["coarse_share"]) for s in rows]
+
+    def _liquid(self, number: int) -> float:
+        return float(self.config[number]["case"]["liquid_percent"])
+
+
+def check(text: str, folder: Path, listed: Sequence[int]) -> tuple[list[Told], list[str]]:
+    """Numbers that the sentences tell, and sentences that do not hold."""
+    cases, wrong = Cases(folder, listed), []
+    told = [*_lead(text, cases), *_cards(text, cases), *_work(text, cases), *_simulated(text, cases), *_assumed(text, cases),
+            *_presets(text, cases)]  # fmt: skip
+    wrong += [*_proof(text, cases), *_laws(text, cases), *_not_done(text, cases)]
+    return told, wrong
+
+
+def _plain(text: str) -> str:
+    return " ".join(html.unescape(re.sub(r"<[^>]*>", "", text)).split())
+
+
+def _one(text: str, pattern: str) -> str:
+    found = re.search(pattern, text, re.DOTALL)
+    return _plain(found[1]) if found else ""
+
+
+def _lead(text: str, cases: Cases) -> Iterator[Told]:
+    """The answer in the head of the page."""
+    said = _one(text, r"<header>.*?<p>(.*?)</p>")
+    yield "head, cases", _one(said, r"(\d+) cases? of batch screening"), len(cases.listed), "whole"
+    times = [t for n in cases.listed if (t := _end(cases, n, "fraction_retained", "time_since_opening_s")) is not None]
+    if not times:
+        return
+    yield "head, time", _one(said, r"passed (\S+) s after"), times[0], "2 digits"
+    for name, moist in (("dry", False), ("moist", True)):
+        shares = cases.passed(moist)
+        words = re.search(rf"(\d+)(?: to (\d+))? % {name}", said)
+        if shares and "% with" not in said:  # of one configuration each amount is told by itself, as in the first table
+            yield f"head, least passed {name}", words[1] if words else "", min(shares), "unit"
+            yield f"head, most passed {name}", (words[2] or words[1]) if words else "", max(shares), "unit"
+
+
+def _end(cases: Cases, number: int, name: str, column: str, suffix: str = "") -> float | None:
+    """Last value of a column of a case's results."""
+    path = cases.folder / f"case{number:02d}{suffix}" / "results" / f"{name}.parquet"
+    if not path.exists():
+        return None
+    table = pd.read_parquet(path)
+    return float(table[column].iloc[-1]) if column in table else None
+
+
+def _cards(text: str, cases: Cases) -> Iterator[Told]:
+    """How many of how many."""
+    good = {"cases done": (sum(map(cases.done, cases.listed)), len(cases.listed)),
+            "moist cases cross-checked": (sum(map(cases.agrees, cases.moist)), len(cases.moist))}  # fmt: skip
+    for name, wanted in good.items():
+        shown = re.search(rf"<b>(\d+) of (\d+)</b><span>{name}", text)
+        for k, what in enumerate(("done", "of")):
+            yield f"card, {name}, {what}", shown[k + 1] if shown else "", wanted[k], "whole"
+    replayed = [n for n in cases.listed if cases.quantities(n)]
+    names = {name for n in replayed for name in cases.quantities(n)}
+    if names:
+        shown = re.search(r"<summary>(\d+) quantities of (\d+) cases?, one by one", text)
+        yield "cross-check, quantities", shown[1] if shown else "", len(names), "whole"
+        yield "cross-check, cases", shown[2] if shown else "", len(replayed), "whole"
+
+
+def _proof(text: str, cases: Cases) -> Iterator[str]:
+    """Whether what is said of the proof is so, wherever it is said."""
+    bad = [n for n in cases.moist if not cases.agrees(n)]
+    names = {name for n in cases.listed for name in cases.quantities(n)}
+    errors = [s["ledger_error"] for n in cases.moist if (s := cases.summary[n]) and s["ledger_error"] is not None]
+    whole = "; no liquid is lost" if errors and max(errors) <= LOST else ""
+    wanted = f"Proven: an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}."
+    if bad:
+        wanted = f"Not cross-checked: case{'s' if len(bad) > 1 else ''} {', '.join(map(str, bad))}."
+    if not cases.moist:
+        wanted = "Nothing moist to cross-check."
+    for said in re.findall(r'<p class="proof">(.*?)</p>', text, re.DOTALL):
+        if _plain(said) != wanted:
+            yield f"the proof is said to be {_plain(said)!r}; expected {wanted!r}"
+
+
+def _laws(text: str, cases: Cases) -> Iterator[str]:
+    """The laws of each case against its plan."""
+    said = _one(tables.section(text, "cases"), r"<p>Laws: (.*?)\.</p>")
+    for words in filter(None, said.split("; ")):
+        numbers, _, listed = words.partition(": ")
+        for number in map(int, re.findall(r"\d+", numbers)):
+            plan = cases.json(number, "plan.json") or {"rows": []}
+            used = [f"{r['effect'].replace('_', ' ')}: {r['law']}" for r in plan["rows"] if r["on"] and r.get("law")]
+            if listed != (", ".join(used) or "dry contacts only"):
+                yield f"laws of case {number} are said to be {listed!r}; expected {', '.join(used) or 'dry contacts only'!r}"
+    told = {int(n) for words in said.split("; ") for n in re.findall(r"\d+", words.partition(": ")[0])}
+    for number in cases.listed:
+        if number not in told and cases.json(number, "plan.json"):
+            yield f"laws of case {number} are not said"
+
+
+def _not_done(text: str, cases: Cases) -> Iterator[str]:
+    """The list of what is not done."""
+    named = {int(n) for n in re.findall(r"<li><b>case(\d+)</b>", text)}
+    for number in cases.listed:
+        if (number in named) == cases.done(number):
+            yield f"case {number} is {'' if number in named else 'not '}listed as not done; expected the contrary"
+
+
+def _work(text: str, cases: Cases) -> Iterator[Told]:
+    """What all runs together took."""
+    rows = [s for s in cases.summary.values() if s]
+    said = re.search(r"<p>(\S+) min of engine time for (\S+) million sphere-steps", text)
+    yield "engine time", said[1] if said else "", sum(s["wall_s"] for s in rows) / 60.0, "2 digits"
+    steps = sum(s["steps"] * sum(s["spheres"].values()) for s in rows) / 1e6
+    yield "sphere-steps", said[2] if said else "", steps, "3 digits"
+
+
+def _simulated(text: str, cases: Cases) -> Iterator[Told]:
+    """How the scale departs from the experiment, against the configuration of the first case that has one."""
+    config = next((c for c in cases.config.values() if c and "scale" in c), None)
+    if config is None:
+        return
+    scale, said = config["scale"], _one(text, r"<h3>What was simulated</h3>(.*?)</ul>")
+    sieve = re.search(r"screen is a (\S+) mm (round|square) sieve", said)
+    yield "simulated, width", sieve[1] if sieve else "", scale["width_mm"]["value"], "6 digits"
+    yield "simulated, shape", "1" if sieve and SIEVES[sieve[2]] == scale["shape"] else "0", 1.0, "whole"
+    feed = config["materials"]["feed"]["sieve_diameter_mm"]["value"]
+    yield "simulated, the paper's sieve", _one(said, r"feed on a (\S+) mm sieve"), feed, "6 digits"
+    factor = scale["stiffness_factor"]["value"]
+    if factor < 1.0:
+        yield "simulated, softening", _one(said, r"softened to (\S+) of"), factor, "6 digits"
+        yield "simulated, collisions", _one(said, r"take (\S+) times as long"), factor**-0.5, "3 digits"
+    lasts = re.search(r"Each run lasts (\S+) s, of which (\S+) s pass", said)
+    yield "simulated, duration", lasts[1] if lasts else "", scale["duration_s"]["value"], "6 digits"
+    yield "simulated, opening", lasts[2] if lasts else "", scale["slide_opens_at_s"]["value"], "6 digits"
+
+
+def _assumed(text: str, cases: Cases) -> Iterator[Told]:
+    """The table of assumptions: each number where its name leads in the configuration, none left out."""
+    config = next((c for c in cases.config.values() if c and "scale" in c), None)
+    if config is None:
+        return
+    rows = {row[0]: row for row in tables.table(tables.section(text, "assumptions"))[1:]}
+    parts = {name: config[name] for name in ("apparatus", "materials", "settings")}
+    wanted = dict(_entries({**parts, f"scale {config['scale']['name']}": config["scale"]}))
+    yield "assumptions, how many", _one(text, r"<summary>(\d+) assumed values"), len(rows), "whole"
+    for name, entry in wanted.items():
+        row, value = rows.get(name), entry.get("value", entry.get("material", ""))
+        same = row is not None and row[2] == " ".join(str(entry["reason"]).split())
+        yield f"assumption {name}, reason", "1" if same else "0", 1.0, "whole"
+        if isinstance(value, int | float):
+            yield f"assumption {name}", row[1] if row else "", value, "6 digits"
+        else:
+            yield f"assumption {name}", "1" if row and row[1] == str(value) else "0", 1.0, "whole"
+
+
+def _entries(data: Any, name: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """Name and entry of every assumed value, named as the report does."""
+    if isinstance(data, dict):
+        if data.get("source") == "assumption":
+            yield name.replace("_", " "), data
+            return
+        for key, value in data.items():
+            yield from _entries(value, f"{name} · {key}" if name else key)
+    elif isinstance(data, list):
+        for k, value in enumerate(data):
+            yield from _entries(value, f"{name} {k + 1}")
+
+
+def _presets(text: str, cases: Cases) -> Iterator[Told]:
+    """The same case with two presets: the table, column by column, and of which case it is."""
+    for part in re.findall(r'<section id="presets">.*?</section>', text, re.DOTALL):
+        said = re.search(r"<p>Case (\d+) once with <code>(\w+)</code>.*?once with <code>(\w+)</code>", part, re.DOTALL)
+        head, *rows = tables.table(part) or [[]]
+        if said is None or not rows:
+            continue
+        number, names = int(said[1]), (said[2], said[3])
+        yield f"presets, case {number}, columns", "1" if tuple(head[1:]) == names else "0", 1.0, "whole"
+        for column, preset in enumerate(names, 1):
+            suffix = f"_{preset}" if (cases.folder / f"case{number:02d}_{preset}").exists() else ""
+            data = cases.json(number, "summary.json", suffix) or {}
+            data = {**data, **(data.get("events") or {})}
+            for row in rows:
+                where = f"presets, {row[0]}, {preset}"
+                if row[0] == "fraction retained":  # of one seed, or mean ± standard deviation, and of how many
+                    yield where, row[column].split(",")[0].split(" ")[0], _retained(cases, number, suffix), "3 places"
+                elif row[0] in PRESETS:
+                    key, digits = PRESETS[row[0]]
+                    yield where, row[column], data.get(key), digits
+                else:
+                    yield where, row[column], _held(cases, number, row[0].removeprefix("liquid "), suffix), "2 places"
+
+
+def _retained(cases: Cases, number: int, suffix: str) -> float | None:
+    """Fraction retained at the end, the mean over all seeds of a case."""
+    name = f"case{number:02d}{suffix}"
+    seeds = [folder for folder in cases.folder.glob(f"{name}-*") if folder.name.removeprefix(f"{name}-").isdigit()]
+    paths = [folder / "results" / "fraction_retained.parquet" for folder in (cases.folder / name, *seeds)]
+    ends = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
+    return sum(ends) / len(ends) if ends else None
+
+
+def _held(cases: Cases, number: int, label: str, suffix: str) -> float | None:
+    """Share of the liquid that a holder has at the end."""
+    name = tables.HOLDERS.get(label)
+    liquid, whole = (_end(cases, number, "liquid_by_holder", f"{c}_m3", suffix) for c in (name, "initial"))
+    return None if liquid is None or not whole else liquid / whole

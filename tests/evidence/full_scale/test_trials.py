@@ -1,0 +1,38 @@
+"""Runs that test a reason: what is changed in the configuration, and the divisions of Fig. 14."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pywet import config as settings
+from pywet import stages
+from pywet.errors import PywetError
+from pywet.evidence.full_scale import trials
+from pywet.runs.rundir import RunDir
+from tests.screening import synthetic
+
+CONFIG = Path(__file__).parents[3] / "config"
+
+
+def test_a_trial_changes_what_it_says(tmp_path: Path) -> None:
+    """A sieve of 141.42 mm for the same feed has half the area: twice the mass of a class on the smoke scale's."""
+    plain = settings.load(trials.configure(CONFIG, tmp_path / "as_is", "as_is"))
+    deep = settings.load(trials.configure(CONFIG, tmp_path / "deep", "deep"))
+    ratio = plain.materials.feed.sieve_diameter_mm.value / deep.materials.feed.sieve_diameter_mm.value
+    assert ratio**2 == pytest.approx(2.0, rel=1e-4)
+    assert plain.scale("smoke").duration_s.value == deep.scale("smoke").duration_s.value == 3.3
+    shedding = settings.load(trials.configure(CONFIG, tmp_path / "shedding", "shedding"))
+    assert (plain.settings.effects.shedding, shedding.settings.effects.shedding) == ("auto", True)
+    with pytest.raises(PywetError, match="there is no trial flat, expected one of as_is"):
+        trials.configure(CONFIG, tmp_path / "flat", "flat")
+
+
+def test_the_divisions_of_figure_14_hold_all_liquid(tmp_path: Path) -> None:
+    run = synthetic.make(tmp_path / "as_is-2", moist=True)
+    stages.results(run)
+    found = trials.divisions(RunDir(run))
+    assert (found["case"], found["trial"]) == (2, "as_is")
+    assert np.sum([found[title] for title in trials.FIG14]) == pytest.approx(1.0, rel=1e-9)

@@ -1,0 +1,61 @@
+"""Which lines of the program a run comes to: Python's by its own tracing, the plugin's by gcov."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+Lines = dict[str, set[int]]
+"""File below the package -> lines."""
+
+
+@contextmanager
+def traced(package: Path) -> Iterator[Lines]:
+    """Lines of Python below `package` that are executed meanwhile, those of what is imported anew included."""
+    lines: Lines = {}
+    start = f"{package}/"
+
+    def look(frame: FrameType, event: str, _: Any) -> Any:
+        name = frame.f_code.co_filename
+        if not name.startswith(start):
+            return None
+        of_file = lines.setdefault(name[len(start) :], set())
+        of_file.add(frame.f_lineno)
+
+        def line(inner: FrameType, what: str, _: Any) -> Any:
+            of_file.add(inner.f_lineno)
+            return line
+
+        return line
+
+    sys.settrace(look)
+    threading.settrace(look)
+    try:
+        yield lines
+    finally:
+        sys.settrace(None)
+        threading.settrace(None)  # type: ignore[arg-type]
+
+
+def counted(sources: Path, objects: Path) -> Lines:
+    """Lines of the plugin that gcov counted; `objects` holds its notes and counters."""
+    lines: Lines = {}
+    for path in objects.glob("*.gcda"):
+        said = subprocess.run(
+            ["gcov", "-t", path.name], cwd=objects, capture_output=True, text=True, check=False
+        ).stdout
+        name = None
+        for row in said.splitlines():
+            count, number, text = [*row.split(":", 2), "", ""][:3]
+            if source := re.match(r"Source:(.*)", text):
+                name = Path(source.group(1)).name if Path(source.group(1)).parent == sources else None
+            elif name and count.strip().rstrip("*").isdigit():
+                lines.setdefault(f"engines/liggghts/plugin/{name}", set()).add(int(number))
+    return lines

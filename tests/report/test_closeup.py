@@ -1,0 +1,68 @@
+"""The surface that a close-up shows is the bridge: it ends on both bodies, and what it encloses beside them is the volume."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pywet.errors import PywetError
+from pywet.laws import exact_bridge
+from pywet.report import closeup
+from pywet.runs.rundir import Floats, RunDir
+from tests.screening import synthetic
+
+MM = 1e-3
+
+
+def enclosed(points: Floats, axis: Floats) -> float:
+    """Volume between rings of points around an axis through their middles: regular polygons, frusta between them [m3]."""
+    middle = points.mean(axis=1)
+    radius = np.linalg.norm(points - middle[:, None], axis=2).mean(axis=1)
+    area = np.pi * radius**2
+    height = np.diff(middle @ axis)
+    return float((height * (area[1:] + area[:-1] + np.sqrt(area[1:] * area[:-1])) / 3).sum())
+
+
+def cap(radius: float, ring: float) -> float:
+    """Volume of a sphere's cap above a ring [m3]."""
+    depth = radius - np.sqrt(radius**2 - ring**2)
+    return float(np.pi * depth**2 * (3 * radius - depth) / 3)
+
+
+@pytest.mark.parametrize(
+    ("ri", "rj", "gap", "volume", "angles"), [(2.5, 4.0, 0.1, 0.3, (0.3, 0.8)), (2.5, np.inf, 0.2, 0.8, (0.5, 0.2))]
+)
+def test_the_surface_ends_on_both_bodies_and_encloses_the_volume(
+    ri: float, rj: float, gap: float, volume: float, angles: tuple[float, float]
+) -> None:
+    bridge = exact_bridge.solve(gap * MM, volume * MM**3, ri * MM, rj * MM, *angles)
+    assert bridge is not None
+    axis, first = np.array([2.0, -1.0, 2.0]) / 3.0, np.array([1.0, -2.0, 0.5]) * MM
+    wall = np.isinf(rj)
+    second = first + (ri + gap + (0.0 if wall else rj)) * MM * axis
+    points = closeup.revolved(bridge, first, second)
+    np.testing.assert_allclose(np.linalg.norm(points[0] - first, axis=1), ri * MM, rtol=1e-9)
+    caps = cap(ri * MM, bridge.contact_radii[0])
+    if wall:
+        np.testing.assert_allclose((points[-1] - first) @ axis, (ri + gap) * MM, rtol=1e-9)
+    else:
+        np.testing.assert_allclose(np.linalg.norm(points[-1] - second, axis=1), rj * MM, rtol=1e-9)
+        caps += cap(rj * MM, bridge.contact_radii[1])
+    # 60 frusta in place of a curve: a few parts in a thousand of what they enclose
+    assert enclosed(points, axis) - caps == pytest.approx(volume * MM**3, rel=5e-3)
+
+
+def test_what_cannot_be_solved_stays_a_cuboid(tmp_path: Path) -> None:
+    run = RunDir(synthetic.make(tmp_path / "case02"))
+    bridges = run.at_step("history/bridges", 200)
+    beyond = bridges.assign(separation=[1e-4, 1e-2])
+    assert [bridge is None for bridge in closeup.exact(run, beyond)] == [False, True]
+
+
+def test_a_sphere_without_bridges_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        PywetError, match=r"sphere 2 of .* has no bridge at step 200; expected another sphere, or --step"
+    ):
+        closeup.write(synthetic.make(tmp_path / "case02"), tmp_path / "x.png", 2, 200)

@@ -1,0 +1,137 @@
+"""Every example of the documentation is executed as it is printed: here those that no page's own test executes.
+
+Pages with tests of their own: own law (`tests/laws/test_own_page.py`), own scene (`tests/own_scene/test_page.py`), own material
+(`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`. First steps: executed as the site is built.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from pywet import stages
+from pywet.bench import bridge_query
+from pywet.collisions.wall.problem import Problem
+from pywet.config.entries import AngleEntry, NonNegativeEntry
+from pywet.config.loading import parse
+from pywet.engines.yade import driver
+from pywet.errors import StoppedRun
+from pywet.laws import registry
+from reference_impl.replay import capillary
+
+ROOT = Path(__file__).parents[1]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+EXECUTED = {
+    "atlas.md": ["python"],
+    "bridge.md": ["json"],
+    "cli.md": ["python"],
+    "configuration.md": ["yaml"] * 4 + ["csv"],
+    "howto-own-law.md": ["python", "yaml", "json", "python", "yaml", "toml"],
+    "laws.md": ["python"],
+    "own-scene.md": ["python", "yaml"],
+    "second_engine.md": ["python"],
+    "wall_collision.md": ["json"],
+    "young_laplace.md": ["python", "python"],
+}
+"""Blocks of each page that a test executes, in order."""
+
+
+def blocks(page: str) -> list[tuple[str, str]]:
+    """Language and text of the blocks of a page, commands left out."""
+    text = (ROOT / "docs" / page).read_text()
+    return [(language, block) for language, block in BLOCK.findall(text) if language not in ("console", "mermaid")]
+
+
+def execute(page: str, number: int = 0) -> dict[str, Any]:
+    """Run a Python block of a page; its names."""
+    names: dict[str, Any] = {}
+    texts = [block for language, block in blocks(page) if language == "python"]
+    exec(compile(texts[number], page, "exec"), names)
+    return names
+
+
+def test_no_example_is_left_out() -> None:
+    """A new one needs a test that executes it, and a place in this table."""
+    pages = sorted(path.name for path in (ROOT / "docs").glob("*.md"))
+    found = {page: [language for language, _ in blocks(page)] for page in pages if not page.startswith("first-steps")}
+    assert {page: languages for page, languages in found.items() if languages} == EXECUTED
+
+
+def test_both_solvers_of_the_exact_bridge_print_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    """The page gives 0.0728 to one and 0.07275 to the other; forces over it, rupture and split agree."""
+    execute("young_laplace.md", 0)
+    force, rupture = capsys.readouterr().out.splitlines()
+    execute("young_laplace.md", 1)
+    second_force, second_rupture = capsys.readouterr().out.splitlines()
+    assert float(force.split()[0]) / 0.0728 == pytest.approx(float(second_force) / 0.07275, rel=1e-9)
+    one, two = ([float(word) for word in line.split()[:2]] for line in (rupture, second_rupture))
+    assert one == pytest.approx(two, rel=1e-6)
+
+
+def test_the_law_of_the_page_on_laws() -> None:
+    law = registry.checked("dynamic_rupture", "faster", execute("laws.md")["faster"])
+    assert law.functions[0](2.0, 0.01, 0.05) == pytest.approx(1.4)
+
+
+def test_a_stopped_run_is_caught_as_the_page_says(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stops(run_dir: Path, ranks: int, progress: bool) -> None:
+        raise StoppedRun("a sphere left", reason="it left", spheres=(7,), step=100)
+
+    monkeypatch.setattr(stages, "simulate", stops)
+    execute("cli.md")
+    assert capsys.readouterr().out.split("\n")[0] == "100 (7,) it left"
+
+
+def test_the_second_engine_is_called_as_the_page_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    called: list[Path] = []
+    monkeypatch.setattr(driver, "run", lambda folder: called.append(folder))
+    execute("second_engine.md")
+    assert called == [Path("results/smoke/case01_yade")]
+
+
+@pytest.mark.engine
+@pytest.mark.skipif(shutil.which("yade") is None, reason="YADE is not installed")
+def test_stock_forces_are_measured_as_the_page_says(capsys: pytest.CaptureFixture[str]) -> None:
+    """YADE's Rabinovich is the closed form; washino is below it by what its half radius leaves out."""
+    execute("atlas.md")
+    rows = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("0")]
+    washino, yade = (float(row[1]) for row in rows)
+    one = np.ones(1)
+    form = capillary.rabinovich(1e-5 * one, 1e-11 * one, 1e-3 * one, 1e-3 * one, one < 0, 0 * one, 0 * one, 0.07275)
+    assert yade == pytest.approx(float(form[0]), abs=5.1e-7)  # six places are printed
+    assert 0.4 * yade < washino < yade
+
+
+def test_entries_are_read_as_the_page_says() -> None:
+    entries = yaml.safe_load(next(block for language, block in blocks("configuration.md") if language == "yaml"))
+    assert AngleEntry.model_validate(entries["contact_angle_deg"]).value == 40
+    assert NonNegativeEntry.model_validate(entries["viscosity_Pa_s"]).value == 1e-3
+
+
+def test_the_query_of_the_page_on_bridges(tmp_path: Path) -> None:
+    """A sphere and a wall by the laws named; at touch the exact force is below its limit 2 pi sigma r (cos + cos)."""
+    (tmp_path / "query.json").write_text(blocks("bridge.md")[0][1])
+    answer = bridge_query.answer(bridge_query.read(tmp_path / "query.json"))
+    assert set(answer["force_N"]) == {"rabinovich", "young_laplace"} and set(answer["viscous_normal_N"]) == {"pitois"}
+    touch = 2.0 * math.pi * 0.0728 * 0.0025 * sum(math.cos(math.radians(a)) for a in (11.459, 28.648))
+    assert 0.5 * touch < answer["force_N"]["young_laplace"][0] < touch
+
+
+def test_the_collision_of_the_page_is_a_problem() -> None:
+    problem = parse(Problem, json.loads(blocks("wall_collision.md")[0][1]), "page")
+    assert problem.normal_velocity_m_per_s == 1.0
+
+
+def test_the_entry_point_of_the_page_is_that_of_the_template() -> None:
+    text = next(block for language, block in blocks("howto-own-law.md") if language == "toml")
+    assert text in (ROOT / "examples" / "plugin_template" / "pyproject.toml").read_text()
