@@ -11,9 +11,11 @@ import pytest
 WITHOUT_GPU = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """Debian's chromium without a window, drawing by software; tests that need it are skipped where it is not installed."""
+    """Debian's chromium without a window, drawing by software; tests that need it are skipped where it is not installed.
+
+    Closed after each module: while it is open, its loop of events is the process's own, and no other can be run."""
     sync_api = pytest.importorskip("playwright.sync_api")
     program = shutil.which("chromium")
     if program is None:
