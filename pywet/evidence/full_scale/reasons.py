@@ -81,7 +81,7 @@ def _trials(folder: Path) -> Callable[[str, int, str], float]:
     """Mean from 0.5 s on of a curve of a trial, by its name, case and class."""
     table = pd.read_csv(folder / "7.csv")
     late = table[table["time_since_opening_s"] >= 0.5].groupby(["trial", "case"])[["all", *UNDERSIZE]].mean()
-    return lambda trial, case, of: float(late.loc[(trial, case), of])
+    return lambda trial, case, of: float(late[of].to_dict()[trial, case])
 
 
 def _slower(runs: Runs, folder: Path) -> str:
