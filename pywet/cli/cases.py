@@ -10,7 +10,7 @@ import typer
 
 from pywet.cli import showing
 from pywet.cli.showing import out
-from pywet.options import SPHERE, STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.options import PORT, SPHERE, STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
 from pywet.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
@@ -178,6 +178,27 @@ def view(
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
     out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
+
+
+@app.command("app")
+def side_by_side(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="Finished runs; two are seen at a time.")],
+    port: Annotated[int, number("--port", PORT, "Port on 127.0.0.1; 0 takes a free one")] = 0,
+    to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
+) -> None:
+    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
+    from pywet.files import atomic_write
+    from pywet.report import app as viewer
+
+    for folder in run_dirs:
+        showing.need_run(folder)
+    page = viewer.html(run_dirs)
+    if to is not None:
+        with atomic_write(to) as temporary:
+            temporary.write_text(page, encoding="utf-8")
+        out.print(f"{to} ({to.stat().st_size / 1e6:.1f} MB)", soft_wrap=True, markup=False)
+        return
+    showing.serve(viewer.Server(page, port))
 
 
 @app.command()

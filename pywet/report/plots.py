@@ -147,7 +147,7 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> str:
             _curve(axes, result, "fraction_retained_small", color=colour, linestyle=(0, (4, 2)), label=f"{name}, small")
         _end(axes, group)
 
-    return _grid(Sheet([(title(usual), [usual, twin])], draw, 1, _label_fraction))
+    return _grid(Sheet([(title(usual), [usual, twin])], draw, 1, _label_fraction), width=6.4)
 
 
 def title(result: CaseResult) -> str:
@@ -180,14 +180,14 @@ def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> 
     sheet.label(axes)
 
 
-def _grid(sheet: Sheet) -> str:
-    """All panels on a shared scale. Empty text without panels."""
+def _grid(sheet: Sheet, width: float = 12.0) -> str:
+    """All panels on a shared scale, so many inches wide. Empty text without panels."""
     if not sheet.panels:
         return ""
     columns = min(sheet.columns, len(sheet.panels))
     rows = -(-len(sheet.panels) // columns)
     with plt.rc_context(STYLE):
-        size = (12.0, 0.6 + 3.3 * rows)
+        size = (width, 0.6 + 3.3 * rows)
         figure, axes = plt.subplots(
             rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
         )

@@ -20,7 +20,7 @@ from pywet.errors import PywetError, shown
 from pywet.files import atomic_write, read_table
 from pywet.laws import contact, registry
 from pywet.planning.time_steps import leapfrog_damping
-from pywet.scene import Scene, WallMesh
+from pywet.scene import Rotation, Scene, Slide, Vibration, WallMesh
 from pywet.shipped import place
 
 TEMPLATES = place("liggghts_inputs")
@@ -67,8 +67,8 @@ def property_matrices(scene: Scene) -> dict[str, str]:
 
 
 def attached(scene: Scene) -> bool:
-    """Whether the plugin takes part: for bridges, or for dry contacts with prisms."""
-    return scene.effects.bridges or any(w.prisms for w in scene.walls)
+    """Whether the plugin takes part: for bridges, for dry contacts with prisms, or for spheres that enter during the run."""
+    return scene.effects.bridges or scene.is_fed or any(w.prisms for w in scene.walls)
 
 
 def contact_distance_factor(scene: Scene) -> float:
@@ -108,14 +108,15 @@ def movers(scene: Scene) -> list[dict[str, str]]:
     """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
     for wall in scene.walls:
-        if wall.motion == "vibrates" and scene.vibration is not None:
+        way = scene.motion_of(wall)
+        if isinstance(way, Vibration):
             fixes += [
                 {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
-                for k, mover in enumerate(viblin_movers(scene.vibration))
+                for k, mover in enumerate(viblin_movers(way))
             ]
-        if wall.motion == "turns" and scene.rotation is not None:
-            origin, axis = (" ".join(map(repr, v)) for v in (scene.rotation.origin_m, scene.rotation.axis))
-            words = f"rotate origin {origin} axis {axis} period {scene.rotation.period_s!r}"
+        if isinstance(way, Rotation):
+            origin, axis = (" ".join(map(repr, v)) for v in (way.origin_m, way.axis))
+            words = f"rotate origin {origin} axis {axis} period {way.period_s!r}"
             fixes.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
     return fixes
 
@@ -143,12 +144,15 @@ class Run(NamedTuple):
 
 def runs(scene: Scene, done: int = 0) -> list[Run]:
     """What is left of the run after `done` steps; checkpoints empty the engine."""
-    sliding = [w.name for w in scene.walls if w.motion == "slides"]
-    speed = " ".join(repr(c) for c in scene.slide.velocity_m_per_s) if scene.slide else ""
-    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {speed}" for name in sliding]
-    stop = [f"unfix draw_{name}" for name in sliding]
+    ways = {w.name: scene.motion_of(w) for w in scene.walls}
+    speed = {n: " ".join(map(repr, way.velocity_m_per_s)) for n, way in ways.items() if isinstance(way, Slide)}
     return [
-        Run(draw if piece.drawn else [], piece.steps, stop if piece.stops else [], piece.checkpoint)
+        Run(
+            [f"fix draw_{name} all move/mesh mesh {name} linear {speed[name]}" for name in piece.drawn],
+            piece.steps,
+            [f"unfix draw_{name}" for name in piece.stops],
+            piece.checkpoint,
+        )
         for piece in schedule.pieces(scene, checkpoints(scene), done)
     ]
 

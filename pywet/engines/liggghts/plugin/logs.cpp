@@ -50,13 +50,15 @@ void Logs::contact(const Bridge &b, const Geometry &g, const Terms &t, double we
 
 void Logs::ledger() {
   Ledger l = {};
-  l.step = world_.clock.now; l.time = world_.clock.time; l.initial = films_.initial;
+  l.step = world_.clock.now; l.time = world_.clock.time; 
   long double films = 0, standing = 0, wall = 0;
   for (size_t id = 1; id < films_.volume.size(); id++)
     if (world_.spheres.exists(id)) films += films_.volume[id];
   for (const Bridge &b : standing_.bridges) standing += b.volume;
   for (double w : films_.wall) wall += w;
-  l.films = double(films); l.bridges = double(standing); l.walls = double(wall); l.left = films_.left;
+  const double to_come = world_.feed.to_come(l.step);
+  l.initial = films_.initial - to_come;
+  l.films = double(films - to_come); l.bridges = double(standing); l.walls = double(wall); l.left = films_.left;
   l.spheres = world_.spheres.count();
   l.bridge_count = int64_t(standing_.bridges.size());
   l.formations = standing_.formations; l.ruptures = standing_.ruptures;
