@@ -12,7 +12,7 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup peers lint test run full bench docs report clean
+.PHONY: help setup peers lint test cluster run full bench docs report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
@@ -30,6 +30,10 @@ lint: setup  ## ruff and mypy
 
 test: peers lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"
+
+cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Debian's packages cannot be installed
+	@tools/setup --slurm
+	$(PYTHON) -m pytest -rs tests/cluster
 
 run: setup  ## the 18 screening cases, cross-check and report
 	@$(PYTHON) -m pywet.cli.workflow_lock

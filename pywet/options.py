@@ -33,6 +33,12 @@ def number(flag: str, limits: Range, said: str) -> Any:
 CaseNumber = Annotated[
     int, typer.Argument(metavar="CASE", parser=reader("CASE", LIMITS["case"]), help="Number of the case in cases.csv.")
 ]
+AnyCase = Annotated[
+    int | None,
+    typer.Argument(
+        metavar="[CASE]", parser=reader("CASE", LIMITS["case"]), help="Number of a case; without: all cases."
+    ),
+]
 Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]
 ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configuration.")]

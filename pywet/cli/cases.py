@@ -10,7 +10,8 @@ import typer
 
 from pywet.cli import showing
 from pywet.cli.showing import out
-from pywet.options import PORT, SPHERE, STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.errors import PywetError
+from pywet.options import PORT, SPHERE, STEP, AnyCase, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
 from pywet.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ CONFIG = Path("config")
 
 @app.command()
 def plan(
-    case: CaseNumber,
+    case: AnyCase = None,
     scale: ScaleName = None,
     config: ConfigDir = CONFIG,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
@@ -32,12 +33,21 @@ def plan(
     why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
 ) -> None:
-    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes."""
+    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
+    Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
     from pywet.screening import cases
 
     loaded = settings.load(config)
     name = loaded.settings.scale if scale is None else scale
+    if case is None:
+        if accuracy is not None:
+            raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
+        from pywet.evidence.accuracy.needs import campaign
+
+        for line in campaign(loaded, name):
+            out.print(line, soft_wrap=True, markup=False)
+        return
     made = cases.effect_plan(loaded, case, name)
     lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
     if accuracy is not None:

@@ -14,7 +14,7 @@ import pandas as pd
 from pywet.apparatus.motion import viblin_movers
 from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
-from pywet.engines.liggghts import windows
+from pywet.engines.liggghts import grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.files import atomic_write, read_table
@@ -223,6 +223,7 @@ def write_deck(
     thermo: int = 0,
     resume: Checkpoint | None = None,
     cohesion: Cohesion = NO_COHESION,
+    ranks: int = 1,
 ) -> None:
     """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
 
@@ -239,8 +240,10 @@ def write_deck(
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
+    spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
+        "columns": " ".join(map(str, grid.chosen(scene, spheres[["x", "y"]], ranks))),
         "types": len(scene.classes) + 1,
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
@@ -264,7 +267,7 @@ def write_deck(
         "output_every": every,
         "windows": windows.deck_lines(scene),
     }
-    write_data(scene, read_table(run_dir / scene.spheres_file), folder / "particles.data")
+    write_data(scene, spheres, folder / "particles.data")
     begin = {
         "restart_file": resume.engine.relative_to(folder) if resume else None,
         "at": done,

@@ -53,6 +53,7 @@ void Plugin::step(int64_t n) {
   weight.weigh(fresh);
   world.feed.hold(engine.at, rules, n);
   booking.events.clear();
+  if (fresh && wet()) standing.exchange();
   std::string problem;
   try {
     act(fresh);
