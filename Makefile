@@ -12,7 +12,7 @@ export XDG_CACHE_HOME ?= $(CURDIR)/.cache
 export MPLCONFIGDIR ?= $(XDG_CACHE_HOME)/matplotlib
 endif
 
-.PHONY: help setup peers lint test run full bench docs report clean
+.PHONY: help setup peers lint test cluster run full bench docs report clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
@@ -20,7 +20,7 @@ help:  ## this list
 setup:  ## engines by apt where missing, Python in .venv, the plugin
 	@tools/setup
 
-peers: setup  ## YADE too, for comparisons, where it can be installed
+peers: setup  ## YADE for comparisons and chromium for pages too, where they can be installed
 	@tools/setup --peers
 
 lint: setup  ## ruff and mypy
@@ -30,6 +30,10 @@ lint: setup  ## ruff and mypy
 
 test: peers lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"
+
+cluster:  ## the workflow on a SLURM of this machine, as root; skipped where Debian's packages cannot be installed
+	@tools/setup --slurm
+	$(PYTHON) -m pytest -rs tests/cluster
 
 run: setup  ## the 18 screening cases, cross-check and report
 	@$(PYTHON) -m pywet.cli.workflow_lock

@@ -11,7 +11,7 @@ from pygments.lexers.special import TextLexer
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from reference_pages import write  # noqa: E402
+from reference_pages import write, write_columns  # noqa: E402
 
 import pywet  # noqa: E402
 
@@ -37,3 +37,4 @@ def setup(app: Any) -> None:
 
 
 write(HERE / "configuration_reference.md")
+write_columns(HERE / "columns.md")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,31 @@ def _kind(value: dict[str, Any]) -> str:
         return f"list of {_kind(value['items'])}" if "items" in value else "list"
     limits = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
     return " ".join([value.get("type", "any value"), *limits])
+
+
+COLUMNS = """# Columns and codes
+
+Every table of a run, made from `pywet/schema.py`, where the records are made. `pywet.load(folder)` gives the same with a table:
+`attrs["units"]`, `attrs["meanings"]`, `attrs["codes"]`. Columns that end in `_x`, `_y`, `_z` are one row here; of
+`results/liquid_by_*` a column's name says what holds the liquid, and its end the unit.
+"""
+
+
+def write_columns(page: Path) -> None:
+    """The page of all columns that have a meaning, and of codes and holders."""
+    from pywet.schema import CODES, HOLDERS, TABLES, meanings
+
+    lines = [COLUMNS, "\n## Codes\n\n| column | code | stands for |\n|---|---|---|"]
+    lines += [f"| `{column}` | {code} | {text} |" for column, rows in CODES.items() for code, text in rows.items()]
+    lines += ["\n## Holders\n\n| `holder` | what holds the liquid |\n|---|---|"]
+    lines += [f"| `{word}` | {text} |" for word, text in HOLDERS.items()]
+    for table in (t for t in TABLES if meanings(t)):
+        lines += [f"\n## {table}\n\n| column | unit | what |\n|---|---|---|"]
+        rows = {re.sub("_[xyz]$", "_x, _y, _z", c): told for c, told in meanings(table).items()}
+        lines += [f"| `{column}` | {unit.replace('-', '–')} | {text} |" for column, (unit, text) in rows.items()]
+    text = "\n".join(lines) + "\n"
+    if not page.exists() or page.read_text() != text:
+        page.write_text(text)
 
 
 LIMITS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}

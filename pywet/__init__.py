@@ -19,9 +19,10 @@ A scene is described, run and read back::
     run.ledger, run.events, run.liquid     # DataFrames; their units are in attrs["units"]
     pywet.view("results/two_layers")       # time series for ParaView and a picture
 
-Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, `Wall` (an STL file, or a `Block`,
+Of a scene: `Scene`, `Material`, `Contact`, `Liquid`, `Spheres` in a `Box` or `Cylinder`, there or `Fed`, `Wall` (STL, `Block`,
 `Tube`, `Disc`, `Vessel`, `Bars`) that `Vibrates`, `Turns`, `Moves` or is `Removed`, `TimeStep`, `Results`; `read_scene` reads one
-from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws of one's own: `force_law`. Mistakes: `PywetError`.
+from YAML. With it: `plan`, `run`, `load`, `replay`, `view`. Force laws: `laws`, such as `pywet.laws.capillary.rabinovich`, and
+of one's own `force_law`. Mistakes: `PywetError`.
 
 All else belongs to the program and may change; docs/own-scene.md shows how scenes are made.
 """
@@ -35,7 +36,7 @@ _OF = {
     "errors": "PywetError",
     "laws.force_law": "force_law",
     "own_scene.commands": "load plan read_scene replay run view",
-    "own_scene.description": "Box Contact Cylinder Liquid Material Results Scene Spheres TimeStep",
+    "own_scene.description": "Box Contact Cylinder Fed Liquid Material Results Scene Spheres TimeStep",
     "own_scene.walls": "Bars Block Disc Moves Removed Tube Turns Vessel Vibrates Wall",
 }
 _PLACES = {name: module for module, names in _OF.items() for name in names.split()}
@@ -46,13 +47,16 @@ def __getattr__(name: str) -> Any:
     """The public names, and `__version__`; brought when they are asked for, so that importing costs nothing."""
     if name == "__version__":
         return _version()
+    if name == "laws":
+        importlib.import_module("pywet.laws.registry")  # and with it all modules of laws
+        return importlib.import_module("pywet.laws")
     if name not in _PLACES:
         raise AttributeError(f"module {__name__} has no attribute {name}")
     return getattr(importlib.import_module(f"pywet.{_PLACES[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, "__version__", "laws"]
 
 
 def _version() -> str:

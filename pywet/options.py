@@ -11,6 +11,7 @@ import typer
 from pywet.ranges import LIMITS, Range
 
 STEP = Range(0, 1e12, whole=True)
+PORT = Range(0, 65535, whole=True)
 SPHERE = Range(1, 1e9, whole=True)
 
 
@@ -31,6 +32,12 @@ def number(flag: str, limits: Range, said: str) -> Any:
 
 CaseNumber = Annotated[
     int, typer.Argument(metavar="CASE", parser=reader("CASE", LIMITS["case"]), help="Number of the case in cases.csv.")
+]
+AnyCase = Annotated[
+    int | None,
+    typer.Argument(
+        metavar="[CASE]", parser=reader("CASE", LIMITS["case"]), help="Number of a case; without: all cases."
+    ),
 ]
 Ranks = Annotated[int, number("--ranks", LIMITS["ranks"], "MPI ranks of the engine")]
 ScaleName = Annotated[str | None, typer.Option("--scale", help="smoke, reduced or full; default: that of config.yaml.")]

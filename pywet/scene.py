@@ -7,6 +7,7 @@ files, decks or engines. It is written to `scene.json` in every run directory an
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -43,6 +44,13 @@ Vector = tuple[float, float, float]
 Holder = Literal["wires", "side_wall", "feed_bin", "slide", "impact_plate", "outlet", "collecting_bin", "wall"]
 
 
+class Fed(Strict):
+    """When the spheres of a class enter: one after the other at equal times, in the order of their numbers."""
+
+    from_s: NonNegative
+    for_s: Positive
+
+
 class SphereClass(Strict):
     """One size class of spheres of one material; its `type` (1, 2, …) is the index used by engines and logs."""
 
@@ -53,6 +61,8 @@ class SphereClass(Strict):
     contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
     count: Annotated[int, Field(ge=0)]
     passes_aperture: bool = True
+    fed: Fed | None = None
+    """Until they enter they have no weight, and go on as they began; None: they are there from the start."""
 
     @property
     def mass_kg(self) -> float:
@@ -89,30 +99,8 @@ class Vibration(Strict):
     frequency_Hz: Positive
 
 
-class WallMesh(Strict):
-    """One closed surface, an STL file; its triangles are grouped into parts (a wire, a flat face)."""
-
-    name: Identifier
-    holder: Holder
-    stl: Inside
-    contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
-    motion: Literal["fixed", "vibrates", "slides", "turns"] = "fixed"
-    triangle_part: tuple[int, ...]
-    """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
-    part_half_width_m: tuple[float | None, ...]
-    """For each part its half width r_w [m] (a wire's radius); None for a large wall."""
-    prisms: bool = False
-    """Every part is a prism along an axis (a wire) and dry contacts are made with its closest point, not with triangles."""
-
-    @model_validator(mode="after")
-    def _turning(self) -> WallMesh:
-        if self.prisms and self.motion == "turns":
-            raise ValueError(f"wall {self.name}: prisms is true but the wall turns; expected prisms: false for it")
-        return self
-
-
 class Slide(Strict):
-    """How the feed bin's floor is drawn away: constant velocity from `opens_at_s` for `travel_s`."""
+    """How a wall such as the feed bin's floor is drawn away: constant velocity from `opens_at_s` for `travel_s`."""
 
     velocity_m_per_s: Vector
     opens_at_s: NonNegative
@@ -125,6 +113,39 @@ class Rotation(Strict):
     origin_m: Vector
     axis: Vector
     period_s: Positive
+
+
+MOTIONS = {"vibrates": Vibration, "slides": Slide, "turns": Rotation}
+"""Word for a wall's motion -> what says how it moves."""
+
+
+class WallMesh(Strict):
+    """One closed surface, an STL file; its triangles are grouped into parts (a wire, a flat face)."""
+
+    name: Identifier
+    holder: Holder
+    stl: Inside
+    contact_angle_rad: Annotated[float, Field(ge=0, lt=3.15)]
+    motion: Literal["fixed", "vibrates", "slides", "turns"] = "fixed"
+    own_motion: Vibration | Slide | Rotation | None = None
+    """How it moves, where that is not the scene's motion of this kind."""
+    triangle_part: tuple[int, ...]
+    """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
+    part_half_width_m: tuple[float | None, ...]
+    """For each part its half width r_w [m] (a wire's radius); None for a large wall."""
+    prisms: bool = False
+    """Every part is a prism along an axis (a wire) and dry contacts are made with its closest point, not with triangles."""
+
+    @model_validator(mode="after")
+    def _moving(self) -> WallMesh:
+        if self.own_motion is not None and type(self.own_motion) is not MOTIONS.get(self.motion):
+            kind = type(self.own_motion).__name__.lower()
+            raise ValueError(
+                f"wall {self.name}: its motion is {self.motion} but its own motion is a {kind}; expected one"
+            )
+        if self.prisms and self.motion == "turns":
+            raise ValueError(f"wall {self.name}: prisms is true but the wall turns; expected prisms: false for it")
+        return self
 
 
 class Effects(Laws):
@@ -243,9 +264,29 @@ class Scene(Strict):
             raise ValueError(
                 f"scene {self.name}: shedding is {self.effects.shedding} but there is no gravity for drops to fall; expected none"
             )
-        if self.rotation is None and any(w.motion == "turns" for w in self.walls):
+        if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
+
+    def motion_of(self, wall: WallMesh) -> Vibration | Slide | Rotation | None:
+        """How a wall moves: its own motion, or the scene's of its kind; None where it is fixed."""
+        shared = {"vibrates": self.vibration, "slides": self.slide, "turns": self.rotation}
+        return wall.own_motion or shared.get(wall.motion)
+
+    @property
+    def is_fed(self) -> bool:
+        """Whether spheres enter during the run."""
+        return any(c.fed for c in self.classes)
+
+    def enters(self, types: Iterable[int]) -> list[int]:
+        """Step from which on each sphere has weight and its liquid counts; `types` in the order of the spheres' numbers."""
+        seen, steps = [0] * len(self.classes), []
+        for kind in types:
+            k, c = seen[kind - 1], self.classes[kind - 1]
+            seen[kind - 1] += 1
+            at = c.fed.from_s + c.fed.for_s * (k + 0.5) / c.count if c.fed else 0.0
+            steps.append(round(at / self.time_step_s))
+        return steps
 
     @property
     def steps(self) -> int:

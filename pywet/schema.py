@@ -31,6 +31,18 @@ CODES: dict[str, dict[int, str]] = {
     },
 }
 """Column -> what its numbers stand for."""
+HOLDERS = {
+    "wires": "the screen's wires",
+    "side_wall": "walls above the screen",
+    "feed_bin": "the bin above",
+    "slide": "the feed bin's floor, which is drawn away",
+    "impact_plate": "the plate below the screen",
+    "outlet": "the way out",
+    "collecting_bin": "the bin below",
+    "wall": "every wall of a scene of one's own: there `mesh` is the wall's name",
+}
+"""Word in the column `holder` -> what holds the liquid. Tables hold the word; walls_*.vtu number those of a run, in this order of
+its walls, and say the words in their field data `holder_from_0`."""
 _STEP = "step i8 - number of the time step"
 _TIME = f"""{_STEP}
 time f8 s from the start of the run"""
@@ -162,6 +174,18 @@ _OF_ENERGY = list(ENERGY.fields or ())
 WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
 """The works among them."""
 
+_RESULTS = {
+    "contact_statistics": """step i8 - number of the time step
+time_s f8 s from the start of the run
+contacts_per_sphere f8 - other spheres that a sphere touches, mean
+mean_overlap f8 - of touching pairs, over the smaller radius
+largest_overlap f8 - of touching pairs, over the smaller radius
+bridges_per_sphere f8 - bridges that a sphere has, mean; those at walls count twice
+mean_speed_m_per_s f8 m/s of all spheres
+largest_speed_m_per_s f8 m/s of all spheres
+centre_of_mass_height_m f8 m against gravity, from the origin""",
+}
+"""The same of tables in results/ that have the same columns in every run."""
 INTEGER, NUMBER, ANY = "integer", "number", "anything"
 
 
@@ -198,6 +222,9 @@ TABLES: dict[str, dict[str, str]] = {
         **_all(NUMBER, "time", *"xyz", *(f"{q}{axis}" for q in "vw" for axis in "xyz")),
     },
     "mesh_motion": {"step": INTEGER, "mesh": ANY, **_all(NUMBER, "dx", "dy", "dz")},
+    "results/contact_statistics": {
+        line.split()[0]: INTEGER if " i8 " in line else NUMBER for line in _RESULTS["contact_statistics"].splitlines()
+    },
     "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, *_TIMES, "fraction_retained")},
     "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
 }
@@ -218,7 +245,10 @@ wz f8 1/s spin"""
 
 def meanings(table: str) -> dict[str, tuple[str, str]]:
     """Column of a table, `history/events` or `trajectory` -> its unit (- where it has none) and what it is."""
-    text = f"{_TIME}\n{_TRAJECTORY}" if table == "trajectory" else _TEXT.get(table.removeprefix("history/"), "")
+    room, _, name = table.rpartition("/")
+    text = (
+        f"{_TIME}\n{_TRAJECTORY}" if table == "trajectory" else (_RESULTS if room == "results" else _TEXT).get(name, "")
+    )
     found = {}
     for line in text.splitlines():
         name, kind, unit, meaning = line.split(maxsplit=3)

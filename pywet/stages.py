@@ -101,9 +101,9 @@ def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str =
     return identity.left(run_dir) == f"{engine} {identity.identity(config, case, scale)}"
 
 
-def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts") -> None:
-    """Stage simulate: run the engine."""
-    chosen(engine, ranks).start(run_dir, ranks, progress)
+def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts", mpi: str = "") -> None:
+    """Stage simulate: run the engine; `mpi` are the words that start its ranks where mpirun does not, `srun --mpi=pmix`."""
+    chosen(engine, ranks).start(run_dir, ranks, progress, mpi)
 
 
 def replay(run_dir: Path) -> dict[str, Any] | None:

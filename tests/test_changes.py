@@ -28,7 +28,20 @@ OWN = """from pywet.laws.force_law import force_law
 @force_law
 def later(speed: float, viscosity: float, surface_tension: float) -> float:
     return 1.1
+
+
+@force_law
+def reach(volume: float, radius_i: float, radius_j: float, contact_angle_i: float, contact_angle_j: float) -> float:
+    return 1.1 * volume ** (1.0 / 3.0)
 """
+SECOND = """def reach(volume, radius_i, radius_j, contact_angle_i, contact_angle_j):
+    return 1.1 * volume ** (1 / 3)
+"""
+NAMED = """preset: paper
+  dynamic_rupture: own.py:later
+  rupture: own.py:reach
+  reference:
+    rupture: second.py:reach"""
 
 
 def snakemake(folder: Path, *arguments: str) -> str:
@@ -63,7 +76,8 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(ROOT / name, folder / name)
     for place in (folder, folder / "config"):
         (place / "own.py").write_text(OWN)
-    edit("config.yaml", "preset: paper", "preset: paper\n  dynamic_rupture: own.py:later")(folder)
+    (folder / "config" / "second.py").write_text(SECOND)
+    edit("config.yaml", "preset: paper", NAMED)(folder)
     for script in (folder / "workflow" / "scripts").glob("*.py"):
         script.write_text("from pathlib import Path\nfor made in snakemake.output:\n    Path(made).write_text('{}')\n")
     assert "The report is in results/smoke/report_cases2-10-11.html" in snakemake(folder, "--config", CASES)
@@ -117,6 +131,16 @@ def test_an_edit_redoes_what_depends_on_it(edited: Path, name: str) -> None:
     cases, together = planned(edited)
     assert cases == expected
     assert together == ({"report", "verdict"} if expected or name in REPORT_TOO else set())
+
+
+def test_a_second_function_asks_for_replays_alone(edited: Path) -> None:
+    """Nothing is simulated again; the twin with a preset has no laws of the user's own."""
+    (edited / "config" / "second.py").write_text(SECOND.replace("1 / 3", "1.0 / 3"))
+    text = snakemake(edited, "-n", "--config", CASES)
+    assert set(re.findall(r"output: results/\w+/(\w+)/status/(\w+).json", text)) == {
+        (case, "replay") for case in ("case02", "case10", "case11")
+    }
+    assert re.search("^rule report:", text, flags=re.MULTILINE)
 
 
 def test_some_cases_leave_the_report_of_all_as_it_is(edited: Path) -> None:

@@ -22,7 +22,7 @@ from pywet.screening import cases
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
-SWITCHES = {"cases", "ranks", "seed", "contact_windows", "contact_window_steps", "window_trajectories", "checkpoints",
+SWITCHES = {"cases", "ranks", "seed", "seeds", "contact_windows", "contact_window_steps", "window_trajectories", "checkpoints",
             "bridges_every"}  # fmt: skip
 """Numbers of config.yaml that say what to run, not what is so; they need no source."""
 

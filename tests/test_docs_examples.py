@@ -1,7 +1,8 @@
 """Every example of the documentation is executed as it is printed: here those that no page's own test executes.
 
-Pages with tests of their own: own law (`tests/laws/test_own_page.py`), own scene (`tests/own_scene/test_page.py`), own material
-(`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`. First steps: executed as the site is built.
+Pages with tests of their own: laws (`tests/laws/test_force_law.py`), own law (`tests/laws/test_own_page.py`), own scene
+(`tests/own_scene/test_page.py`), own material (`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`.
+First steps: executed as the site is built.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from pywet.config.loading import parse
 from pywet.engines.yade import driver
 from pywet.errors import StoppedRun
 from pywet.laws import registry
+from pywet.own_scene.description import Spheres
 from reference_impl.replay import capillary
 
 ROOT = Path(__file__).parents[1]
@@ -35,8 +37,8 @@ EXECUTED = {
     "cli.md": ["python"],
     "configuration.md": ["yaml"] * 4 + ["csv"],
     "howto-own-law.md": ["python", "yaml", "json", "python", "yaml", "toml"],
-    "laws.md": ["python"],
-    "own-scene.md": ["python", "yaml"],
+    "laws.md": ["python", "python"],
+    "own-scene.md": ["python", "yaml", "yaml"],
     "second_engine.md": ["python"],
     "wall_collision.md": ["json"],
     "young_laplace.md": ["python", "python"],
@@ -77,7 +79,7 @@ def test_both_solvers_of_the_exact_bridge_print_the_same(capsys: pytest.CaptureF
 
 
 def test_the_law_of_the_page_on_laws() -> None:
-    law = registry.checked("dynamic_rupture", "faster", execute("laws.md")["faster"])
+    law = registry.checked("dynamic_rupture", "faster", execute("laws.md", 1)["faster"])
     assert law.functions[0](2.0, 0.01, 0.05) == pytest.approx(1.4)
 
 
@@ -108,7 +110,7 @@ def test_stock_forces_are_measured_as_the_page_says(capsys: pytest.CaptureFixtur
     washino, yade = (float(row[1]) for row in rows)
     one = np.ones(1)
     form = capillary.rabinovich(1e-5 * one, 1e-11 * one, 1e-3 * one, 1e-3 * one, one < 0, 0 * one, 0 * one, 0.07275)
-    assert yade == pytest.approx(float(form[0]), rel=1e-4)  # as many digits as are printed
+    assert yade == pytest.approx(float(form[0]), abs=5.1e-7)  # six places are printed
     assert 0.4 * yade < washino < yade
 
 
@@ -116,6 +118,13 @@ def test_entries_are_read_as_the_page_says() -> None:
     entries = yaml.safe_load(next(block for language, block in blocks("configuration.md") if language == "yaml"))
     assert AngleEntry.model_validate(entries["contact_angle_deg"]).value == 40
     assert NonNegativeEntry.model_validate(entries["viscosity_Pa_s"]).value == 1e-3
+
+
+def test_spheres_are_fed_as_the_page_says() -> None:
+    """200 beads over half a second from 0.02 s on."""
+    text = [block for language, block in blocks("own-scene.md") if language == "yaml"][1]
+    (beads,) = (Spheres.model_validate(entry) for entry in yaml.safe_load(text)["spheres"])
+    assert beads.count == 200 and beads.fed is not None and (beads.fed.from_s, beads.fed.for_s) == (0.02, 0.5)
 
 
 def test_the_query_of_the_page_on_bridges(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
 import subprocess
@@ -50,3 +51,12 @@ def test_the_public_names_are_documented(site: Path) -> None:
 
     text = (site / "api.html").read_text()
     assert [name for name in pywet.__all__ if f">{name}<" not in text] == []
+
+
+def test_every_column_and_code_is_in_the_reference(site: Path) -> None:
+    from pywet.schema import CODES, TABLES, meanings
+
+    text = html.unescape((site / "columns.html").read_text())
+    told = [told for table in TABLES for _, told in meanings(table).values()]
+    assert len(told) > 100 and [t for t in told if t not in text] == []
+    assert [t for rows in CODES.values() for t in rows.values() if t not in text] == []

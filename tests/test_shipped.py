@@ -69,7 +69,7 @@ def test_every_file_of_the_program_is_in_the_wheel(unpacked: Path) -> None:
         for path in files:
             assert (target / path.relative_to(ROOT)).read_bytes() == path.read_bytes(), path
     kinds = {path.suffix for path in unpacked.rglob("*")}
-    assert {".cpp", ".h", ".j2", ".css", ".json", ".yaml", ".csv", ".smk"} <= kinds
+    assert {".cpp", ".h", ".j2", ".css", ".js", ".json", ".yaml", ".csv", ".smk"} <= kinds
 
 
 def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path: Path) -> None:

@@ -68,6 +68,16 @@ def test_scale_and_cases_are_chosen_on_the_command_line(folder: Path) -> None:
     assert "results/smoke" not in text
 
 
+def test_seeds_make_so_many_runs_of_each_case(folder: Path) -> None:
+    """With the next seeds, in folders as `pywet run --seeds` makes them; the twin of another preset too; one report of all."""
+    done = _snakemake(folder, "-n", "--config", "cases=[2,11]", "seeds=3")
+    text = done.stdout + done.stderr
+    jobs = _jobs(text)
+    assert (jobs["simulate"], jobs["replay"], jobs["report"], jobs["verdict"]) == (9, 9, 1, 1), text
+    for name in ("case02", "case02-10008", "case02_exact-10009", "case11-10009"):
+        assert f"results/smoke/{name}/status/simulate.json" in text
+
+
 @pytest.mark.parametrize(
     ("choice", "said"),
     [
@@ -76,6 +86,7 @@ def test_scale_and_cases_are_chosen_on_the_command_line(folder: Path) -> None:
         ("cases=a", "cases.0 is 'a', expected a valid integer"),
         ("ranks=0", "ranks is 0, expected greater than or equal to 1"),
         ("sed=7", "key sed is not known, expected seed"),
+        ("seeds=0", "seeds is 0, expected greater than or equal to 1"),
     ],
 )
 def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, said: str) -> None:
@@ -94,7 +105,10 @@ def test_a_wrong_choice_is_refused_before_any_job(folder: Path, choice: str, sai
         ({"ranks": "two"}, "ranks is 'two', expected a valid integer"),
         ({"seed": -1}, "seed is -1, expected greater than or equal to 0"),
         ({"scale": ["smoke"]}, "scale is ['smoke'], expected a valid string"),
-        ({"laws": {"preset": "exact"}}, "laws was given, expected one of scale, cases, ranks, both_presets, seed"),
+        (
+            {"laws": {"preset": "exact"}},
+            "laws was given, expected one of scale, cases, ranks, both_presets, seed, seeds",
+        ),
     ],
 )
 def test_what_the_command_line_cannot_replace_is_a_sentence(given: dict[str, Any], said: str) -> None:

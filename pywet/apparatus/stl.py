@@ -44,7 +44,10 @@ def read_stl(
     if not path.is_file():
         raise PywetError(f"no STL file at {path}; give the path of a surface mesh")
     try:
-        mesh = meshio.read(path, file_format="stl")
+        with np.errstate(
+            over="ignore"
+        ):  # meshio takes the text of an ASCII file for a number of triangles before it looks
+            mesh = meshio.read(path, file_format="stl")
         triangles = np.concatenate([c.data for c in mesh.cells if c.type == "triangle"])
         corners = np.asarray(mesh.points, dtype=np.float64)[triangles] * unit_m
     except (meshio.ReadError, ValueError, IndexError, UnicodeDecodeError, SystemExit) as error:

@@ -59,7 +59,7 @@ def run_scene(
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
 ) -> None:
-    """Run a scene of your own: build, simulate, replay, results, time series, picture."""
+    """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
     from pywet.own_scene import commands
 
     description = commands.read_scene(file)
@@ -69,7 +69,10 @@ def run_scene(
     commands.run(description, folder, ranks, progress=True)
     picture = commands.view(folder)
     showing.show_run(folder)
-    out.print(f"tables, time series for ParaView and {picture.name} are in {folder}", soft_wrap=True, markup=False)
+    said = (
+        f"tables, time series for ParaView and {picture.name} are in {folder}; the report is {folder / 'report.html'}"
+    )
+    out.print(said, soft_wrap=True, markup=False)
 
 
 @app.command()

@@ -10,7 +10,8 @@ import typer
 
 from pywet.cli import showing
 from pywet.cli.showing import out
-from pywet.options import SPHERE, STEP, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.errors import PywetError
+from pywet.options import PORT, SPHERE, STEP, AnyCase, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
 from pywet.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ CONFIG = Path("config")
 
 @app.command()
 def plan(
-    case: CaseNumber,
+    case: AnyCase = None,
     scale: ScaleName = None,
     config: ConfigDir = CONFIG,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Choose settings for it, such as 2%.")] = None,
@@ -32,12 +33,21 @@ def plan(
     why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
 ) -> None:
-    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes."""
+    """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
+    Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
     from pywet.screening import cases
 
     loaded = settings.load(config)
     name = loaded.settings.scale if scale is None else scale
+    if case is None:
+        if accuracy is not None:
+            raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
+        from pywet.evidence.accuracy.needs import campaign
+
+        for line in campaign(loaded, name):
+            out.print(line, soft_wrap=True, markup=False)
+        return
     made = cases.effect_plan(loaded, case, name)
     lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
     if accuracy is not None:
@@ -178,6 +188,27 @@ def view(
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
     out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
+
+
+@app.command("app")
+def side_by_side(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="Finished runs; two are seen at a time.")],
+    port: Annotated[int, number("--port", PORT, "Port on 127.0.0.1; 0 takes a free one")] = 0,
+    to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
+) -> None:
+    """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
+    from pywet.files import atomic_write
+    from pywet.report import app as viewer
+
+    for folder in run_dirs:
+        showing.need_run(folder)
+    page = viewer.html(run_dirs)
+    if to is not None:
+        with atomic_write(to) as temporary:
+            temporary.write_text(page, encoding="utf-8")
+        out.print(f"{to} ({to.stat().st_size / 1e6:.1f} MB)", soft_wrap=True, markup=False)
+        return
+    showing.serve(viewer.Server(page, port))
 
 
 @app.command()

@@ -66,6 +66,16 @@ def movie(run_dir: Path) -> list[Path]:
         return drawing.write(run_dir, progress=lambda share: bar.update(task, completed=share))
 
 
+def serve(server: Any) -> None:
+    """Serve a page until Ctrl-C."""
+    out.print(f"{server.address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
+    with server:
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            out.print("ended")
+
+
 def say_time(config: Any, case: int, scale: str) -> None:
     """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
     from pywet.evidence.accuracy import command

@@ -11,7 +11,7 @@ from pywet.config.messages import mistake
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError
 
-REPLACED = ("scale", "cases", "ranks", "both_presets", "seed")
+REPLACED = ("scale", "cases", "ranks", "both_presets", "seed", "seeds")
 
 
 def chosen(configured: Settings, given: Mapping[str, Any]) -> Settings:

@@ -97,6 +97,8 @@ class Settings(Limited):
     both_presets: bool = True
     """Run the first moist case with preset `exact` too, so that the report can lay the two beside each other."""
     seed: Annotated[int, Field(ge=0)]
+    seeds: Annotated[int, Field(ge=1)] = 1
+    """Runs of each case, with this seed and the next ones: the report shows their band."""
     laws: LawSettings = LawSettings()
     effects: EffectSettings
     time_step: TimeStepSettings

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pywet.scene import Scene
+from pywet.scene import Scene, Slide
 
 DROP_INTERVAL = 1e-3
 """Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
@@ -22,10 +22,10 @@ class Piece:
     """So many steps in one go."""
 
     steps: int
-    drawn: bool
-    """The slide is moving."""
-    stops: bool
-    """At the end of the piece the slide stops."""
+    drawn: tuple[str, ...]
+    """Walls that begin to be drawn, or go on where the engine was emptied."""
+    stops: tuple[str, ...]
+    """Walls that stop at the end of the piece."""
     checkpoint: int | None
     """The step whose state is saved at the end, after which the engine is emptied; None: it goes on."""
 
@@ -48,12 +48,15 @@ def recorded(scene: Scene) -> list[Window]:
     return joined
 
 
-def slide(scene: Scene) -> Window | None:
-    """Step at which the slide begins to be drawn, and at which it stops; None without one."""
-    if scene.slide is None or not any(w.motion == "slides" for w in scene.walls):
-        return None
-    begins = min(scene.steps, round(scene.slide.opens_at_s / scene.time_step_s))
-    return begins, min(scene.steps, begins + round(scene.slide.travel_s / scene.time_step_s))
+def slides(scene: Scene) -> dict[str, Window]:
+    """Of each wall that is drawn: the step at which it begins, and at which it stops."""
+    ways = {w.name: scene.motion_of(w) for w in scene.walls}
+    return {name: _drawn(scene, way) for name, way in ways.items() if isinstance(way, Slide)}
+
+
+def _drawn(scene: Scene, way: Slide) -> Window:
+    begins = min(scene.steps, round(way.opens_at_s / scene.time_step_s))
+    return begins, min(scene.steps, begins + round(way.travel_s / scene.time_step_s))
 
 
 def checkpoint_every(scene: Scene) -> int:
@@ -81,12 +84,14 @@ def checkpoints(scene: Scene, avoided: Sequence[Window] = ()) -> list[int]:
 
 
 def pieces(scene: Scene, saved: Sequence[int], done: int = 0) -> list[Piece]:
-    """The run cut where the slide begins and ends and where the state is `saved`; after `done` steps, what is left of it."""
-    begins, ends = slide(scene) or (scene.steps, scene.steps)
+    """The run cut where walls begin and end to be drawn and where the state is `saved`; after `done` steps, what is left."""
+    drawn = slides(scene)
     cut, at = [], 0
-    for stop in sorted({begins, ends, scene.steps, *saved} - {0}):
-        drawn = begins <= at < ends
+    for stop in sorted({*(step for window in drawn.values() for step in window), scene.steps, *saved} - {0}):
+        moving = {name: window for name, window in drawn.items() if window[0] <= at < window[1]}
+        begin = tuple(name for name, window in moving.items() if at == window[0] or at in saved)
+        end = tuple(name for name, window in moving.items() if stop == window[1])
         if at >= done:
-            cut.append(Piece(stop - at, drawn, drawn and stop == ends, stop if stop in saved else None))
+            cut.append(Piece(stop - at, begin, end, stop if stop in saved else None))
         at = stop
     return cut

@@ -56,10 +56,22 @@ class ForceLaw:
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
         self.__module__ = function.__module__
-        self.arguments = tuple(inspect.signature(function).parameters)
+        self.__signature__ = inspect.signature(function)
+        self.arguments = tuple(self.__signature__.parameters)
 
-    def __call__(self, *arguments: Any) -> Any:
-        """Evaluate; arrays are broadcast against each other."""
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Evaluate, with arguments in their order or by their names; arrays are broadcast against each other."""
+        if named or len(arguments) != len(self.arguments):
+            arguments = self._in_order(arguments, named)
+        return self._value(*arguments)
+
+    def _in_order(self, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
+        try:
+            return self.__signature__.bind(*arguments, **named).args
+        except TypeError as error:
+            raise LawError(f"law {self.name}: {error}; expected ({', '.join(self.arguments)})", law=self.name) from None
+
+    def _value(self, *arguments: Any) -> Any:
         with np.errstate(all="ignore"):  # both sides of a branch may be evaluated; `check` looks at the value
             value = self._ufunc(*arguments)
         return float(value) if np.ndim(value) == 0 else value

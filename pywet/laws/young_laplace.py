@@ -275,15 +275,14 @@ class TableLaw(ForceLaw):
         super().__init__(function)
         self.name = self.__name__ = name
 
-    def __call__(self, *arguments: Any) -> Any:
-        """Evaluate; arrays are broadcast against each other."""
+    def _value(self, *arguments: Any) -> Any:
         ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in _BODY)
         swap = ri > rj
         small, large = (
             np.broadcast_to(np.where(swap, b, a), np.broadcast(swap, a, b).shape) for a, b in ((ti, tj), (tj, ti))
         )
         prepare({(float(a), float(b)) for a, b in zip(small.ravel(), large.ravel(), strict=True)})
-        return super().__call__(*arguments)
+        return super()._value(*arguments)
 
 
 _BODY = ("radius_i", "radius_j", "contact_angle_i", "contact_angle_j")

@@ -27,6 +27,8 @@ from pywet.errors import ConfigError
 from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
 from pywet.own_scene.description import WALLS, Scene, Spheres
+from pywet.own_scene.feeding import waiting, ways
+from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
 from pywet.screening.amounts import common_film_thickness, liquid_volume
@@ -94,28 +96,14 @@ class Building:
         return tuple(wall.surface(self.said.folder) for wall in self.said.walls)
 
     @cached_property
-    def vibration(self) -> typed.Vibration | None:
-        """Of all walls that vibrate."""
-        return next((w.vibrates.vibration() for w in self.said.walls if w.vibrates), None)
-
-    @cached_property
-    def rotation(self) -> typed.Rotation | None:
-        """Of all walls that turn."""
-        return next((w.turns.rotation() for w in self.said.walls if w.turns), None)
-
-    @cached_property
-    def slide(self) -> typed.Slide | None:
-        """Of all walls that move or are removed."""
-        for wall, surface in zip(self.said.walls, self.surfaces, strict=True):
-            moving = wall.moves or wall.removed
-            if moving:
-                return moving.slide(surface.vertices)
-        return None
+    def motions(self) -> tuple[OwnMotion | None, ...]:
+        """How each wall moves."""
+        return tuple(w.own_motion(s.vertices) for w, s in zip(self.said.walls, self.surfaces, strict=True))
 
     @cached_property
     def spheres(self) -> pd.DataFrame:
         """id, type, place, velocity and film of every sphere at the start; overlaps are refused."""
-        table = _first_places(self.said, self.classes)
+        table = _first_places(self)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
         _refuse_overlaps(self, table)
@@ -124,35 +112,17 @@ class Building:
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         """Corners of what is simulated: all spheres, and all walls wherever they move."""
-        corners = [self.spheres[[*"xyz"]].to_numpy()]
-        for surface in self.surfaces:
-            corners += [surface.vertices, *self._moved(surface)]
+        corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres)[0]]
+        for surface, motion in zip(self.surfaces, self.motions, strict=True):
+            corners += [surface.vertices, *_moved(surface.vertices, motion)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
         everything = np.concatenate(corners)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
 
-    def _moved(self, surface: Surface) -> list[Floats]:
-        """Where a moving wall gets to."""
-        at = surface.vertices
-        if surface.motion == "slides" and self.slide:
-            return [at + self.slide.travel_s * np.array(self.slide.velocity_m_per_s)]
-        if surface.motion == "vibrates" and self.vibration:
-            return [at + sign * 2.0 * np.array(self.vibration.amplitude_m) for sign in (-1.0, 1.0)]
-        if surface.motion == "turns" and self.rotation:
-            reach = _far_from_axis(at, self.rotation)
-            along = _along_axis(at, self.rotation)
-            return [along + sign * reach * (1.0 - np.abs(np.array(self.rotation.axis))) for sign in (-1.0, 1.0)]
-        return []
-
     @property
     def speed(self) -> float:
         """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
-        wall = [peak_speed(self.vibration)] if self.vibration else []
-        if self.slide:
-            wall.append(math.hypot(*self.slide.velocity_m_per_s))
-        for surface in self.surfaces:
-            if surface.motion == "turns" and self.rotation:
-                wall.append(2.0 * math.pi / self.rotation.period_s * _far_from_axis(surface.vertices, self.rotation))
+        wall = [_speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True)]
         low, high = self.box
         fall = math.sqrt(2.0 * abs(float(np.dot(self.said.gravity_m_per_s2, high - low))))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
@@ -183,11 +153,11 @@ class Building:
             "pairs": self.pairs,
             "liquid": self.liquid,
             "walls": tuple(
-                wall_mesh(s, math.radians(w.contact_angle_deg)) for s, w in zip(self.surfaces, said.walls, strict=True)
+                wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(update={"own_motion": motion})
+                for s, w, motion in zip(self.surfaces, said.walls, self.motions, strict=True)
             ),
-            "vibration": self.vibration,
-            "slide": self.slide,
-            "rotation": self.rotation,
+            "vibration": None,
+            "slide": None,
             "effects": effects,
             "viscous_integration": said.time_step.viscous_integration,
             "gravity_m_per_s2": said.gravity_m_per_s2 if effects.gravity else (0.0, 0.0, 0.0),
@@ -236,6 +206,7 @@ def _sphere_class(kind: int, spheres: Spheres, said: Scene) -> typed.SphereClass
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
         contact_angle_rad=math.radians(material.contact_angle_deg), count=count,
+        fed=spheres.fed.typed() if spheres.fed else None,
     )  # fmt: skip
 
 
@@ -246,21 +217,22 @@ def _film(classes: list[typed.SphereClass], percent: float | None, film_um: floa
     return common_film_thickness(classes, liquid_volume(classes, percent or 0.0, density))
 
 
-def _first_places(said: Scene, classes: tuple[typed.SphereClass, ...]) -> pd.DataFrame:
-    """id, type, x to vz of every sphere: those of one region placed together, those with places where they are."""
+def _first_places(made: Building) -> pd.DataFrame:
+    """id, type, x to wz of every sphere: of one region together, of given places there, of what is fed on its way."""
     regions: dict[Any, list[typed.SphereClass]] = defaultdict(list)
     tables = []
-    for sphere, entry in zip(classes, said.spheres, strict=True):
+    for sphere, entry in zip(made.classes, made.said.spheres, strict=True):
         if entry.at_mm is not None:
             at = 1e-3 * np.array(entry.at_mm)
             tables.append(pd.DataFrame({"type": sphere.type, "x": at[:, 0], "y": at[:, 1], "z": at[:, 2]}))
-        else:
+        elif entry.fed is None:
             regions[entry.box or entry.cylinder].append(sphere)
     for number, (shape, inside) in enumerate(regions.items()):
-        tables.append(fill(inside, shape.region(), said.seed + number))
-    table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]]
+        tables.append(fill(inside, shape.region(), made.said.seed + number))
+    tables.append(waiting(made.classes, made.said.spheres, made.thickness, made.said.seed))
+    table = pd.concat(tables, ignore_index=True)[["type", *"xyz"]].astype({"type": np.int64})
     table.insert(0, "id", np.arange(1, len(table) + 1))
-    thrown = np.array([s.velocity_m_per_s for s in said.spheres])[table["type"].to_numpy() - 1]
+    thrown = np.array([s.velocity_m_per_s for s in made.said.spheres])[table["type"].to_numpy() - 1]
     table[["vx", "vy", "vz"]], table[["wx", "wy", "wz"]] = thrown, 0.0
     return table
 
@@ -280,6 +252,8 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         )
     import pyvista as pv
 
+    on_way, size = ways(made.classes, table)
+    at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
     for surface in made.surfaces:
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
         distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
@@ -287,9 +261,34 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         if inside.any():
             first = at[inside][0] * 1e3
             raise ConfigError(
-                f"scene {made.said.name}: {int(inside.sum())} spheres begin in wall {surface.name}, such as one at "
+                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {surface.name}, such as at "
                 f"{first[0]:.3g}, {first[1]:.3g}, {first[2]:.3g} mm; expected all outside: mend the region or the wall"
             )
+
+
+def _some(spheres: int) -> str:
+    return f"{spheres} spheres" if spheres else "the ways of spheres that are fed"
+
+
+def _moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
+    """Where the corners of a moving wall get to."""
+    if isinstance(motion, typed.Slide):
+        return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
+    if isinstance(motion, typed.Vibration):
+        return [at + sign * 2.0 * np.array(motion.amplitude_m) for sign in (-1.0, 1.0)]
+    if isinstance(motion, typed.Rotation):
+        reach, along = _far_from_axis(at, motion), _along_axis(at, motion)
+        return [along + sign * reach * (1.0 - np.abs(np.array(motion.axis))) for sign in (-1.0, 1.0)]
+    return []
+
+
+def _speed(at: Floats, motion: OwnMotion | None) -> float:
+    """The fastest that corners of a wall move [m/s]."""
+    if isinstance(motion, typed.Slide):
+        return math.hypot(*motion.velocity_m_per_s)
+    if isinstance(motion, typed.Vibration):
+        return peak_speed(motion)
+    return 2.0 * math.pi / motion.period_s * _far_from_axis(at, motion) if motion else 0.0
 
 
 def _along_axis(at: Floats, rotation: typed.Rotation) -> Floats:

@@ -56,10 +56,16 @@ def replay(folder: Path | str) -> dict[str, Any] | None:
 
 
 def view(folder: Path | str, step: int | None = None) -> Path:
-    """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture."""
+    """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture.
+
+    Of a scene of one's own also the page `report.html`.
+    """
+    from pywet.own_scene import page
     from pywet.report import render
 
     stages.vtk(Path(folder))
     picture = Path(folder) / "picture.png"
     render.write(Path(folder), picture, step)
+    if (Path(folder) / "description.json").exists():
+        page.write(Path(folder), picture)
     return picture

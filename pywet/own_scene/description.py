@@ -10,6 +10,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from pywet import scene as typed
 from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
@@ -95,6 +96,20 @@ class Cylinder(Excusable):
         return FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
 
 
+class Fed(Excusable):
+    """Spheres enter one after the other at equal times, at random places of their region, with their `velocity_m_per_s`.
+
+    Until then they come along on a straight way, without weight, from where that velocity has them wait: keep it free.
+    """
+
+    from_s: NonNegative = 0.0
+    for_s: Positive
+
+    def typed(self) -> typed.Fed:
+        """As an engine takes it."""
+        return typed.Fed(from_s=self.from_s, for_s=self.for_s)
+
+
 class Spheres(Excusable):
     """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
 
@@ -107,6 +122,8 @@ class Spheres(Excusable):
     cylinder: Cylinder | None = None
     at_mm: tuple[Vector, ...] | None = None
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    fed: Fed | None = None
+    """They enter during the run, and their liquid with them; without it they are there from the start."""
     percent: Percent | None = None
     """Liquid over the mass of these spheres, in place of the scene's amount."""
     film_um: NonNegative | None = None
@@ -119,6 +136,8 @@ class Spheres(Excusable):
         elif self.count is not None or self.mass_g is not None:
             raise ValueError(f"spheres {self.name}: no count and no mass_g beside at_mm, which says how many there are")
         chosen(self, "percent", "film_um", needed=False)
+        if self.fed and (self.at_mm is not None or not any(self.velocity_m_per_s)):
+            raise ValueError(f"spheres {self.name}: a box or cylinder and a velocity_m_per_s beside fed")
         return self
 
     @property
@@ -186,14 +205,8 @@ class Scene(Excusable):
         used = sorted({s.material for s in self.spheres} & self.materials.keys())
         pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
         wrong += [f"an entry in contacts with between: [{a}, {b}]" for a, b in pairs]
-        for motion in (
-            {w.vibrates for w in self.walls},
-            {w.turns for w in self.walls},
-            {w.moves or w.removed for w in self.walls},
-        ):
-            if len(motion - {None}) > 1:
-                kind = type(next(iter(motion - {None}))).__name__.lower()
-                wrong.append(f"walls that move in one way of a kind ({kind}), as the engine has one of each")
+        late = [s.name for s in self.spheres if s.fed and s.fed.from_s + s.fed.for_s > self.duration_s]
+        wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
         if self.liquid is None and any((s.percent or s.film_um) for s in self.spheres):
             wrong.append("the key liquid, as spheres have some")
         if wrong:

@@ -17,11 +17,15 @@ from pywet.screening.results import LIQUID_TOLERANCE, Check, at_end, column
 
 
 def liquid_by_wall(run: RunDir) -> pd.DataFrame:
-    """Liquid [m3] at the outputs on each class of spheres and each wall, standing bridges shared between their ends."""
+    """Liquid [m3] at the outputs on each class of spheres and each wall, standing bridges shared between their ends.
+
+    Of spheres that have entered; `initial_m3` is what had entered until then.
+    """
     scene, line = run.scene, run.timeline
+    on = line.liquid - np.where(line.entered, 0.0, line.initial_film)
     frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
     for kind in scene.classes:
-        frame[column("spheres", kind.name, "_m3")] = line.liquid[:, line.types == kind.type].sum(axis=1)
+        frame[column("spheres", kind.name, "_m3")] = on[:, line.types == kind.type].sum(axis=1)
     walls = _on_walls(run)
     for wall in scene.walls:
         frame[f"wall_{wall.name}_m3"] = walls[wall.name].to_numpy()
@@ -29,7 +33,7 @@ def liquid_by_wall(run: RunDir) -> pd.DataFrame:
     frame["left_m3"] = 0.0 if ledger is None else ledger["left"].to_numpy()
     frame["total_m3"] = frame.drop(columns=["step", "time_s"]).sum(axis=1)
     frame["standing_bridges_m3"] = 0.0 if ledger is None else ledger["bridges"].to_numpy()
-    frame["initial_m3"] = line.initial_film.sum()
+    frame["initial_m3"] = line.put_in
     return frame
 
 
@@ -48,7 +52,7 @@ def _on_walls(run: RunDir) -> pd.DataFrame:
 def contact_statistics(run: RunDir) -> pd.DataFrame:
     """At the outputs: touching spheres per sphere, overlaps over the smaller radius, bridges per sphere, speeds, centre of mass.
 
-    Contacts with walls are not in the overlaps.
+    Contacts with walls are not in the overlaps. Spheres that have not entered count with the others.
     """
     scene, rows = run.scene, []
     radius_of = np.array([c.radius_m for c in scene.classes])
@@ -88,7 +92,7 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     """No sphere lost, all liquid is where the table says."""
     line, initial = run.timeline, float(run.timeline.initial_film.sum())
     missing = int((~line.present).sum(axis=1).max())
-    error = float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0 else 0.0
+    error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0 else 0.0
     return [
         Check("no_particle_lost", missing == 0, missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
         Check(

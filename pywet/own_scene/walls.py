@@ -18,6 +18,7 @@ from pywet.own_scene.choices import chosen
 from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
 
 MM = 1e-3
+OwnMotion = Vibration | Rotation | Slide
 Axis = Literal["x", "y", "z"]
 Sides = Annotated[int, Field(ge=3, le=96)]
 ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
@@ -222,6 +223,15 @@ class Wall(Excusable):
         """How it moves, in the engine's word."""
         key = chosen(self, *MOTIONS, needed=False)
         return MOTIONS[key] if key else "fixed"
+
+    def own_motion(self, corners: Floats) -> OwnMotion | None:
+        """How it moves, in SI units; `corners` (n, 3) as it is at the start [m]."""
+        if self.vibrates:
+            return self.vibrates.vibration()
+        if self.turns:
+            return self.turns.rotation()
+        drawn = self.moves or self.removed
+        return drawn.slide(corners) if drawn else None
 
     def surface(self, folder: Path) -> Surface:
         """Its triangles; an STL file is looked for in `folder`."""

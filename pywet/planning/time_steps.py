@@ -28,7 +28,7 @@ from scipy.optimize import brentq
 from pywet.apparatus.motion import peak_speed
 from pywet.errors import PywetError, UnstableStep
 from pywet.laws import contact, registry
-from pywet.scene import ContactPair, Scene
+from pywet.scene import ContactPair, Scene, Slide, Vibration
 
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
@@ -199,10 +199,11 @@ def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limi
 def _speed(scene: Scene) -> float:
     """Speed that bodies meet at [m/s]: the fastest wall, at least 0.1."""
     fastest = 0.1
-    if scene.vibration is not None:
-        fastest = max(fastest, peak_speed(scene.vibration))
-    if scene.slide is not None:
-        fastest = max(fastest, math.hypot(*scene.slide.velocity_m_per_s))
+    for way in (scene.vibration, scene.slide, *(w.own_motion for w in scene.walls)):
+        if isinstance(way, Vibration):
+            fastest = max(fastest, peak_speed(way))
+        if isinstance(way, Slide):
+            fastest = max(fastest, math.hypot(*way.velocity_m_per_s))
     return fastest
 
 

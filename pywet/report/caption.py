@@ -24,9 +24,11 @@ def entries(run: RunDir) -> list[tuple[str, str]]:
 
 
 def said(run: RunDir, step: int) -> str:
-    """Name, time, and the part of the spheres' mass that is not in the bin."""
+    """Name, time, and, in screening, the part of the spheres' mass that is not in the bin."""
     line = run.timeline
     row = int(np.searchsorted(line.steps, step))
+    if all(w.holder == "wall" for w in run.scene.walls):
+        return f"{run.scene.name}   t = {line.times[row]:.3f} s"
     retained = 1.0 - float(line.mass @ line.passed[row] / line.mass.sum())
     return f"{run.scene.name}   t = {line.times[row]:.3f} s   retained {100 * retained:.1f} % of the spheres' mass"
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from pywet.runs.rundir import Bools, Floats
 
-NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16)[k] for k in (0, 1))
-HALVINGS = 60
+NODES, WEIGHTS = (np.polynomial.legendre.leggauss(8)[k] for k in (0, 1))
+HALVINGS = 30
 
 
 def visible(side: Floats, gap: Floats, ri: Floats, rj: Floats) -> Floats:

@@ -122,15 +122,19 @@ def templates(*folders: Path) -> jinja2.Environment:
     )  # fmt: skip
 
 
-def write(
-    path: Path, title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = ""
-) -> Path:
-    """Write the page and return its path."""
+def text(title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = "") -> str:
+    """The page as HTML."""
     shown = [
         {"anchor": s.anchor, "short": s.short or s.heading, "heading": s.heading, "body": s.body} for s in sections
     ]
     frame = templates().get_template(TEMPLATE.name)
-    text = frame.render(title=title, lead=lead, sections=shown, cards=cards, footer=footer)
+    return frame.render(title=title, lead=lead, sections=shown, cards=cards, footer=footer)
+
+
+def write(
+    path: Path, title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = ""
+) -> Path:
+    """Write the page and return its path."""
     with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text(title, lead, sections, cards, footer), encoding="utf-8")
     return path

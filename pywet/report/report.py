@@ -17,11 +17,14 @@ import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report import answer, contributed, page, pictures, plots, presets
+from pywet.report import answer, browser, contributed, page, pictures, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
+from pywet.runs.rundir import RunDir
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
 
 TEMPLATE = "report.html.j2"
+SCENES = 60_000_000
+"""Size of the 3-D scenes of all cases together [bytes]."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
 
@@ -155,6 +158,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "figures": _figures(results),
         "picture": _picture(picture),
         "movie": _movie(results),
+        "scenes": _scenes(results),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
         "version": pywet.__version__,
     }
@@ -274,3 +278,9 @@ def _movie(results: Sequence[CaseResult]) -> str | None:
     """The loop of the first case that has one, as `pywet view --movie` makes it."""
     loops = [r.folder / "movie.webp" for r in results if r.folder is not None]
     return next((page.uri(loop.read_bytes(), "webp") for loop in loops if loop.exists()), None)
+
+
+def _scenes(results: Sequence[CaseResult]) -> str:
+    """The moist cases as 3-D scenes; nothing where none has results."""
+    runs = [(r.case.name, RunDir(r.folder)) for r in results if r.bridged and r.summary and r.folder]
+    return browser.element(runs, most=min(browser.MOST, SCENES // len(runs))) if runs else ""

@@ -10,6 +10,7 @@ import numpy as np
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
 from pywet.runs.rundir import Floats, RunDir
+from pywet.scene import Rotation
 
 BACKGROUND = "#f4f6f8"
 METAL = "#9aa3ab"
@@ -21,7 +22,8 @@ TURN, TILT = np.radians(18.0), np.radians(24.0)
 
 def frame(run: RunDir) -> Floats:
     """Right, away and up of a picture, as rows: up against gravity, away along the axis about which walls turn, else along y."""
-    pull, turning = np.array(run.scene.gravity_m_per_s2), run.scene.rotation
+    pull, ways = np.array(run.scene.gravity_m_per_s2), map(run.scene.motion_of, run.scene.walls)
+    turning = next((way for way in ways if isinstance(way, Rotation)), None)
     up = -pull / np.linalg.norm(pull) if pull.any() else np.array([0.0, 0.0, 1.0])
     for axis in ([0.0, 1.0, 0.0] if turning is None else turning.axis, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]):
         away = np.asarray(axis, dtype=float) / np.linalg.norm(axis)

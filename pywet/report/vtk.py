@@ -91,13 +91,15 @@ def wall_corners(run: RunDir, step: int) -> Floats:
     corners = table[names].to_numpy(dtype=float, copy=True).reshape(-1, 3, 3)
     motion = run.mesh_motion[run.mesh_motion["step"] == step].set_index("mesh")
     shift = motion[["dx", "dy", "dz"]].reindex(table["mesh"]).fillna(0.0)
-    turning = table["mesh"].isin([wall.name for wall in run.scene.walls if wall.motion == "turns"]).to_numpy()
-    if turning.any() and run.scene.rotation is not None:
-        corners[turning] = _turned(corners[turning], run.scene.rotation, step * run.scene.time_step_s)
+    for wall in run.scene.walls:
+        way = run.scene.motion_of(wall)
+        if isinstance(way, Rotation):
+            own = (table["mesh"] == wall.name).to_numpy()
+            corners[own] = turned(corners[own], way, step * run.scene.time_step_s)
     return np.asarray(corners + shift.to_numpy(dtype=float)[:, None, :])
 
 
-def _turned(points: Floats, how: Rotation, time: float) -> Floats:
+def turned(points: Floats, how: Rotation, time: float) -> Floats:
     """Points (…, 3) after some time of turning about an axis."""
     axis = np.asarray(how.axis) / np.linalg.norm(how.axis)
     arm, angle = points - how.origin_m, 2.0 * np.pi * time / how.period_s

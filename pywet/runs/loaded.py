@@ -15,11 +15,11 @@ from pywet.files import AGAIN, read_json
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Scene
-from pywet.schema import meanings
+from pywet.schema import CODES, meanings
 
 
 class Run:
-    """A run directory; each table is read when it is asked for, its `attrs` hold `units` and `meanings` of its columns."""
+    """A run directory; tables are read when they are asked for, their `attrs` hold `units`, `meanings`, `codes` of columns."""
 
     def __init__(self, folder: Path) -> None:
         self.path = Path(folder)
@@ -35,6 +35,11 @@ class Run:
     def replay(self) -> dict[str, Any]:
         """What the replay said: `ok`, its limits and deviations by quantity, what was not checked; empty for a dry run."""
         return dict(self._run.json("replay.json", Replay) or {})
+
+    @cached_property
+    def plan(self) -> list[dict[str, Any]]:
+        """Every effect: whether it is on, by which law, and why."""
+        return list(read_json(self.path / "plan.json", AGAIN)["rows"])
 
     @cached_property
     def trajectory(self) -> pd.DataFrame:
@@ -101,6 +106,7 @@ class Run:
         told = meanings(name)
         table.attrs["units"] = {c: told[c][0] if c in told else unit(str(c)) for c in table.columns}
         table.attrs["meanings"] = {c: told[c][1] for c in table.columns if c in told}
+        table.attrs["codes"] = {c: CODES[c] for c in table.columns if c in CODES}
         return table
 
 

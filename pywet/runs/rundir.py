@@ -168,6 +168,13 @@ class Timeline:
     """The sphere's side of its standing bridges [m3], shape (S, N)."""
     initial_film: Floats
     """Film at the start [m3], shape (N,)."""
+    entered: Bools
+    """Has entered: all, but in a scene that is fed, shape (S, N)."""
+
+    @property
+    def put_in(self) -> Floats:
+        """Liquid that has entered until each output [m3], shape (S,)."""
+        return np.where(self.entered, self.initial_film, 0.0).sum(axis=1)
 
     @property
     def liquid(self) -> Floats:
@@ -208,6 +215,7 @@ class Timeline:
             film=film,
             in_bridges=shares,
             initial_film=initial,
+            entered=steps[:, None] >= np.array(scene.enters(types.tolist()), dtype=np.int64),
         )
 
 

@@ -6,6 +6,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
@@ -13,6 +14,7 @@ from pywet.files import AGAIN
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import EngineRun
 from pywet.runs.tables import ledger_error
+from pywet.scene import Scene
 from pywet.schema import WORKS
 
 PACKAGES = ("pywet", "numpy", "scipy", "pandas", "pyarrow", "numba", "meshio", "pydantic")
@@ -88,6 +90,7 @@ def _energy(run: RunDir) -> dict[str, float | None]:
     )
     sums = at.groupby("step")[["kinetic", "spin", "gravity"]].sum()
     change = sums.iloc[-1] - sums.iloc[0]
+    change["gravity"] -= _way_of_fed(scene, at[at["step"] == steps[0]], int(steps[-1]))
     rest = float(change["kinetic"] + change["spin"] - change["gravity"])
     return {
         "kinetic": float(sums["kinetic"].iloc[-1]),
@@ -96,6 +99,14 @@ def _energy(run: RunDir) -> dict[str, float | None]:
         "contact_bridges_and_wall_motion" if run.moist else "contact_and_wall_motion": rest,
         "unaccounted": None,
     }
+
+
+def _way_of_fed(scene: Scene, start: pd.DataFrame, last: int) -> float:
+    """What gravity would have done on spheres before they entered [J], along the way that they began."""
+    waited = np.minimum(scene.enters(start["type"].tolist()), last) * scene.time_step_s
+    mass = start["type"].map({c.type: c.mass_kg for c in scene.classes}).to_numpy(dtype=float)
+    speed = start[["vx", "vy", "vz"]].to_numpy(dtype=float) @ np.array(scene.gravity_m_per_s2)
+    return float((mass * waited * speed).sum())
 
 
 def _events(run: RunDir) -> dict[str, int] | None:

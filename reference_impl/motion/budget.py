@@ -65,7 +65,12 @@ class Budget:
     ruptured: float = 0.0
     steps: float = 0.0
     """Work of the capillary force in the steps in which bridges form and rupture, by their sizes [J]."""
-    start: Floats | None = None
+    begun: Floats | None = None
+    """Where weight began to act on each sphere; not a number where it has not yet."""
+    doubt: float = 0.0
+    """Scale of the work [J] on spheres that met others just before they entered, whose way until then is not known."""
+    before: tuple[Floats, Floats, Floats] | None = None
+    """Step, places and speeds of the last output of the part before."""
 
     def add(self, part: Run, lives: Lives) -> None:
         """A part of the logs; the table of places has the speeds too."""
@@ -76,17 +81,41 @@ class Budget:
             return
         shape = (len(outputs), len(self.setup.ids), 3)
         x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
-        self.start = x[0] if self.start is None else self.start
         m, free = self.setup.mass, self.setup.free
-        fall = ((x - self.start) * self.setup.gravity).sum(axis=2) * m
+        fall, doubt = self._fall(outputs, x, v, events)
         own: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
             "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
             "gravity": fall.sum(axis=1),
-            "gravity_size": np.abs(fall).sum(axis=1) + float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6,
+            "gravity_size": np.abs(fall).sum(axis=1)
+            + doubt
+            + float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6,
         }
         self.rows.append(pd.DataFrame({**own, **of_bridges}))
+
+    def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, float]:
+        """Work of gravity on every sphere at the outputs [J], since the start or since it entered; `doubt`."""
+        enters, dt, m = self.setup.enters, self.setup.step, self.setup.mass
+        if self.begun is None:
+            self.begun = np.where(enters[:, None] > 0, np.nan, x[0])
+        now = (outputs, x, v)
+        step, at, speed = (
+            now if self.before is None else (np.concatenate(both) for both in zip(self.before, now, strict=True))
+        )
+        for n in np.flatnonzero(np.isnan(self.begun[:, 0]) & (enters <= outputs[-1])):
+            k = int(np.searchsorted(step, enters[n])) - 1
+            # half a step before its first weight, as the mean of both steps' powers has it
+            self.begun[n] = at[k, n] + speed[k, n] * (enters[n] - 0.5 - step[k]) * dt
+            met = (events["i"] == self.setup.ids[n]) | (
+                (events["partner_kind"] == 0) & (events["j"] == self.setup.ids[n])
+            )
+            if (met & events["step"].between(step[k], enters[n])).any():
+                way = np.abs((at[k + 1, n] - at[k, n]) @ self.setup.gravity)
+                self.doubt += float(m[n] * way) / LIMITS["gravity"]
+        self.before = outputs[-1:], x[-1:], v[-1:]
+        fall = ((x - self.begun) * self.setup.gravity).sum(axis=2) * m
+        return np.where(outputs[:, None] >= enters, fall, 0.0), self.doubt
 
     @property
     def known(self) -> bool:
@@ -180,7 +209,7 @@ def powers(setup: Setup, f: Forces) -> Floats:
     """Power of each effect in each step of a window, shape (steps, effects) as in WORKS [W]."""
     w, count, n = f.window, len(f.window.steps), {name: k for k, name in enumerate(WORKS)}
     found = np.zeros((count, len(WORKS)))
-    weight = (w.v * setup.gravity).sum(axis=2) * w.mass
+    weight = (w.v * setup.pull(w.steps)).sum(axis=2) * w.mass
     found[:, n["gravity"]] = weight.sum(axis=1)
     t, c = f.touches, f.contacts
     terms: list[tuple[Any, ...]] = [

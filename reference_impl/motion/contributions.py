@@ -124,7 +124,7 @@ def _weight(setup: Setup, f: Forces, impulse: dict[str, float], energy: dict[str
     """Of the spheres that are not driven, and of the liquid on them."""
     dry = np.broadcast_to(setup.mass, f.window.liquid.shape)
     for name, mass in (("weight", dry), ("liquid_weight", f.window.liquid)):
-        weight = (mass * setup.free)[:, :, None] * setup.gravity
+        weight = (mass * setup.free)[:, :, None] * setup.pull(f.window.steps)
         impulse[name] += setup.step * float(np.sqrt((weight**2).sum(axis=2)).sum())
         energy[name] += setup.step * float(np.abs((f.window.v_half * weight).sum(axis=2)).sum())
 

@@ -117,7 +117,7 @@ class Hangar:
         p, q = pairs(stand, fixed), pairs(events, fixed)
         place = np.full(len(fixed.radius), -1)
         place[setup.ids] = np.arange(len(setup.ids))
-        bad = ~setup.free
+        bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two))
         bad[place[np.concatenate([q.i, q.sphere_j[~q.wall], p.i[p.wall]]).astype(int)]] = True
         bad[place[film["id"].to_numpy()]] |= film["film"].to_numpy() < DRY * fixed.radius[film["id"].to_numpy()] ** 3
         rows = np.flatnonzero(~p.wall)
@@ -175,11 +175,13 @@ def fly(
     part, dt = {**STILL, **(factors or {})}, setup.step
     inertia = 0.4 * f.mass * f.radius**2
     touched = np.zeros(len(f.id), dtype=bool)
+    entered = f.step >= setup.enters[np.searchsorted(setup.ids, f.id)]
+    pull = entered[:, None] * setup.gravity
 
     def kicks(x: Floats, v: Floats, w: Floats) -> tuple[Floats, Floats]:
         force, torque, gap = forces(run, f, part, x, v, w)
         np.logical_or.at(touched, f.i, gap <= 0.0)
-        force += part["weight"] * f.mass[:, None] * setup.gravity
+        force += part["weight"] * f.mass[:, None] * pull
         return 0.5 * dt * force / f.mass[:, None], 0.5 * dt * torque / inertia[:, None]
 
     kick, turn = np.zeros_like(f.x), np.zeros_like(f.x)

@@ -164,7 +164,7 @@ def _sums(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Force, torque, the torque's doubt and the sum of the forces' sizes on every sphere in every step."""
     shape = (len(window.steps), len(setup.ids))
-    force = window.mass[:, :, None] * setup.gravity
+    force = window.mass[:, :, None] * setup.pull(window.steps)
     torque, doubt, sizes = np.zeros((*shape, 3)), np.zeros(shape), np.sqrt((force**2).sum(axis=2))
     np.add.at(doubt, (t.k, t.a), c.doubt)
     np.add.at(doubt, (t.k[~t.wall], t.b[~t.wall]), c.doubt[~t.wall])

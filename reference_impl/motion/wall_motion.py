@@ -17,49 +17,49 @@ class Motion:
     def __init__(self, setup: Setup) -> None:
         self._setup = setup
         self._total = round(setup.scene["duration_s"] / setup.step)
-        self._sums: tuple[Floats, Floats] | None = None
+        self._sums: dict[str, tuple[Floats, Floats]] = {}
+        self._drawn = slide_steps(setup.scene)
         self._times: Floats | None = None
 
     def shift(self, wall: Wall, step: int) -> Floats:
         """Displacement of a translating mesh after `step` steps [m]."""
-        scene, dt = self._setup.scene, self._setup.step
-        if wall.motion == "vibrates" and scene["vibration"]:
-            return np.asarray(self._vibrated()[1][step])
-        if wall.motion == "slides" and scene["slide"]:
-            opens, drawn = slide_steps(scene, dt, self._total)
-            return np.asarray(scene["slide"]["velocity_m_per_s"], float) * dt * (np.clip(step, opens, drawn) - opens)
+        if wall.motion == "vibrates" and wall.way:
+            return np.asarray(self._vibrated(wall)[1][step])
+        if wall.name in self._drawn:
+            opens, drawn = self._drawn[wall.name]
+            speed = np.asarray(wall.way["velocity_m_per_s"], float)
+            return np.asarray(speed * self._setup.step * (np.clip(step, opens, drawn) - opens))
         return np.zeros(3)
 
     def velocity(self, wall: Wall, step: int, points: Floats) -> Floats:
         """Velocity of points (n, 3) of a mesh in a step [m/s]; at rest before the first step."""
-        scene, dt = self._setup.scene, self._setup.step
         found = np.zeros_like(points)
         if step == 0:
             return found
-        if wall.motion == "vibrates" and scene["vibration"]:
-            found += self._vibrated()[0][step]
-        elif wall.motion == "slides" and scene["slide"]:
-            opens, drawn = slide_steps(scene, dt, self._total)
-            found += np.asarray(scene["slide"]["velocity_m_per_s"], float) * (opens < step <= drawn)
-        elif wall.motion == "turns" and scene["rotation"]:
-            origin, axis, rate = self._rotation()
+        if wall.motion == "vibrates" and wall.way:
+            found += self._vibrated(wall)[0][step]
+        elif wall.name in self._drawn:
+            opens, drawn = self._drawn[wall.name]
+            found += np.asarray(wall.way["velocity_m_per_s"], float) * (opens < step <= drawn)
+        elif wall.motion == "turns" and wall.way:
+            origin, axis, rate = _rotation(wall)
             found += rate * np.cross(axis, points - origin)
         return found
 
     def to_rest(self, wall: Wall, step: int, points: Floats) -> Floats:
         """Points (n, 3) as the mesh at rest would see them."""
-        if wall.motion == "turns" and self._setup.scene["rotation"]:
-            return self._turned(points, -1.0, step)
+        if wall.motion == "turns" and wall.way:
+            return self._turned(wall, points, -1.0, step)
         return points - self.shift(wall, step)
 
     def to_world(self, wall: Wall, step: int, points: Floats) -> Floats:
         """The way back."""
-        if wall.motion == "turns" and self._setup.scene["rotation"]:
-            return self._turned(points, 1.0, step)
+        if wall.motion == "turns" and wall.way:
+            return self._turned(wall, points, 1.0, step)
         return points + self.shift(wall, step)
 
-    def _turned(self, points: Floats, sense: float, step: int) -> Floats:
-        origin, axis, rate = self._rotation()
+    def _turned(self, wall: Wall, points: Floats, sense: float, step: int) -> Floats:
+        origin, axis, rate = _rotation(wall)
         angle = sense * rate * self._time()[step]
         d = points - origin
         along = (d @ axis)[:, None] * axis
@@ -71,18 +71,18 @@ class Motion:
             self._times = np.concatenate([[0.0], np.cumsum(np.full(self._total + 1, self._setup.step))])
         return self._times
 
-    def _vibrated(self) -> tuple[Floats, Floats]:
-        """Velocity and displacement of the vibration after 0, 1, 2, … steps: v = a w cos(w t + phase)."""
-        if self._sums is None:
-            v, dt = self._setup.scene["vibration"], self._setup.step
+    def _vibrated(self, wall: Wall) -> tuple[Floats, Floats]:
+        """Velocity and displacement of a vibration after 0, 1, 2, … steps: v = a w cos(w t + phase)."""
+        v, dt, name = wall.way, self._setup.step, repr(wall.way)  # walls that share a motion share its sums
+        if name not in self._sums:
             w = 2.0 * np.pi * v["frequency_Hz"]
             time = self._time()
             speed = np.asarray(v["amplitude_m"]) * w * np.cos(w * time[:, None] + np.asarray(v["phase_rad"]))
             speed[0] = 0.0
-            self._sums = speed, np.cumsum(speed * dt, axis=0)
-        return self._sums
+            self._sums[name] = speed, np.cumsum(speed * dt, axis=0)
+        return self._sums[name]
 
-    def _rotation(self) -> tuple[Floats, Floats, float]:
-        r = self._setup.scene["rotation"]
-        axis = np.asarray(r["axis"], float)
-        return np.asarray(r["origin_m"], float), axis / np.linalg.norm(axis), 2.0 * np.pi / r["period_s"]
+
+def _rotation(wall: Wall) -> tuple[Floats, Floats, float]:
+    axis = np.asarray(wall.way["axis"], float)
+    return np.asarray(wall.way["origin_m"], float), axis / np.linalg.norm(axis), 2.0 * np.pi / wall.way["period_s"]

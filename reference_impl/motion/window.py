@@ -42,6 +42,8 @@ class Wall:
     first: int
     last: int
     motion: str
+    way: dict[str, Any]
+    """Numbers of its motion, see `way_of`; empty for one that is fixed."""
     prisms: bool = False
     """Every part is one convex body that makes one contact; otherwise every triangle makes its own."""
 
@@ -61,6 +63,8 @@ class Setup:
     walls: tuple[Wall, ...]
     corners: Floats
     part: Floats
+    enters: Floats
+    """Step from which on each sphere has weight."""
     broken: frozenset[int]
     """Steps after which the engine set itself up anew: the forces that follow are not those that were recorded."""
 
@@ -73,6 +77,10 @@ class Setup:
     def gravity(self) -> Floats:
         """Acceleration [m/s2]."""
         return np.array(self.scene["gravity_m_per_s2"], dtype=float)
+
+    def pull(self, steps: Floats) -> Floats:
+        """Acceleration by gravity [m/s2] of every sphere in steps, shape (steps, spheres, 3); none before it has entered."""
+        return np.asarray((steps[:, None] >= self.enters)[:, :, None] * self.gravity)
 
     @property
     def memory(self) -> bool:
@@ -131,8 +139,19 @@ def read(run_dir: Path) -> Setup:
     walls, corners, part = _walls(folder, scene)
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
-        dry_contacts(scene, mass_of), walls, corners, part, _broken(scene),
+        dry_contacts(scene, mass_of), walls, corners, part, enters(scene, kind), _broken(scene),
     )  # fmt: skip
+
+
+def enters(scene: dict[str, Any], kind: Floats) -> Floats:
+    """Step at which each sphere enters: of a class that is fed one after the other; `kind` in the order of numbers."""
+    found = np.zeros(len(kind), dtype=np.int64)
+    for c in scene["classes"]:
+        if fed := c.get("fed"):
+            own = np.flatnonzero(kind == c["type"])
+            at = fed["from_s"] + fed["for_s"] * (np.arange(len(own)) + 0.5) / c["count"]
+            found[own] = np.rint(at / scene["time_step_s"]).astype(np.int64)
+    return found
 
 
 def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> float:
@@ -175,7 +194,16 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
-        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"], wall.get("prisms", False)))
+        walls.append(
+            Wall(
+                wall["name"],
+                int(at[0]),
+                int(at[-1]) + 1,
+                wall["motion"],
+                way_of(scene, wall),
+                wall.get("prisms", False),
+            )
+        )
     return tuple(walls), corners, table["part"].to_numpy()
 
 
@@ -187,18 +215,26 @@ def _driven(folder: Path) -> set[int]:
 
 
 def _broken(scene: dict[str, Any]) -> frozenset[int]:
-    """Ends of the run's stages (the slide)."""
-    total, step = round(scene["duration_s"] / scene["time_step_s"]), scene["time_step_s"]
-    return frozenset(slide_steps(scene, step, total)) - {0}
+    """Ends of the run's stages (walls that are drawn)."""
+    return frozenset(step for window in slide_steps(scene).values() for step in window) - {0}
 
 
-def slide_steps(scene: dict[str, Any], step: float, total: int) -> tuple[int, ...]:
-    """Steps at which the slide opens and at which it has been drawn."""
-    slide = scene.get("slide")
-    if slide is None or not any(w["motion"] == "slides" for w in scene["walls"]):
-        return ()
-    opens = min(total, round(slide["opens_at_s"] / step))
-    return opens, min(total, opens + round(slide["travel_s"] / step))
+def way_of(scene: dict[str, Any], wall: dict[str, Any]) -> dict[str, Any]:
+    """How a wall moves: its own motion, or the scene's of its kind; empty for one that is fixed."""
+    shared = {"vibrates": "vibration", "slides": "slide", "turns": "rotation"}.get(wall["motion"])
+    return dict(wall.get("own_motion") or (shared and scene.get(shared)) or {})
+
+
+def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:
+    """Of each wall that is drawn: the step at which it begins, and at which it has been drawn."""
+    step, found = scene["time_step_s"], {}
+    total = round(scene["duration_s"] / step)
+    for wall in scene["walls"]:
+        way = way_of(scene, wall)
+        if wall["motion"] == "slides" and way:
+            opens = min(total, round(way["opens_at_s"] / step))
+            found[wall["name"]] = opens, min(total, opens + round(way["travel_s"] / step))
+    return found
 
 
 def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> list[Window]:

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
-from reference_impl.motion.window import slide_steps
+from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import io, laws
 from reference_impl.replay.bodies import bodies, holders, pairs
 from reference_impl.replay.compare import Floats, Quantity, compare
@@ -147,15 +147,16 @@ def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
 
 def _turned(run: Run, ri: Floats) -> Floats:
     """How far a turning wall's points around a closest point part from it in a look [m]."""
-    rotation = io.scene(run.folder).get("rotation")
-    rate = 2.0 * np.pi / abs(rotation["period_s"]) if rotation else 0.0
+    scene = io.scene(run.folder)
+    periods = [abs(way_of(scene, w)["period_s"]) for w in scene["walls"] if w["motion"] == "turns"]
+    rate = 2.0 * np.pi / min(periods) if periods else 0.0
     return np.asarray(2.0 * rate * ri * impulses.every(run) * float(run.meta["time_step"]))
 
 
 def _anew(run: Run) -> Floats:
     """Steps at which the engine is set up anew, with speeds of the step in place of those half a step back."""
-    scene = io.scene(run.folder)
-    return np.array(slide_steps(scene, scene["time_step_s"], round(scene["duration_s"] / scene["time_step_s"])), int)
+    windows = slide_steps(io.scene(run.folder)).values()
+    return np.array([step for window in windows for step in window], int)
 
 
 def _changed(run: Run, held: Held, holder: Floats, step: Floats) -> Floats:

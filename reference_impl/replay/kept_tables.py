@@ -10,7 +10,7 @@ import pandas as pd
 
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import io, plans
+from reference_impl.replay import io, liquid, plans
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Floats, Quantity, compare
 from reference_impl.replay.io import Run, where
@@ -34,10 +34,13 @@ def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
 
 def reach(setup: window.Setup) -> float:
     """How far walls move at most [m]: the scale of their places."""
-    vibration, slide = setup.scene.get("vibration"), setup.scene.get("slide")
-    ways = [float(np.linalg.norm(vibration["amplitude_m"]))] if vibration else []
-    ways += [float(np.linalg.norm(slide["velocity_m_per_s"])) * float(slide["travel_s"])] if slide else []
-    return max(ways, default=1e-3)
+    ways = [1e-6]
+    for wall in setup.walls:
+        if "amplitude_m" in wall.way:
+            ways.append(float(np.linalg.norm(wall.way["amplitude_m"])))
+        if "travel_s" in wall.way:
+            ways.append(float(np.linalg.norm(wall.way["velocity_m_per_s"])) * float(wall.way["travel_s"]))
+    return max(ways) if len(ways) > 1 else 1e-3
 
 
 def mesh_motion(setup: window.Setup) -> list[Quantity]:
@@ -86,11 +89,13 @@ class Count:
         self.formed += int((kind == FORMATION).sum())
         self.ruptured += int((kind == RUPTURE).sum())
         drops = np.array([self.fallen["volume"][self.fallen["step"] <= s].sum() for s in step])
+        coming = liquid.to_come(run, step)
         first = np.full(len(step), self.first)
-        held = np.stack([*(_sums(run, step, *c) for c in CARRIED), drops, first], axis=1)
+        films, *rest = (_sums(run, step, *c) for c in CARRIED)
+        held = np.stack([films - coming, *rest, drops, first - coming], axis=1)
         logged, one = ledger[list(COUNTED)].to_numpy(float), np.ones(len(step))
-        liquid, size = ledger[list(HELD)].to_numpy(float), first if self.first > 0 else one
-        return ledger, (logged, own), (liquid, held), size
+        amounts, size = ledger[list(HELD)].to_numpy(float), first if self.first > 0 else one
+        return ledger, (logged, own), (amounts, held), size
 
     def check(self, run: Run) -> list[Quantity]:
         """The same compared."""

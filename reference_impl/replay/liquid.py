@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses
-from reference_impl.replay import coverage, laws
+from reference_impl.motion.window import enters
+from reference_impl.replay import coverage, io, laws
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.booking import Columns
 from reference_impl.replay.compare import Floats, Quantity, compare
@@ -114,5 +115,12 @@ def ledger(run: Run) -> Quantity:
     """Σ films + Σ bridges + Σ walls + left against what was put in, at every output."""
     table = run.table("ledger")
     held = (table["films"] + table["bridges"] + table["walls"] + table["left"]).to_numpy()
-    put_in = np.full(len(table), total(run))
-    return compare("ledger", "initial liquid", held, put_in, put_in, table, 1e-12)
+    put_in = total(run) - to_come(run, table["step"].to_numpy())
+    return compare("ledger", "initial liquid", held, put_in, np.full(len(table), total(run)), table, 1e-12)
+
+
+def to_come(run: Run, steps: Floats) -> Floats:
+    """Liquid [m3] on the spheres that have not entered at each step."""
+    spheres = run.table("spheres").sort_values("id")
+    waits = steps[:, None] < enters(io.scene(run.folder), spheres["type"].to_numpy())
+    return np.asarray((waits * spheres["film"].to_numpy(float)).sum(axis=1))

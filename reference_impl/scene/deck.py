@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from reference_impl.diagnosis.held import Held
-from reference_impl.motion.window import dashpot, slide_steps
+from reference_impl.motion.window import dashpot, slide_steps, way_of
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import columns
 
@@ -89,8 +89,8 @@ def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
             setup, re.MULTILINE,
         )
     }  # fmt: skip
-    motion: Any = scene.get("vibration")
     for wall in scene["walls"]:
+        motion = way_of(dict(scene), wall)
         for k, axis in enumerate("xyz"):
             size = motion["amplitude_m"][k] if motion and wall["motion"] == "vibrates" else 0.0
             given = told.get((wall["name"], k), (0.0, None, None))
@@ -112,31 +112,31 @@ def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
 
 
 def _stages(run: str, scene: Mapping[str, Any], resumed_at: int) -> Iterator[Held]:
-    """Steps in all, and from where to where the slide is drawn how fast."""
-    total, at, drawn, speeds = round(scene["duration_s"] / scene["time_step_s"]), resumed_at, [], set()
+    """Steps in all, and from where to where each slide is drawn how fast."""
+    total, at = round(scene["duration_s"] / scene["time_step_s"]), resumed_at
+    drawn: dict[str, list[int]] = {}
+    speeds: dict[str, tuple[float, ...]] = {}
     for line in run.splitlines():
         word = line.split()
         if word[:1] == ["run"]:
             at += int(word[1])
         elif word[:1] in (["fix"], ["unfix"]) and word[1].startswith("draw_"):
-            drawn.append(at)
-            speeds |= {tuple(map(float, word[-3:]))} if word[0] == "fix" else set()
+            name = word[1].removeprefix("draw_")
+            drawn.setdefault(name, []).append(at)
+            if word[0] == "fix":
+                speeds[name] = tuple(map(float, word[-3:]))
     yield Held("deck: steps of the run", at, total, "scene.json: duration_s / time_step_s")
-    for speed in speeds:
+    planned, ways = slide_steps(dict(scene)), {w["name"]: way_of(dict(scene), w) for w in scene["walls"]}
+    for name, speed in speeds.items():
+        want = ways.get(name, {}).get("velocity_m_per_s", [None] * 3)
         for k, axis in enumerate("xyz"):
-            yield Held(
-                f"deck: slide's speed.{axis}", speed[k], scene["slide"]["velocity_m_per_s"][k], "scene.json: slide", 1.0
-            )
-    planned = slide_steps(dict(scene), scene["time_step_s"], total)
-    if planned and resumed_at == 0 and planned[0] < total:
-        yield Held(
-            "deck: step at which the slide opens",
-            drawn[0] if drawn else None,
-            planned[0],
-            "scene.json: slide opens_at_s",
-        )
-        if planned[1] < total:
-            yield Held("deck: step at which the slide stops", drawn[-1], planned[1], "scene.json: slide travel_s")
+            yield Held(f"deck: {name}'s speed.{axis}", speed[k], want[k], "scene.json: slide", 1.0)
+    for name, (opens, stops) in planned.items() if resumed_at == 0 else ():
+        if opens < total:
+            first = drawn.get(name, [None])[0]
+            yield Held(f"deck: step at which the {name} opens", first, opens, "scene.json: slide opens_at_s")
+        if opens < total and stops < total:
+            yield Held(f"deck: step at which the {name} stops", drawn[name][-1], stops, "scene.json: slide travel_s")
 
 
 def _data(folder: Path, scene: Mapping[str, Any]) -> Iterator[Held]:

@@ -62,6 +62,7 @@ def _classes(config: Mapping[str, Any], of: Sequence[Class]) -> Expected:
             "contact_angle_rad": (angle, f"{of_material}.contact_angle_deg"),
             "count": (c.count, "materials.yaml: feed.class_mass_g on the sieve's area"),
             "passes_aperture": (c.passes, "cases.csv: aperture_mm"),
+            "fed": (None, "all are there from the start"),
         }
         found |= {f"classes.{c.name}.{key}": value for key, value in rows.items()}
     return found
@@ -140,6 +141,7 @@ def _walls(config: Mapping[str, Any]) -> Expected:
             "motion": (motion, "docs/geometry.md"),
             "contact_angle_rad": (angle, f"materials.yaml: walls.{material}.contact_angle_deg"),
             "prisms": (prisms and name == "wires", "scales.yaml: wires"),
+            "own_motion": (None, "walls of a case share the scene's motions"),
         }
         found |= {f"walls.{name}.{key}": value for key, value in rows.items()}
     return found
@@ -184,14 +186,18 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             found[path] = value
 
     named = {
-        "classes": {c["name"]: {k: v for k, v in c.items() if k != "name"} for c in scene["classes"]},
+        "classes": {c["name"]: {"fed": None, **_but(c, "name")} for c in scene["classes"]},
         "pairs": {f"{p['a']}-{p['b']}": p for p in scene["pairs"]},
-        "walls": {w["name"]: {k: v for k, v in w.items() if k not in ("name", *OF_THE_MESH)} for w in scene["walls"]},
+        "walls": {w["name"]: {"own_motion": None, **_but(w, "name", *OF_THE_MESH)} for w in scene["walls"]},
     }
     put("", {**scene, **named})
     for key in ("classes", "walls"):
         found[key] = [row["name"] for row in scene[key]]
     return found
+
+
+def _but(row: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    return {k: v for k, v in row.items() if k not in names}
 
 
 OF_THE_MESH = ("triangle_part", "part_half_width_m")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from reference_impl.motion.window import way_of
 from reference_impl.replay import capillary, exact, io, plans
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.coverage import EXACT
@@ -153,10 +154,10 @@ class Logs:
         """Corners (n, 3, 3) of all triangles."""
         at, none = self.rest.copy(), [0.0, 0.0, 0.0]
         shift = np.array([self.motion.get((step, mesh), none) for mesh in self.triangles["mesh"]]).reshape(-1, 3)
-        turns = {w["name"] for w in self.scene["walls"] if w["motion"] == "turns"}
-        rows = self.triangles["mesh"].isin(turns).to_numpy()
-        if rows.any():
-            how = self.scene["rotation"]
+        for wall in self.scene["walls"]:
+            if wall["motion"] != "turns":
+                continue
+            rows, how = (self.triangles["mesh"] == wall["name"]).to_numpy(), way_of(self.scene, wall)
             angle = 2.0 * np.pi * step * self.scene["time_step_s"] / how["period_s"]
             at[rows] = _about(np.asarray(how["axis"], float), angle, at[rows] - how["origin_m"]) + how["origin_m"]
         return np.asarray(at + shift[:, None, :])

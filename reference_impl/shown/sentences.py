@@ -19,7 +19,7 @@ from reference_impl.shown import tables
 from reference_impl.shown.tables import Told
 
 PRESETS = {
-    "fraction retained": ("fraction_retained_end", "3 places"), "bridges formed": ("formations", "whole"),
+    "bridges formed": ("formations", "whole"),
     "bridges ruptured": ("ruptures", "whole"), "wall time in s": ("wall_s", "1 places"),
 }  # fmt: skip
 SIEVES = {"round": "cylinder", "square": "square"}
@@ -251,11 +251,22 @@ def _presets(text: str, cases: Cases) -> Iterator[Told]:
             data = {**data, **(data.get("events") or {})}
             for row in rows:
                 where = f"presets, {row[0]}, {preset}"
-                if row[0] in PRESETS:
+                if row[0] == "fraction retained":  # of one seed, or mean ± standard deviation, and of how many
+                    yield where, row[column].split(",")[0].split(" ")[0], _retained(cases, number, suffix), "3 places"
+                elif row[0] in PRESETS:
                     key, digits = PRESETS[row[0]]
                     yield where, row[column], data.get(key), digits
                 else:
                     yield where, row[column], _held(cases, number, row[0].removeprefix("liquid "), suffix), "2 places"
+
+
+def _retained(cases: Cases, number: int, suffix: str) -> float | None:
+    """Fraction retained at the end, the mean over all seeds of a case."""
+    name = f"case{number:02d}{suffix}"
+    seeds = [folder for folder in cases.folder.glob(f"{name}-*") if folder.name.removeprefix(f"{name}-").isdigit()]
+    paths = [folder / "results" / "fraction_retained.parquet" for folder in (cases.folder / name, *seeds)]
+    ends = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
+    return sum(ends) / len(ends) if ends else None
 
 
 def _held(cases: Cases, number: int, label: str, suffix: str) -> float | None:

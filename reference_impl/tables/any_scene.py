@@ -57,10 +57,17 @@ def tables(folder: Path, scene: Mapping[str, Any]) -> Own:
 
 def _held(of: Bodies, o: Output) -> dict[str, float]:
     """One row of where the liquid is [m3]."""
-    row = {f"spheres_{slug(c)}_m3": o.on[of.kind == kind].sum() for kind, c in of.names.items()}
+    on = o.on - np.where(o.waits, of.film, 0.0)
+    row = {f"spheres_{slug(c)}_m3": on[of.kind == kind].sum() for kind, c in of.names.items()}
     row |= {f"wall_{name}_m3": amount for name, amount in zip(of.walls, o.walls, strict=True)}
     total = sum(row.values()) + o.left
-    return {**row, "left_m3": o.left, "total_m3": total, "standing_bridges_m3": o.standing, "initial_m3": of.film.sum()}
+    return {
+        **row,
+        "left_m3": o.left,
+        "total_m3": total,
+        "standing_bridges_m3": o.standing,
+        "initial_m3": of.film[~o.waits].sum(),
+    }
 
 
 def _contacts(of: Bodies, o: Output, r: Floats, scene: Mapping[str, Any]) -> dict[str, float]:

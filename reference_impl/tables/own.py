@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from reference_impl.motion.window import enters
 from reference_impl.replay import io, plans
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import ReplayError, where
@@ -91,6 +92,8 @@ class Output:
     """In standing bridges, of which there are `bridges`."""
     bridges: int
     left: float
+    waits: Floats
+    """Has not entered."""
 
 
 @dataclass
@@ -125,7 +128,7 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
     moist, path = bool(scene["effects"]["bridges"]), where(folder, "trajectory")
     logs = {name: Rows(where(folder, name), name, LOGS[name]) for name in (LOGS if moist else ())}
     trajectory, steps = Rows(path, "trajectory", ["step", "id", *columns]), plans.plan(folder).outputs
-    left = np.zeros(len(steps))
+    left, start = np.zeros(len(steps)), enters(dict(scene), of.kind)
     if moist:
         ledger = io.table(where(folder, "ledger"), "ledger").drop_duplicates("step", keep="last").set_index("step")
         left = ledger["left"].reindex(steps).fillna(0.0).to_numpy()
@@ -135,7 +138,7 @@ def outputs(folder: Path, scene: Mapping[str, Any], of: Bodies, columns: Sequenc
         here[at] = True
         dry = (of.film, np.zeros(len(of.walls)), 0.0, 0)
         on, walls, standing, bridges = _liquid(folder, of, logs, step) if moist else dry
-        yield Output(step, places, at, here, on, walls, standing, bridges, gone)
+        yield Output(step, places, at, here, on, walls, standing, bridges, gone, step < start)
 
 
 def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tuple[Floats, Floats, float, int]:
@@ -156,8 +159,8 @@ def _liquid(folder: Path, of: Bodies, logs: Mapping[str, Rows], step: int) -> tu
 
 
 def accounted(liquid: pd.DataFrame, initial: float) -> float:
-    """By how much all holders together differ from the liquid put in, over it."""
-    return float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0.0 else 0.0
+    """By how much all holders together differ from the liquid put in until then, over all of it."""
+    return float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0.0 else 0.0
 
 
 ALL_THERE = 1e-12

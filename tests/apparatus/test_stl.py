@@ -42,3 +42,16 @@ def test_damaged_stl_is_refused(content: bytes, tmp_path: Path) -> None:
 def test_missing_stl_is_named(tmp_path: Path) -> None:
     with pytest.raises(PywetError, match="no STL file at"):
         read_stl(tmp_path / "nothing.stl")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_text_file_is_read_like_a_binary_one(tmp_path: Path) -> None:
+    """What CAD programs write as text gives the same corners, without a word."""
+    corners = np.array([[0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]], dtype=float)
+    faces = [("triangle", np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))]
+    for name, binary in (("text", False), ("bytes", True)):
+        meshio.write(tmp_path / f"{name}.stl", meshio.Mesh(corners, faces), file_format="stl", binary=binary)
+    assert (tmp_path / "text.stl").read_text().startswith("solid")
+    text, raw = (read_stl(tmp_path / f"{name}.stl", unit_m=1e-3) for name in ("text", "bytes"))
+    np.testing.assert_array_equal(text.corners, raw.corners)
+    assert text.volume == pytest.approx(1e-6 / 6)

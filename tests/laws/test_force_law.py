@@ -2,14 +2,16 @@
 
 import ctypes
 import doctest
+import inspect
 import itertools
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pywet.errors import PywetError
+from pywet.errors import LawError, PywetError
 from pywet.laws import registry, transfer
 from pywet.laws.force_law import PROBE, ForceLaw, check, force_law
 from pywet.laws.kinds import KINDS
@@ -120,3 +122,31 @@ def test_law_without_a_file_works() -> None:
     space: dict[str, Callable[..., float]] = {}
     exec("def typed(speed, viscosity, surface_tension):\n    return 1.0 + speed", space)
     assert force_law(space["typed"])(0.5, 1.0, 1.0) == 1.5
+
+
+@each_law
+def test_arguments_go_by_name_in_any_order(law: ForceLaw, wanted: tuple[str, ...]) -> None:
+    """The signature is that of the function below the decorator; names give what places give."""
+    assert tuple(inspect.signature(law).parameters) == wanted and law.__doc__
+    named = {name: PROBE[name][-1] for name in wanted}
+    if not isinstance(law, TableLaw):
+        assert law(**dict(reversed(named.items()))) == law(*named.values())
+    with pytest.raises(LawError, match=f"missing a required argument.*expected .{wanted[0]}, "):
+        law()
+    with pytest.raises(LawError, match="unexpected keyword argument 'gap'"):
+        law(**named, gap=0.0)
+
+
+def test_the_laws_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+    """At touch pi sigma r (cos + cos) + 2 pi sigma r sin(phi) sin(phi + theta); a wall has twice the first term."""
+    page = (Path(__file__).parents[2] / "docs" / "laws.md").read_text()
+    text = page.split("## From Python")[1].split("```python\n")[1].split("```")[0]
+    exec(compile(text, "page", "exec"), {})
+    around = 2 * math.pi * 0.07 * 1e-3
+    lines = capsys.readouterr().out.splitlines()
+    for line, times in zip(lines, (1, 2), strict=False):
+        phi = math.sqrt(2 * math.sqrt(times * 1e-10 / (2 * math.pi * 1e-3)) / 1e-3)
+        want = around * (times * math.cos(0.3) + math.sin(phi) * math.sin(phi + 0.3))
+        assert float(line.split()[0]) == pytest.approx(want, rel=1e-3)
+    at_touch, apart = map(float, lines[2].strip("[]").split())
+    assert at_touch > apart > 0

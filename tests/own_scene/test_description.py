@@ -61,13 +61,7 @@ def test_two_materials_need_their_contact() -> None:
     assert found is not None and found.friction == 0.2
 
 
-def test_a_scene_has_one_motion_of_a_kind() -> None:
-    """The engine has one vibration, one slide, one turning: two walls may share it."""
+def test_a_wall_has_one_motion() -> None:
     block = {"low_mm": (0, 0, -9), "high_mm": (9, 9, -5)}
-    walls = [
-        {"name": name, "block": block, "turns": {"turns_per_minute": rate, "axis": (0, 0, 1)}}
-        for name, rate in (("a", 10), ("b", 20))
-    ]
-    assert "turns" in refusal(walls=walls)
-    walls[1]["turns"] = walls[0]["turns"]
-    assert len(pywet.Scene(**beads(walls=walls)).walls) == 2
+    ways = {"turns": {"turns_per_minute": 10, "axis": (0, 0, 1)}, "moves": {"velocity_m_per_s": (1, 0, 0), "for_s": 1}}
+    assert "at most one of vibrates, turns, moves, removed" in refusal(walls=[{"name": "a", "block": block, **ways}])

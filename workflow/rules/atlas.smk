@@ -8,6 +8,6 @@ rule atlas:
         page="results/atlas/atlas.html",
     log:
         "results/atlas/logs/atlas.log",
-    threads: workflow.cores  # nothing runs beside what is timed
+    threads: lambda wildcards: workflow.cores  # nothing runs beside what is timed
     script:
         "../scripts/atlas.py"

@@ -8,12 +8,12 @@ rule scene:
     params:
         config=str(CONFIG),
         identity=lambda wildcards: told(
-            CONFIGURED.with_seed(CHOSEN.seed), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
+            CONFIGURED.with_seed(RUNS[wildcards.case][2]), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
         ),
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,
-        seed=CHOSEN.seed,
+        seed=lambda wildcards: RUNS[wildcards.case][2],
     log:
         f"{LOGS}/{{case}}/scene.log",
     script:
@@ -25,9 +25,14 @@ rule simulate:
         scene=rules.scene.output.status,
     output:
         status=f"{ROOT}/{{case}}/status/simulate.json",
+    params:
+        ranks=CHOSEN.ranks,
     log:
         f"{LOGS}/{{case}}/simulate.log",
     threads: CHOSEN.ranks
+    resources:
+        mem_mb=job_memory("simulate"),
+        runtime=job_minutes,
     script:
         "../scripts/simulate.py"
 
@@ -55,6 +60,8 @@ rule replay:
         said=lambda wildcards: "" if RUNS[wildcards.case][1] else word(CONFIGURED.settings.laws.reference),
     log:
         f"{LOGS}/{{case}}/replay.log",
+    resources:
+        mem_mb=job_memory("replay"),
     script:
         "../scripts/replay.py"
 

@@ -1,5 +1,6 @@
 # Checked configuration and the paths that follow from it. Nothing here needs the engine, a plugin or a result.
 
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -7,6 +8,7 @@ from snakemake.utils import validate
 
 from pywet import config as settings
 from pywet.errors import PywetError
+from pywet.evidence.accuracy.needs import need
 from pywet.runs.second import word
 from pywet.screening.identity import content, told
 from pywet.shipped import place
@@ -15,7 +17,7 @@ STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
 CONFIG = Path(config.pop("config_dir", "config"))
-"""Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets and seed of its
+"""Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""
 try:
     CONFIGURED = settings.load(CONFIG)
@@ -27,9 +29,39 @@ except PywetError as error:
 config.update(CHOSEN.model_dump(mode="json", include=settings.REPLACED))
 validate(config, "../schemas/config.schema.json")
 
+
+
+def job_memory(stage):
+    """Memory [MB] of a case's job, from the number of its spheres; doubled where a job is tried again."""
+    return lambda wildcards, attempt: _needs(wildcards.case, lambda n: n.memory_mb(attempt, stage), 1000)
+
+
+def job_minutes(wildcards, attempt):
+    """Wall time of the engine [min], from the prediction; the same."""
+    return _needs(wildcards.case, lambda n: n.minutes(attempt), 30)
+
+
+@cache
+def _need(number):
+    return need(CONFIGURED, number, SCALE, CHOSEN.ranks)
+
+
+def _needs(case, ask, otherwise):
+    """A scene that cannot be built needs little; its own stage says why."""
+    try:
+        return ask(_need(RUNS[case][0]))
+    except PywetError:
+        return otherwise
+
+
 TWINS = settings.twins(CONFIGURED, CASES, CHOSEN.both_presets)
 """Folder name of a case that runs again with another preset -> (its number, that preset); none or one."""
-RUNS = {**{name: (number, None) for name, number in CASES.items()}, **TWINS}
+RUNS = {
+    (name if seed == CHOSEN.seed else f"{name}-{seed}"): (number, preset, seed)
+    for seed in range(CHOSEN.seed, CHOSEN.seed + CHOSEN.seeds)
+    for name, (number, preset) in {**{name: (number, None) for name, number in CASES.items()}, **TWINS}.items()
+}
+"""Folder name of a run -> (number of its case, preset where it is another, seed)."""
 SCALE = CHOSEN.scale
 OWN = "" if CONFIG == Path("config") else f"{CONFIG.resolve().name}/"
 ROOT = f"results/{OWN}{SCALE}"
@@ -42,4 +74,4 @@ CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 
 
 wildcard_constraints:
-    case="case[0-9]+(_exact)?",
+    case="case[0-9]+(_exact)?(-[0-9]+)?",

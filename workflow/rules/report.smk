@@ -45,7 +45,9 @@ rule report:
         twins=TWINS,
         scale=SCALE,
         # runs of other seeds beside those of the workflow are no input, but a reason to draw their band
-        seeds=lambda wildcards: sorted(str(p.parent) for run in RUNS for p in Path(ROOT).glob(f"{run}-*/summary.json")),
+        seeds=lambda wildcards: sorted(
+            {str(p.parent) for run in RUNS for p in Path(ROOT).glob(f"{run}-*/summary.json")} - {f"{ROOT}/{run}" for run in RUNS}
+        ),
     log:
         f"{LOGS}/report{PART}.log",
     script:
@@ -60,7 +62,7 @@ rule verdict:
         verdict=f"{ROOT}/verdict{PART}.txt",
     params:
         cases=list(CASES),
-        twins=list(TWINS),
+        runs=list(RUNS),
     log:
         f"{LOGS}/verdict{PART}.log",
     script:

@@ -7,7 +7,7 @@ from pywet import stages
 
 out = Path(snakemake.output.verdict)
 with stages.logged(Path(snakemake.log[0]), echo=True):
-    lines = stages.judge([out.parent / name for name in [*snakemake.params.cases, *snakemake.params.twins]])
+    lines = stages.judge([out.parent / name for name in snakemake.params.runs])
     if lines:
         print(*lines, sep="\n")
         sys.exit(f"{len(lines)} objections; see {snakemake.input.report}")

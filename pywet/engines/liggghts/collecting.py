@@ -21,7 +21,7 @@ from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
 from pywet.runs import tables
-from pywet.scene import Scene, WallMesh
+from pywet.scene import Scene, Slide, Vibration, WallMesh
 
 TABLES = "tables"
 INDEX = "tables.json"
@@ -110,12 +110,13 @@ def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
 
 def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ...]:
     """How far a mesh is from its STL file after `step` steps [m]."""
-    if wall.motion == "vibrates" and scene.vibration is not None:
-        return tuple(float(d) for d in engine_displacement(scene.vibration, step, scene.time_step_s))
-    if wall.motion == "slides" and scene.slide is not None:
-        begins, stops = schedule.slide(scene) or (0, 0)
+    way = scene.motion_of(wall)
+    if isinstance(way, Vibration):
+        return tuple(float(d) for d in engine_displacement(way, step, scene.time_step_s))
+    if isinstance(way, Slide):
+        begins, stops = schedule.slides(scene)[wall.name]
         moved = (min(max(step, begins), stops) - begins) * scene.time_step_s
-        return tuple(v * moved for v in scene.slide.velocity_m_per_s)
+        return tuple(v * moved for v in way.velocity_m_per_s)
     return (0.0, 0.0, 0.0)
 
 

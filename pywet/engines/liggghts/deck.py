@@ -14,13 +14,13 @@ import pandas as pd
 from pywet.apparatus.motion import viblin_movers
 from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
-from pywet.engines.liggghts import windows
+from pywet.engines.liggghts import grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.files import atomic_write, read_table
 from pywet.laws import contact, registry
 from pywet.planning.time_steps import leapfrog_damping
-from pywet.scene import Scene, WallMesh
+from pywet.scene import Rotation, Scene, Slide, Vibration, WallMesh
 from pywet.shipped import place
 
 TEMPLATES = place("liggghts_inputs")
@@ -67,8 +67,8 @@ def property_matrices(scene: Scene) -> dict[str, str]:
 
 
 def attached(scene: Scene) -> bool:
-    """Whether the plugin takes part: for bridges, or for dry contacts with prisms."""
-    return scene.effects.bridges or any(w.prisms for w in scene.walls)
+    """Whether the plugin takes part: for bridges, for dry contacts with prisms, or for spheres that enter during the run."""
+    return scene.effects.bridges or scene.is_fed or any(w.prisms for w in scene.walls)
 
 
 def contact_distance_factor(scene: Scene) -> float:
@@ -108,14 +108,15 @@ def movers(scene: Scene) -> list[dict[str, str]]:
     """Three viblin movers per vibrating mesh, one rotation per turning mesh."""
     fixes = []
     for wall in scene.walls:
-        if wall.motion == "vibrates" and scene.vibration is not None:
+        way = scene.motion_of(wall)
+        if isinstance(way, Vibration):
             fixes += [
                 {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
-                for k, mover in enumerate(viblin_movers(scene.vibration))
+                for k, mover in enumerate(viblin_movers(way))
             ]
-        if wall.motion == "turns" and scene.rotation is not None:
-            origin, axis = (" ".join(map(repr, v)) for v in (scene.rotation.origin_m, scene.rotation.axis))
-            words = f"rotate origin {origin} axis {axis} period {scene.rotation.period_s!r}"
+        if isinstance(way, Rotation):
+            origin, axis = (" ".join(map(repr, v)) for v in (way.origin_m, way.axis))
+            words = f"rotate origin {origin} axis {axis} period {way.period_s!r}"
             fixes.append({"id": f"move_{wall.name}", "mesh": wall.name, "words": words})
     return fixes
 
@@ -143,12 +144,15 @@ class Run(NamedTuple):
 
 def runs(scene: Scene, done: int = 0) -> list[Run]:
     """What is left of the run after `done` steps; checkpoints empty the engine."""
-    sliding = [w.name for w in scene.walls if w.motion == "slides"]
-    speed = " ".join(repr(c) for c in scene.slide.velocity_m_per_s) if scene.slide else ""
-    draw = [f"fix draw_{name} all move/mesh mesh {name} linear {speed}" for name in sliding]
-    stop = [f"unfix draw_{name}" for name in sliding]
+    ways = {w.name: scene.motion_of(w) for w in scene.walls}
+    speed = {n: " ".join(map(repr, way.velocity_m_per_s)) for n, way in ways.items() if isinstance(way, Slide)}
     return [
-        Run(draw if piece.drawn else [], piece.steps, stop if piece.stops else [], piece.checkpoint)
+        Run(
+            [f"fix draw_{name} all move/mesh mesh {name} linear {speed[name]}" for name in piece.drawn],
+            piece.steps,
+            [f"unfix draw_{name}" for name in piece.stops],
+            piece.checkpoint,
+        )
         for piece in schedule.pieces(scene, checkpoints(scene), done)
     ]
 
@@ -219,6 +223,7 @@ def write_deck(
     thermo: int = 0,
     resume: Checkpoint | None = None,
     cohesion: Cohesion = NO_COHESION,
+    ranks: int = 1,
 ) -> None:
     """Write data file and scripts into `folder`. `extra` lines and the group to integrate serve driven small scenes.
 
@@ -235,8 +240,10 @@ def write_deck(
     g = np.asarray(scene.gravity_m_per_s2)
     size = float(np.linalg.norm(g))
     direction = dict(zip("xyz", (repr(float(x)) for x in g / size), strict=True)) if size else {}
+    spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
+        "columns": " ".join(map(str, grid.chosen(scene, spheres[["x", "y"]], ranks))),
         "types": len(scene.classes) + 1,
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
@@ -260,7 +267,7 @@ def write_deck(
         "output_every": every,
         "windows": windows.deck_lines(scene),
     }
-    write_data(scene, read_table(run_dir / scene.spheres_file), folder / "particles.data")
+    write_data(scene, spheres, folder / "particles.data")
     begin = {
         "restart_file": resume.engine.relative_to(folder) if resume else None,
         "at": done,

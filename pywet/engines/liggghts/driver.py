@@ -7,10 +7,11 @@ Where `engine.partial` holds a whole checkpoint of the same scene, the run goes 
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ from pywet.runs import tables
 from pywet.scene import Scene
 
 PROGRAM = "liggghts"
+MPIRUN = ("mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe")
 DIES_WITH_MPIRUN = ("setpriv", "--pdeathsig", "KILL")
 """Of util-linux: without it ranks of the stock program write on for a second after mpirun was killed."""
 
@@ -66,6 +68,7 @@ class Task:
     ranks: int
     progress: bool
     launch: Callable[..., Usage]
+    mpi: str
     deck: dict[str, Any]
 
 
@@ -79,24 +82,25 @@ def run(
     allow_unstable: bool = False,
     launch: Callable[..., Usage] = execute,
     keep: bool = False,
+    mpi: str = "",
 ) -> RunInfo:
     """Run the scene in `run_dir`/scene.json; writes engine/, trajectory, mesh motion and (moist) history/.
 
     Raises `PywetError` for a time step that would be unstable, unless `allow_unstable`.
     `extra` deck lines and the `integrate` group serve driven small scenes (two bodies at constant speed); `launch` starts the
     engine's process and waits for it. With `keep` a finished run of the same scene there, all its tables as they were made, is
-    not simulated again.
+    not simulated again. `mpi` are the words before `-n RANKS` that start the ranks in a cluster's job over several nodes.
     """
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
-    version = _check_engine(ranks)
+    version = _check_engine(ranks, shlex.split(mpi) or MPIRUN)
     if not allow_unstable:
         advisor.refuse_unstable(scene)
     attached = deck.attached(scene)
     plugin = plugin_path() if attached else None
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
-    task = Task(scene, run_dir, folder, mark, ranks, progress, launch, {"extra": extra, "integrate": integrate})
+    task = Task(scene, run_dir, folder, mark, ranks, progress, launch, mpi, {"extra": extra, "integrate": integrate})
     fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
     try:
         with alone(run_dir):
@@ -179,7 +183,7 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     if point is None:
         shutil.rmtree(ready, ignore_errors=True)
         checkpoint.start(ready, task.mark)
-    deck.write_deck(scene, task.run_dir, ready, resume=point, **task.deck)
+    deck.write_deck(scene, task.run_dir, ready, resume=point, ranks=task.ranks, **task.deck)
     write_inputs(scene, task.run_dir)
     why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
@@ -194,12 +198,13 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     return point
 
 
-def _check_engine(ranks: int) -> str:
+def _check_engine(ranks: int, mpi: Sequence[str]) -> str:
     if shutil.which(PROGRAM) is None:
         raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
-    if ranks > 1 and shutil.which("mpirun") is None:
+    if ranks > 1 and shutil.which(mpi[0]) is None:
         raise EngineError(
-            f"{ranks} ranks were asked for but there is no mpirun; expected openmpi-bin: run `make setup`"
+            f"{ranks} ranks were asked for but there is no {mpi[0]}; expected mpirun of openmpi-bin (run `make setup`), or "
+            f"srun within a job of SLURM"
         )
     version = package_version("liggghts")
     if version is not None and not version.startswith(ENGINE_VERSION):
@@ -219,6 +224,5 @@ def _command(task: Task, done: int) -> list[str]:
     if task.ranks > 1:
         if not deck.attached(task.scene):  # else the ranks outlive a killed mpirun, and write on
             program = ["setpriv", "--pdeathsig", "KILL", *program]
-        mpirun = ["mpirun", "--allow-run-as-root", "--bind-to", "none", "--oversubscribe", "-np", str(task.ranks)]
-        return [*mpirun, *DIES_WITH_MPIRUN, *program]
+        return [*(shlex.split(task.mpi) or MPIRUN), "-n", str(task.ranks), *DIES_WITH_MPIRUN, *program]
     return program

@@ -64,7 +64,7 @@ class Plugin:
     def configure(
         self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
-        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene its prisms alone."""
+        """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene prisms and feed."""
         liquid, moist = scene.liquid, scene.effects.bridges
         sigma, eta = (liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s) if liquid and moist else (0.0, 0.0)
         self._library.pywet_create(C.c_double(sigma), C.c_double(eta))
@@ -82,6 +82,10 @@ class Plugin:
                 self._add_prisms(k, wall, nodes[wall.name])
         ids, types = _ints(spheres["id"]), _ints(spheres["type"])
         self._library.pywet_set_spheres(C.c_int(len(ids)), _pointer(ids), _pointer(types), _pointer(films))
+        if scene.is_fed:
+            in_order = spheres.sort_values("id")
+            numbers, steps = _ints(in_order["id"]), np.array(scene.enters(in_order["type"].tolist()), dtype=np.int64)
+            self._library.pywet_set_feed(C.c_int(len(numbers)), _pointer(numbers), _pointer(steps))
         gravity = _doubles(scene.gravity_m_per_s2)
         self._library.pywet_set_rules(
             _pointer(gravity),

@@ -30,6 +30,9 @@ def execute(
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
         "OMPI_MCA_mpi_yield_when_idle": "1",  # the cores may be shared
+        # within a job of SLURM mpirun starts its ranks itself: the srun that it would ask has to wait for the cores of the job
+        "OMPI_MCA_plm": "isolated",
+        "OMPI_MCA_ras": "^slurm",
     }
 
     def look() -> None:

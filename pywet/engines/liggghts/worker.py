@@ -98,8 +98,8 @@ def name_checkpoint(step: int, spheres: int) -> None:
 
 
 def plugin_rank() -> int:
-    """Rank of this process, 0 without mpirun."""
-    return int(os.environ.get("OMPI_COMM_WORLD_RANK", "0"))
+    """Rank of this process, as mpirun or SLURM's srun --mpi=pmix say it; 0 where neither has started it."""
+    return int(os.environ.get("OMPI_COMM_WORLD_RANK") or os.environ.get("PMIX_RANK") or "0")
 
 
 def main() -> int:

@@ -88,6 +88,10 @@ def refuse(scene: Scene) -> None:
         reasons.append("rolling resistance with a constant torque (its own is proportional to the spin)")
     if any(w.motion == "turns" for w in scene.walls):
         reasons.append("turning walls")
+    if scene.is_fed:
+        reasons.append("spheres that enter during the run")
+    if any(w.own_motion for w in scene.walls):
+        reasons.append("walls with motions of their own")
     if reasons:
         raise PywetError(
             f"the engine yade cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected a dry scene "
@@ -115,7 +119,7 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
         if name not in spheres.columns:
             spheres[name] = 0.0
     vibration, slide = scene.vibration, scene.slide
-    drawn = schedule.slide(scene)
+    drawn = next(iter(schedule.slides(scene).values()), None)
     every = scene.output_every
     return {
         "name": scene.name,

@@ -435,6 +435,24 @@ def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
         command.plan(CONFIG, 1, "smoke", "20%", ["colour"], None)
 
 
+def test_plan_weighs_semi_implicit_drag_for_a_thick_liquid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 1 Pa s explicit drag shortens the step: 2 per cent are promised with it only, and the plan says what that costs."""
+    machine = cost.Coefficients(costs_of(335), costs_of(17416))
+    monkeypatch.setattr(cost, "of_this_machine", lambda *a, **k: machine)
+    folder = tmp_path / "config"
+    shutil.copytree(ROOT / "config", folder)
+    text = (folder / "materials.yaml").read_text()
+    (folder / "materials.yaml").write_text(
+        text.replace("viscosity_Pa_s: {value: 1.0e-3", "viscosity_Pa_s: {value: 1.0")
+    )
+    thick = config.load(folder)
+    tight, loose = (command.plan(thick, 2, "smoke", accuracy, [], None) for accuracy in ("2%", "30%"))
+    assert any("viscous_integration = explicit" in line for line in tight)
+    (said,) = (line for line in tight if "the viscous force governs the step" in line)
+    assert float(said.split(" times less")[0].split(", ")[-1]) > 1.5
+    assert any("viscous_integration = semi_implicit" in line for line in loose)
+
+
 def test_table_is_rounded_and_put_in_its_scales_place(tmp_path: Path) -> None:
     made = {"provenance": {"scale": "smoke"}, "x": [1.23456789, {"y": 2.0}]}
     path = result.store(made, tmp_path / "t.json")

@@ -104,13 +104,15 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
 
 
 def test_disk_and_time_follow_from_the_configuration() -> None:
-    """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, case 1 at full scale 101 MB: within a quarter."""
+    """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, 1 and 14 at full scale 101 and 452 MB: within a
+    quarter."""
     loaded = settings.load(ROOT / "config")
     dry, moist = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "full", Path("out"), "", MACHINE)
     assert moist.name == "case02-1" and moist.seconds - dry.seconds > 1e-7 * moist.load.evaluations
     smoke = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "smoke", Path("out"), "", MACHINE)
-    disk = [job.disk_B for job in (*smoke, dry)]
-    np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6], rtol=0.25)
+    (glass,) = campaign.prepare({14: loaded}, [1], "full", Path("out"), "", MACHINE)
+    disk = [job.disk_B for job in (*smoke, dry, glass)]
+    np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6, 452e6], rtol=0.25)
     lines = campaign.table([dry, moist])
     assert [line.split()[0] for line in lines] == ["case", "1", "2", "all"]
     assert float(lines[-1].split()[1]) == pytest.approx((dry.seconds + moist.seconds) / 3600.0, abs=0.05)

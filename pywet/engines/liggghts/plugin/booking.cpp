@@ -40,20 +40,21 @@ void Booking::book_formations() {
       b.rupture_distance = world_.laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);
       e.rupture_distance = b.rupture_distance;
       near_.bridged(b);
-      standing_.add(b);
-      energy_.formed += energy_.stored(standing_.bridges.size() - 1, e.separation);
-      standing_.formations++;
+      if (b.here) standing_.add(b);
+      if (b.mine) energy_.formed += energy_.stored(standing_.bridges.size() - 1, e.separation);
+      standing_.count(e);
     }
 }
 
 void Booking::book_ruptures() {
   for (const Event &e : events)
     if (e.kind == RUPTURE) {
+      standing_.count(e);
       const int k = standing_.find(e.partner_kind, e.i, e.j);
+      if (k < 0) continue;
       near_.wake(standing_.bridges[k]);
-      energy_.ruptured += energy_.stored(k, e.separation);
+      if (standing_.bridges[k].mine) energy_.ruptured += energy_.stored(k, e.separation);
       standing_.remove(k);
-      standing_.ruptures++;
     }
 }
 

@@ -14,8 +14,15 @@ struct Bridge {
   int candidate = -1;                    // index into the near pairs of its kind, or -1
   int a = -1, b = -1;
   bool here = false;                     // this rank owns an end
+  bool mine = false;                     // i: what is counted once is counted here
   double radius_i = 0, radius_j = 0, angle_i = 0, angle_j = 0;
   int site = -1;                         // at a wall: index into Standing::sites
+};
+
+// A bridge as ranks tell it each other and as a checkpoint holds it.
+struct Told {
+  int32_t kind, i, j, pad;
+  double volume, rupture_distance;
 };
 
 // Name of a bridge or pair; a sphere and a wall part are the same pair whatever kind of bridge they form.

@@ -19,11 +19,6 @@ struct Head {
   double initial, left, formed, ruptured;
 };
 
-struct SavedBridge {
-  int32_t kind, i, j, pad;
-  double volume, rupture_distance;
-};
-
 uint32_t check_sum(const std::vector<char> &data) {  // CRC-32
   uint32_t table[256], c = 0xFFFFFFFFu;
   for (uint32_t k = 0; k < 256; k++) {
@@ -62,13 +57,16 @@ void Checkpoint::save() {
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
   const std::vector<WireSpring> springs = wires_.springs();
+  const std::vector<Told> bridges = ranks.told_first(standing_.mine());
+  double energies[2] = {energy_.formed, energy_.ruptured};
+  ranks.add_up(energies);
   if (!ranks.first()) return;
   Head head = {};
   std::memcpy(head.magic, MAGIC, sizeof(MAGIC));
   head.step = world_.clock.now; head.formations = standing_.formations; head.ruptures = standing_.ruptures;
   head.films = int64_t(films_.volume.size()); head.triangles = int64_t(films_.wall.size());
-  head.bridges = int64_t(standing_.bridges.size());
-  head.initial = films_.initial; head.left = films_.left; head.formed = energy_.formed; head.ruptured = energy_.ruptured;
+  head.bridges = int64_t(bridges.size());
+  head.initial = films_.initial; head.left = films_.left; head.formed = energies[0]; head.ruptured = energies[1];
   std::vector<char> out;
   auto put_all = [&](const auto &numbers) {
     const int64_t n = int64_t(numbers.size());
@@ -79,10 +77,7 @@ void Checkpoint::save() {
   put(out, &sums, 1);
   put_all(films_.volume);
   put_all(films_.wall);
-  for (const Bridge &b : standing_.bridges) {
-    const SavedBridge saved{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance};
-    put(out, &saved, 1);
-  }
+  put(out, bridges.data(), bridges.size());
   put_all(forces);
   put_all(springs);
   if (world_.rules.weighs) weight_.keep(put_all);
@@ -127,18 +122,20 @@ void Checkpoint::resume(const std::string &state_file) {
   };
   Sums sums;
   take(from, &sums, 1);
-  if (world_.ranks.first()) energy_.sums = sums;
-  energy_.formed = head.formed;
-  energy_.ruptured = head.ruptured;
+  if (world_.ranks.first()) {
+    energy_.sums = sums;
+    energy_.formed = head.formed;
+    energy_.ruptured = head.ruptured;
+  }
   take_all(films_.volume);
   take_all(films_.wall);
   for (size_t id = 1; id < films_.volume.size(); id++)
     if (world_.spheres.exists(id)) films_.set(int(id), films_.volume[id]);
   for (int64_t k = 0; k < head.bridges; k++) {
-    SavedBridge saved;
-    take(from, &saved, 1);
-    Bridge b = standing_.made(saved.kind, saved.i, saved.j, saved.volume);
-    b.rupture_distance = saved.rupture_distance;
+    Told told;
+    take(from, &told, 1);
+    const Bridge b = standing_.made(told);
+    standing_.count(b);
     standing_.add(b);
   }
   take_all(forces_);

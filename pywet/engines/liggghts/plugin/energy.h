@@ -24,7 +24,7 @@ struct Sums {
 class EnergyBook {
  public:
   Sums sums;
-  double formed = 0, ruptured = 0;     // capillary energy that formations stored and ruptures lost; the same on every rank
+  double formed = 0, ruptured = 0;     // capillary energy that formations stored and ruptures lost, of bridges that are counted here
   double kinetic = 0, spin = 0;        // of this rank's free spheres
   double wall_power[EFFECTS] = {};     // of this step, through bridges at moving walls, by effect
   std::vector<Acting> acting;          // by local index

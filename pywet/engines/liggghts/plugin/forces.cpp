@@ -178,8 +178,8 @@ void Forces::act_new(const std::vector<Event> &events) {
   for (const Event &e : events) {
     if (e.kind != FORMATION) continue;
     const int k = standing_.find(e.partner_kind, e.i, e.j);
+    if (k < 0) continue;
     const Bridge &b = standing_.bridges[k];
-    if (!b.here) continue;
     const Geometry g = standing_.geometry(b);
     Terms t = single_.laws(k, g);
     if (world_.rules.semi_implicit) {

@@ -1,5 +1,6 @@
 #include "logs.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace pywet {
@@ -50,33 +51,41 @@ void Logs::contact(const Bridge &b, const Geometry &g, const Terms &t, double we
 
 void Logs::ledger() {
   Ledger l = {};
-  l.step = world_.clock.now; l.time = world_.clock.time; l.initial = films_.initial;
-  long double films = 0, standing = 0, wall = 0;
+  l.step = world_.clock.now; l.time = world_.clock.time;
+  long double films = 0, standing[2] = {0, 0}, wall = 0;  // volume of bridges, how many
+  for (const Bridge &b : standing_.bridges)
+    if (b.mine) {
+      standing[0] += b.volume;
+      standing[1] += 1;
+    }
+  world_.ranks.add_up(standing);
+  if (!world_.ranks.first()) return;
   for (size_t id = 1; id < films_.volume.size(); id++)
     if (world_.spheres.exists(id)) films += films_.volume[id];
-  for (const Bridge &b : standing_.bridges) standing += b.volume;
   for (double w : films_.wall) wall += w;
-  l.films = double(films); l.bridges = double(standing); l.walls = double(wall); l.left = films_.left;
+  const double to_come = world_.feed.to_come(l.step);
+  l.initial = films_.initial - to_come;
+  l.films = double(films - to_come); l.bridges = double(standing[0]); l.walls = double(wall); l.left = films_.left;
   l.spheres = world_.spheres.count();
-  l.bridge_count = int64_t(standing_.bridges.size());
+  l.bridge_count = int64_t(standing[1]);
   l.formations = standing_.formations; l.ruptures = standing_.ruptures;
   ledger_.write(l);
 }
 
 void Logs::energies() {
   if (!world_.rules.energy) return;
-  double mine[EFFECTS + 4] = {}, all[EFFECTS + 4] = {};
-  for (int e = 0; e < EFFECTS; e++) mine[e] = energy_.sums.work[e];
-  double *rest = mine + EFFECTS;
+  double all[EFFECTS + 6] = {}, *rest = all + EFFECTS;
+  std::copy(energy_.sums.work, energy_.sums.work + EFFECTS, all);
   rest[0] = energy_.kinetic; rest[1] = energy_.spin; rest[2] = energy_.sums.half_kick;
   for (size_t k = 0; k < standing_.bridges.size(); k++) {
     const Bridge &b = standing_.bridges[k];
-    if (world_.engine.at.owned(b.a)) rest[3] += energy_.stored(k, standing_.geometry(b).separation);
+    if (b.mine) rest[3] += energy_.stored(k, standing_.geometry(b).separation);
   }
-  MPI_Reduce(mine, all, EFFECTS + 4, MPI_DOUBLE, MPI_SUM, 0, world_.ranks.all);
+  rest[4] = energy_.formed; rest[5] = energy_.ruptured;
+  world_.ranks.add_up(all);
   if (!world_.ranks.first()) return;
   const double *w = all, *t = all + EFFECTS;
-  energies_.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], energy_.formed, energy_.ruptured, w[GRAVITY],
+  energies_.write(Energy{world_.clock.now, world_.clock.time, t[0], t[1], t[3], t[4], t[5], w[GRAVITY],
                          w[CONTACT], w[CAPILLARY], w[VISCOUS_NORMAL], w[VISCOUS_TANGENTIAL], w[WALL], w[DRIVE], t[2]});
 }
 
@@ -92,8 +101,8 @@ void Logs::snapshot() {
     bridges_.write(s);
   }
   energies();
+  ledger();
   if (world_.ranks.first()) {
-    ledger();
     for (size_t id = 1; id < films_.volume.size(); id++)
       if (world_.spheres.exists(id)) film_.write(Film{now, int32_t(id), 0, films_.volume[id]});
     for (size_t k = 0; k < films_.wall.size(); k++)

@@ -151,6 +151,17 @@ EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const doubl
   }
 }
 
+// Step from which on each sphere has weight, for the spheres of pywet_set_spheres.
+EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
+  pywet::Feed &feed = state->world.feed;
+  feed.first = state->films.volume;
+  feed.enters.assign(feed.first.size(), 0);
+  for (int k = 0; k < n; k++) {
+    feed.enters[id[k]] = enters[k];
+    feed.last = std::max(feed.last, enters[k]);
+  }
+}
+
 EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int64_t *first, const int64_t *last) {
   pywet::Clock &clock = state->world.clock;
   clock.output_steps.assign(steps, steps + n);

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace pywet {
@@ -28,6 +29,18 @@ class Ranks {
   // Records of all ranks, in order of the ranks.
   template <class T>
   std::vector<T> gathered(const std::vector<T> &mine) const;
+
+  // The same for the first rank alone; nothing for others.
+  template <class T>
+  std::vector<T> told_first(const std::vector<T> &mine) const;
+
+  // Of all ranks together, on the first.
+  template <class T, size_t N>
+  void add_up(T (&numbers)[N]) const {
+    if (alone()) return;
+    const MPI_Datatype type = std::is_same<T, long double>::value ? MPI_LONG_DOUBLE : MPI_DOUBLE;
+    MPI_Reduce(first() ? MPI_IN_PLACE : numbers, numbers, N, type, MPI_SUM, 0, all);
+  }
 };
 
 template <class T>
@@ -38,6 +51,18 @@ std::vector<T> Ranks::gathered(const std::vector<T> &mine) const {
   for (int k = 1; k < count; k++) offset[k] = offset[k - 1] + bytes[k - 1];
   std::vector<T> of_all((offset.back() + bytes.back()) / sizeof(T));
   MPI_Allgatherv(mine.data(), size, MPI_BYTE, of_all.data(), bytes.data(), offset.data(), MPI_BYTE, all);
+  return of_all;
+}
+
+template <class T>
+std::vector<T> Ranks::told_first(const std::vector<T> &mine) const {
+  if (alone()) return mine;
+  std::vector<int> bytes(count), offset(count, 0);
+  const int size = int(mine.size() * sizeof(T));
+  MPI_Gather(&size, 1, MPI_INT, bytes.data(), 1, MPI_INT, 0, all);
+  for (int k = 1; k < count; k++) offset[k] = offset[k - 1] + bytes[k - 1];
+  std::vector<T> of_all(first() ? (offset.back() + bytes.back()) / sizeof(T) : 0);
+  MPI_Gatherv(mine.data(), size, MPI_BYTE, of_all.data(), bytes.data(), offset.data(), MPI_BYTE, 0, all);
   return of_all;
 }
 

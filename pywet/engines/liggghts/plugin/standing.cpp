@@ -1,7 +1,6 @@
 #include "standing.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace pywet {
 
@@ -15,12 +14,23 @@ Bridge Standing::made(int kind, int i, int j, double volume) const {
   return b;
 }
 
-void Standing::place(Bridge &b) const {
+Bridge Standing::made(const Told &told) const {
+  Bridge b = made(told.kind, told.i, told.j, told.volume);
+  b.rupture_distance = told.rupture_distance;
+  return b;
+}
+
+void Standing::locate(Bridge &b) const {
   const Engine &engine = world_.engine;
   b.candidate = -1;
   b.a = engine.local(b.i);
   b.b = b.kind == SPHERE ? engine.local(b.j) : -1;
-  b.here = engine.at.owned(b.a) || engine.at.owned(b.b);
+  b.mine = engine.at.owned(b.a);
+  b.here = b.mine || engine.at.owned(b.b);
+}
+
+void Standing::place(Bridge &b) const {
+  locate(b);
   if (b.here && b.kind == SPHERE && (b.a < 0 || b.b < 0))
     throw std::runtime_error("the bridge between spheres " + std::to_string(b.i) + " and " + std::to_string(b.j) + " at step " +
                              std::to_string(world_.clock.now) +
@@ -29,10 +39,7 @@ void Standing::place(Bridge &b) const {
 
 void Standing::add(Bridge b) {
   const Laws &laws = world_.laws;
-  on_.resize(world_.spheres.ids());
   index_[key_of(b.kind, b.i, b.j)] = int(bridges.size());
-  on_[b.i]++;
-  if (b.kind == SPHERE) on_[b.j]++;
   prepared_.resize(prepared_.size() + laws.lines);
   if (laws.lines > 0)
     laws.prepare(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, prepared_[prepared_.size() - laws.lines].number);
@@ -48,8 +55,6 @@ void Standing::remove(size_t k) {
   const int lines = world_.laws.lines;
   const Bridge &b = bridges[k];
   index_.erase(key_of(b.kind, b.i, b.j));
-  on_[b.i]--;
-  if (b.kind == SPHERE) on_[b.j]--;
   if (k != bridges.size() - 1) {
     bridges[k] = bridges.back();
     std::copy(prepared_.end() - lines, prepared_.end(), prepared_.begin() + k * lines);
@@ -60,14 +65,54 @@ void Standing::remove(size_t k) {
   prepared_.resize(prepared_.size() - lines);
 }
 
-// Those of this rank first, with the prepared numbers beside them.
+void Standing::count(int kind, int i, int j, int more) {
+  on_.resize(world_.spheres.ids());
+  on_[i] += more;
+  if (kind == SPHERE) on_[j] += more;
+}
+
+void Standing::count(const Event &e) {
+  const bool forms = e.kind == FORMATION;
+  count(e.partner_kind, e.i, e.j, forms ? 1 : -1);
+  (forms ? formations : ruptures)++;
+}
+
+std::vector<Told> Standing::mine() const {
+  std::vector<Told> told;
+  for (const Bridge &b : bridges)
+    if (b.mine) told.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance});
+  return told;
+}
+
+// The rank that owned the first end tells of every bridge that is not its own alone from now on.
+void Standing::exchange() {
+  const View &at = world_.engine.at;
+  std::vector<Told> leaving;
+  for (Bridge &b : bridges) {
+    const bool was_mine = b.mine;
+    locate(b);
+    if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
+      leaving.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance});
+  }
+  if (world_.ranks.alone()) return;
+  for (const Told &told : world_.ranks.gathered(leaving)) {
+    if (find(told.kind, told.i, told.j) >= 0) continue;
+    Bridge b = made(told);
+    locate(b);
+    if (b.here) add(b);
+  }
+}
+
+// With the prepared numbers beside them; those that have left this rank are forgotten.
 void Standing::sort() {
-  for (Bridge &b : bridges) place(b);
-  std::vector<int> order(bridges.size());
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order;
+  order.reserve(bridges.size());
+  for (size_t k = 0; k < bridges.size(); k++) {
+    place(bridges[k]);
+    if (bridges[k].here) order.push_back(int(k));
+  }
   std::sort(order.begin(), order.end(), [&](int p, int q) {
     const Bridge &a = bridges[p], &b = bridges[q];
-    if (a.here != b.here) return a.here;
     if (a.a != b.a) return a.a < b.a;
     if (a.b != b.b) return a.b < b.b;
     return a.i != b.i ? a.i < b.i : a.j < b.j;

@@ -1,4 +1,4 @@
-// Bridges that stand. The same on every rank; in the order of their ends in memory since the engine last made its lists.
+// Bridges that stand and of which this rank owns an end, in the order of their ends in memory since the engine last made its lists.
 #pragma once
 #include <unordered_map>
 #include <vector>
@@ -13,17 +13,22 @@ class Standing {
   std::vector<Bridge> bridges;
   std::vector<Site> sites;               // of the bridges at walls
   std::vector<Block> blocks;             // what the loops of a step know of them, BATCH each
-  int64_t formations = 0, ruptures = 0;  // since the start
+  int64_t formations = 0, ruptures = 0;  // since the start, on all ranks
 
   explicit Standing(const World &world) : world_(world) {}
   Bridge made(int kind, int i, int j, double volume) const;
+  Bridge made(const Told &told) const;
   void place(Bridge &b) const;           // where its ends are on this rank
   void add(Bridge b);
   void remove(size_t k);                 // the last one takes its place
+  void count(const Event &e);            // what formed or ruptured, on any rank
+  void count(const Bridge &b) { count(b.kind, b.i, b.j, 1); }
+  void exchange();                       // after spheres have changed ranks; all ranks take part
   void sort();
+  std::vector<Told> mine() const;        // those that are counted here
 
   int find(int kind, int i, int j) const;  // its index, or -1
-  int on(int id) const { return on_[id]; }  // how many a sphere has
+  int on(int id) const { return on_[id]; }  // how many a sphere has, wherever they are held
   Geometry geometry(const Bridge &b);
   double share(const Bridge &b) const;   // of i, by the transfer ratio
   double rupture_limit(const Bridge &b, const Geometry &g) const;
@@ -37,6 +42,8 @@ class Standing {
   std::vector<int> on_;                  // index: sphere id
 
   void enter(size_t k);
+  void locate(Bridge &b) const;
+  void count(int kind, int i, int j, int more);
 };
 
 }  // namespace pywet

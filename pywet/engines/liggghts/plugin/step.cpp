@@ -43,13 +43,17 @@ void Plugin::step(int64_t n) {
   const Rules &rules = world.rules;
   clock.go(n);
   const bool fresh = clock.first || clock.again || engine.lists_are_new(n);
-  if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && wires.prisms.empty()) return;
+  const bool feeding = n < world.feed.last;
+  if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && wires.prisms.empty() && !feeding)
+    return;
   engine.look();
   clock.time = n * engine.at.dt;
   if (fresh) engine.check_box(world.spheres, world.ranks, n);
   energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
   weight.weigh(fresh);
+  world.feed.hold(engine.at, rules, n);
   booking.events.clear();
+  if (fresh && wet()) standing.exchange();
   std::string problem;
   try {
     act(fresh);

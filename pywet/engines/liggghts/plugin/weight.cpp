@@ -46,7 +46,7 @@ void Weight::carry(const std::vector<Event> &events) {
   heavier_ = true;
   for (const Event &e : events)
     if (e.kind == FORMATION) {
-      const double own = standing_.share(standing_.bridges[standing_.find(e.partner_kind, e.i, e.j)]);
+      const double own = standing_.share(standing_.made(e.partner_kind, e.i, e.j, e.volume));
       load_[e.i] += own - e.share_i;
       if (e.partner_kind == SPHERE) load_[e.j] += (e.volume - own) - e.share_j;
     }

@@ -3,6 +3,7 @@
 #pragma once
 #include "clock.h"
 #include "engine.h"
+#include "feed.h"
 #include "laws.h"
 #include "ranks.h"
 #include "rules.h"
@@ -16,6 +17,7 @@ struct World {
   Clock clock;
   Ranks ranks;
   Spheres spheres;
+  Feed feed;
   Walls walls;
   Laws laws;
   TransferTables transfer;

@@ -1,0 +1,45 @@
+"""How the box is shared among ranks: columns of equal width in x and in y, chosen from where the spheres are.
+
+The engine cuts evenly and, left alone, makes the shortest cuts: across the longer side of the box. Where a slide is drawn out to
+one side of a tower, all spheres are then on one rank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pywet.scene import Scene
+
+RESOLVED = 20
+"""Grids are equally good where the spheres of their fullest columns differ by less than the mean over this."""
+
+
+def fullest(scene: Scene, xy: ArrayLike, columns: tuple[int, int]) -> float:
+    """Spheres in the fullest column over the mean of all."""
+    places = np.asarray(xy, dtype=float).reshape(-1, 2)
+    low, high = (np.asarray(corner[:2]) for corner in (scene.box_low_m, scene.box_high_m))
+    at = np.clip(np.floor((places - low) / (high - low) * columns).astype(int), 0, np.asarray(columns) - 1)
+    cell = at[:, 0] * columns[1] + at[:, 1]
+    return float(
+        np.bincount(cell, minlength=columns[0] * columns[1]).max() * columns[0] * columns[1] / max(len(cell), 1)
+    )
+
+
+def chosen(scene: Scene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
+    """Columns in x and in y: those whose fullest has fewest spheres, of equally good ones those with the shortest cuts."""
+    width, depth = (scene.box_high_m[k] - scene.box_low_m[k] for k in (0, 1))
+
+    def price(columns: tuple[int, int]) -> tuple[int, float]:
+        return round(RESOLVED * fullest(scene, xy, columns)), (columns[0] - 1) * depth + (columns[1] - 1) * width
+
+    return min(_grids(ranks), key=price)
+
+
+def _grids(ranks: int) -> Iterator[tuple[int, int]]:
+    """All ways to write a number as a product of two, the most columns in x first."""
+    for columns in range(ranks, 0, -1):
+        if ranks % columns == 0:
+            yield columns, ranks // columns

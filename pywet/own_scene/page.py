@@ -1,0 +1,171 @@
+"""The report of a run of a scene of one's own: one page with what was run, what came out, and whether it may be believed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from pywet.report import page
+from pywet.report.pictures import STYLE, panels, plt
+from pywet.runs.loaded import Run
+from pywet.screening import verdict
+
+NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
+"""Columns of liquid_by_wall that are no holder's."""
+CURVES = {
+    "per sphere": ("contacts_per_sphere", "bridges_per_sphere"),
+    "overlap / radius": ("mean_overlap", "largest_overlap"),
+    "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
+}
+Row = list[page.Cell | str]
+DEEP = 0.05
+"""Overlap over the radius from which on springs are said to be soft."""
+
+
+def write(folder: Path, picture: Path) -> Path:
+    """Write `report.html` into a run's folder, with its picture; returns its path."""
+    run = Run(folder)
+    objections = verdict.objections(folder)
+    sections = [
+        page.Section(
+            "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
+        ),
+        page.Section("Where the liquid is", _liquid(run), "Liquid"),
+        page.Section("Contacts and speeds", _contacts(run), "Contacts"),
+        page.Section("Which effects were simulated", _effects(run), "Effects"),
+        page.Section("The independent replay", _replay(run), "Replay"),
+        page.Section("The liquid ledger and energies", _ledger(run), "Ledger"),
+        page.Section("Files", _files(folder), "Files"),
+    ]
+    lead = "; ".join(objections) or "Its checks, its liquid ledger and the independent replay agree."
+    return page.write(folder / "report.html", run.scene.name, lead, sections, _cards(run, bool(objections)))
+
+
+def _cards(run: Run, wrong: bool) -> list[page.Card]:
+    said, events = run.summary, run.summary["events"]
+    error, moist = said["ledger_error"], events is not None
+    replayed = "no" if wrong else "yes" if run.replay else "–"
+    return [
+        page.Card(replayed, "may be believed", "bad" if wrong else "good" if run.replay else ""),
+        page.Card(str(sum(said["spheres"].values())), "spheres"),
+        page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {said['wall_s']:.0f} s of computing"),
+        *(
+            [page.Card(str(events["formations"]), f"bridges formed, {events['standing_bridges']} stand")]
+            if moist
+            else []
+        ),
+        *([page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if not wrong else "")] if moist else []),
+    ]
+
+
+def _liquid(run: Run) -> str:
+    table = run.liquid
+    holders = [c for c in table.columns if c not in NOT_WALLS]
+    if not table["initial_m3"].iloc[-1]:
+        return page.paragraph("The scene is dry.")
+    with plt.rc_context(STYLE):
+        figure, (axes,) = panels(1, 1, (8.5, 3.4))
+        for name in sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max()):
+            axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name))
+        if run.scene.is_fed:
+            axes.plot(table["time_s"], 1e9 * table["initial_m3"], ":", color="#888888", label="put in until then")
+        _finish(axes, "liquid [mm³]")
+        drawn = page.picture(figure, "Standing bridges are shared between their ends, as if they broke then.")
+    last = {str(c): float(v) for c, v in table.iloc[-1].items()}
+    share = {c: last[c] / last["initial_m3"] for c in [*holders, "left_m3"]}
+    rows = [[_holder(c), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
+    return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
+
+
+def _holder(column: str) -> str:
+    kind, _, name = column.removesuffix("_m3").partition("_")
+    return {"left": "left with drops"}.get(kind, f"{kind} {name}")
+
+
+def _contacts(run: Run) -> str:
+    table = run.contact_statistics
+    with plt.rc_context(STYLE):
+        figure, axes = panels(len(CURVES), len(CURVES), (3.6, 2.8))
+        for one, (label, columns) in zip(axes, CURVES.items(), strict=True):
+            for column in columns:
+                one.plot(table["time_s"], table[column], label=column.removesuffix("_m_per_s").replace("_", " "))
+            _finish(one, label)
+        drawn = page.picture(figure, "Contacts with walls are not in the overlaps.")
+    deepest = float(table["largest_overlap"].max())
+    text = f"Spheres overlap by {100 * deepest:.2g} % of the smaller radius at most, at the outputs."
+    if deepest > DEEP:
+        text += " That is deep: stiffer springs (`stiffness_N_per_m`) would be nearer to hard spheres."
+    return page.paragraph(text) + drawn
+
+
+def _finish(axes: Axes, label: str) -> None:
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(label)
+    axes.legend()
+
+
+def _effects(run: Run) -> str:
+    rows: list[Row] = [
+        [
+            page.Cell(row["effect"], left=True),
+            page.Cell("on" if row["on"] else "off", "good" if row["on"] else "none"),
+            page.Cell(row["law"] or "", left=True),
+            f"{row['number']:.3g}",
+            page.Cell(f"{row['quantity']}; {row['why']}", left=True),
+        ]
+        for row in run.plan
+    ]
+    return page.table(["effect", "", "law", "number", "what it is, and why"], rows)
+
+
+def _replay(run: Run) -> str:
+    said: dict[str, Any] = run.replay
+    if not said:
+        return page.paragraph("Nothing of this run could be replayed.")
+    rows: list[Row] = [
+        [
+            page.Cell(r.quantity, left=True), str(r.count), page.Cell(f"{r.largest:.2g}", "good" if r.ok else "bad"),
+            f"{r.limit:g}", page.Cell(r.scale, left=True),
+        ]
+        for r in verdict.agreement(said)
+    ]  # fmt: skip
+    text = page.paragraph(
+        "Recomputed by a second program that shares no code with the first, from what the engine logged."
+    )
+    amber: list[Row] = [[page.Cell(what, "fair", left=True)] for what in (*said["unchecked"], *said["not_checked"])]
+    unchecked = page.table(["not checked"], amber) if amber else ""
+    return text + page.table(["quantity", "values", "largest deviation", "allowed", "relative to"], rows) + unchecked
+
+
+def _ledger(run: Run) -> str:
+    energies: list[Row] = [
+        [page.Cell(k, left=True), f"{v:.4g}"] for k, v in run.summary["energy_J"].items() if v is not None
+    ]
+    if run.summary["events"] is None:
+        return page.table(["energy", "J"], energies)
+    table = run.ledger.iloc[[0, len(run.ledger) // 2, -1]]
+    held = ["films", "bridges", "walls", "left", "initial"]
+    rows = [[f"{r.time:.4g}", *(f"{1e9 * getattr(r, c):.5g}" for c in held)] for r in table.itertuples()]
+    text = "All liquid in mm³: `initial` is what had been put in until then, the others are where it is."
+    return (
+        page.paragraph(text)
+        + page.table(["time [s]", *held], rows)
+        + page.table(["energy at the end, and works", "J"], energies)
+    )
+
+
+def _files(folder: Path) -> str:
+    said = {
+        "summary.json": "numbers of the run", "replay.json": "what the replay said", "description.json": "the scene as given",
+        "results/liquid_by_wall.csv": "liquid by wall and class", "results/contact_statistics.csv": "contacts over time",
+        "vtk/particles.pvd": "time series for ParaView: spheres", "vtk/bridges.pvd": "bridges", "vtk/walls.pvd": "walls",
+        "trajectory.parquet": "places and speeds", "history/events.parquet": "bridges that formed and broke",
+    }  # fmt: skip
+    rows: list[Row] = [
+        [page.Cell(name, link=name, left=True), page.Cell(text, left=True)] for name, text in said.items()
+    ]
+    return page.table(
+        ["file", "what it holds"], [row for row, name in zip(rows, said, strict=True) if (folder / name).exists()]
+    )

@@ -1,0 +1,196 @@
+"""Runs as 3-D scenes inside a page: spheres, bridges, walls and curves at some output times, drawn by viewer.js with three.js.
+
+All that the page needs stands in it: numbers rounded to 16 bits of the scene's size, deflated, as base64. three.min.js is what
+viewer.js uses of three.js 0.187 (MIT, 0.57 MB), made by `tools/three` and kept here, since no maintained Python package holds it
+for others' pages and an installation from a wheel has no npm.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pywet.laws.contact import film_thickness
+from pywet.report import render, standing, vtk
+from pywet.report.movie import spread
+from pywet.runs.rundir import Floats, RunDir
+from pywet.scene import Rotation
+from pywet.schema import LARGE_WALL, SPHERE
+
+FRAMES = 20
+MOST = 15_000_000
+"""Size of a run in the page [bytes]; a run that is larger is shown at fewer times."""
+STEPS = 65534
+"""Into which a length or a value is divided."""
+
+
+def element(runs: Sequence[tuple[str, RunDir]], panels: int = 1, most: int = MOST) -> str:
+    """HTML in which named runs are looked at, so many of them side by side."""
+    here = Path(__file__).parent
+    style, three, viewer = ((here / name).read_text() for name in ("viewer.css", "three.min.js", "viewer.js"))
+    data = "".join(
+        f'<script type="application/json" class="run" data-name="{html.escape(name)}">{packed(run, most)}</script>\n'
+        for name, run in runs
+    )
+    return (
+        f'<style>{style}</style>\n<div class="viewer" data-panels="{panels}">\n{data}</div>\n'
+        f"<script>{three}</script>\n<script>{viewer}</script>\n"
+    )
+
+
+def packed(run: RunDir, most: int = MOST) -> str:
+    """A run as JSON that can stand in a page, at fewer times where it would be too large."""
+    frames = FRAMES
+    while len(text := _text(run, frames)) > most and frames > 2:
+        frames = max(2, min(frames - 1, frames * most // len(text)))
+    return text
+
+
+def _text(run: RunDir, frames: int) -> str:
+    line = run.timeline
+    rows = spread(len(line.steps), frames)
+    steps = line.steps[rows].tolist()
+    telling = render.telling_step(run)
+    centre, width = render.view(run, telling)
+    seen, camera, _, up = render.camera(run, centre, width)
+    arrays, head = _spheres(run, rows)
+    bridges, starts = _bridges(run, steps)
+    arrays |= bridges
+    meshes = list(run.triangles["mesh"].unique())
+    corners = run.triangles[[f"v{n}_{axis}" for n in range(3) for axis in "xyz"]].to_numpy(dtype=float)
+    arrays["corners"] = corners.reshape(-1, 3, 3)
+    low, high = (
+        np.array([way(arrays[name].reshape(-1, 3), axis=0) for name in PLACES if arrays[name].size])
+        for way in (np.nanmin, np.nanmax)
+    )
+    middle, quantum = (low.min(axis=0) + high.max(axis=0)) / 2.0, float((high.max(0) - low.min(0)).max()) / STEPS
+    for name in PLACES:
+        arrays[name] = np.nan_to_num((arrays[name] - middle) / quantum).round().astype("<i2")
+    layout, data = _blob(arrays)
+    return json.dumps(
+        {
+            **head,
+            "times": line.times[rows].tolist(),
+            "telling": telling * run.scene.time_step_s,
+            "classes": [c.name.replace("_", " ") for c in run.scene.classes],
+            "origin": middle.tolist(),
+            "quantum": quantum,
+            "middle": seen.tolist(),
+            "camera": camera.tolist(),
+            "up": up.tolist(),
+            "width": width,
+            "starts": starts,
+            "meshes": [_mesh(run, name, steps) for name in meshes],
+            "curves": _curves(run),
+            "arrays": layout,
+            "data": data,
+        }
+    ).replace("<", "\\u003c")
+
+
+PLACES = ("place", "from", "to", "corners")
+"""Arrays of points [m]."""
+
+
+def _spheres(run: RunDir, rows: Sequence[int]) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+    """Of every sphere at the rows of the timeline: place (NaN: not in the box), film, speed; and the greatest of these two."""
+    line = run.timeline
+    place, speed = np.full((len(rows), len(line.ids), 3), np.nan), np.zeros((len(rows), len(line.ids)))
+    for k, row in enumerate(rows):
+        here = run.trajectory[run.trajectory["step"] == line.steps[row]]
+        index = np.searchsorted(line.ids, here["id"].to_numpy())
+        place[k, index] = here[["x", "y", "z"]]
+        speed[k, index] = np.linalg.norm(here[["vx", "vy", "vz"]], axis=1)
+    radius = run.spheres["radius"].to_numpy(dtype=float)
+    film = np.array([film_thickness(line.film[row], radius) for row in rows])
+    most = {"film_most": float(film.max()), "speed_most": float(speed.max())}
+    arrays = {
+        "id": line.ids.astype("<i4"),
+        "radius": radius.astype("<f4"),
+        "place": place,
+        "film": _levels(film, most["film_most"]),
+        "speed": _levels(speed, most["speed_most"]),
+        "class": (line.types - 1).astype("u1"),
+        "there": line.present[list(rows)].astype("u1"),
+    }
+    return arrays, most
+
+
+def _levels(values: Floats, most: float) -> NDArray[Any]:
+    return np.asarray((values * (65535 / most if most else 0.0)).round().astype("<u2"))
+
+
+def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]], list[int]]:
+    """Cuboids of the bridges of all times, one after the other: ends [m], side [m], place of both spheres in the list of spheres
+    (-1 a large wall, -2 a wire); and where each time starts."""
+    tables = [vtk.standing_at(run, step) for step in steps]
+    starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
+    corners: list[Any] = [np.zeros((0, 8, 3))]
+    one: list[Any] = [np.zeros(0)]
+    other: list[Any] = [np.zeros(0)]
+    for table in (table for table in tables if len(table)):
+        corners.append(standing.corners(run, table))
+        one.append(np.searchsorted(run.timeline.ids, table["i"].to_numpy()))
+        kind = table["partner_kind"].to_numpy()
+        j = np.searchsorted(run.timeline.ids, table["j"].to_numpy())
+        other.append(np.where(kind == SPHERE, j, np.where(kind == LARGE_WALL, -1, -2)))
+    box = np.concatenate(corners)
+    arrays: dict[str, NDArray[Any]] = {
+        "i": np.concatenate(one).astype("<i4"),
+        "j": np.concatenate(other).astype("<i4"),
+        "side": np.linalg.norm(box[:, 1] - box[:, 0], axis=1).astype("<f4"),
+        "from": box[:, :4].mean(axis=1),
+        "to": box[:, 4:].mean(axis=1),
+    }
+    return arrays, starts
+
+
+def _mesh(run: RunDir, name: str, steps: Sequence[int]) -> dict[str, Any]:
+    """A wall: its triangles in the list of all, how it is drawn, and 12 numbers a time that move it (3 rows of 4)."""
+    table = run.triangles
+    chosen = np.flatnonzero((table["mesh"] == name).to_numpy())
+    motion = run.mesh_motion[run.mesh_motion["mesh"] == name].set_index("step")[["dx", "dy", "dz"]]
+    way = next(run.scene.motion_of(w) for w in run.scene.walls if w.name == name)
+    turns = way if isinstance(way, Rotation) else None
+    moved = []
+    for step in steps:
+        unit = np.vstack([np.zeros(3), np.eye(3)])
+        unit = vtk.turned(unit, turns, step * run.scene.time_step_s) if turns else unit
+        shift = motion.loc[step].to_numpy(dtype=float) if step in motion.index else np.zeros(3)
+        moved.append(np.column_stack([(unit[1:] - unit[0]).T, unit[0] + shift]).ravel().round(9).tolist())
+    holder = str(table["holder"].iloc[chosen[0]])
+    return {
+        "solid": holder in render.SOLID,
+        "hidden": holder in render.HIDDEN,
+        "triangles": chosen.tolist(),
+        "moved": moved,
+    }
+
+
+def _curves(run: RunDir) -> list[dict[str, Any]]:
+    """Title, times [s] and values of the curves beside the scene."""
+    line = run.timeline
+    retained = 1.0 - line.passed @ line.mass / line.mass.sum()
+    curves: list[tuple[str, Any, Any]] = [("fraction retained (spheres)", line.times, retained)]
+    if run.moist:
+        ledger = run.ledger
+        curves.append(("liquid in bridges, %", ledger["time"], 100.0 * ledger["bridges"] / ledger["initial"]))
+    return [{"title": title, "x": x.tolist(), "y": y.tolist()} for title, x, y in curves]
+
+
+def _blob(arrays: dict[str, NDArray[Any]]) -> tuple[dict[str, tuple[str, int, int]], str]:
+    """Kind, first byte and length of each array, by name, as JavaScript has them; and all of them deflated, as base64."""
+    kinds = {"i1": "Int8", "u1": "Uint8", "i2": "Int16", "u2": "Uint16", "i4": "Int32", "f4": "Float32"}
+    layout, whole = {}, b""
+    for name, values in arrays.items():
+        layout[name] = (f"{kinds[values.dtype.str[1:]]}Array", len(whole), values.size)
+        whole += values.tobytes() + bytes(-values.nbytes % 4)
+    return layout, base64.b64encode(zlib.compress(whole, 9)).decode()

@@ -1,0 +1,42 @@
+"""A real browser, where there is one."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+WITHOUT_GPU = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """Debian's chromium without a window, drawing by software; tests that need it are skipped where it is not installed.
+
+    Closed after each module: while it is open, its loop of events is the process's own, and no other can be run."""
+    sync_api = pytest.importorskip("playwright.sync_api")
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("chromium is not installed; `make peers` installs it from Debian")
+    with sync_api.sync_playwright() as player:
+        browser = player.chromium.launch(executable_path=program, args=WITHOUT_GPU)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def tab(chromium: Any) -> Iterator[Any]:
+    """A tab whose `said` collects errors and whatever is asked of a network."""
+    page = chromium.new_page(viewport={"width": 1000, "height": 800})
+    page.set_default_timeout(120_000)
+    page.said = []
+    page.on("console", lambda message: page.said.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: page.said.append(str(error)))
+    page.on(
+        "request",
+        lambda request: page.said.append(request.url) if page.url not in ("about:blank", request.url) else None,
+    )
+    yield page
+    page.close()

@@ -1,0 +1,159 @@
+"""The 3-D scene of a page: its numbers against the logs, and what a real browser shows of them."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import re
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pywet.files import read_table
+from pywet.report import browser, page
+from pywet.runs.rundir import RunDir
+from tests.screening import synthetic
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return synthetic.make(tmp_path / "case02")
+
+
+def unpacked(run: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The header, and the arrays as a page has them."""
+    head = json.loads(browser.packed(RunDir(run)))
+    blob = zlib.decompress(base64.b64decode(head["data"]))
+    kinds = {"Int32Array": "<i4", "Int16Array": "<i2", "Uint16Array": "<u2", "Uint8Array": "u1", "Float32Array": "<f4"}
+    return head, {n: np.frombuffer(blob, kinds[k], count, start) for n, (k, start, count) in head["arrays"].items()}
+
+
+def test_places_and_films_are_those_of_the_logs(run: Path) -> None:
+    """To a part in 65534 of the scene's size and of the thickest film; h from (3L/4π + r³)^(1/3) - r with L in 1e-9 m³."""
+    head, arrays = unpacked(run)
+    table = read_table(run / "trajectory.parquet").sort_values(["step", "id"])
+    places = head["origin"] + head["quantum"] * arrays["place"].reshape(-1, 3)
+    assert np.abs(places - table[["x", "y", "z"]].to_numpy()).max() <= head["quantum"]
+    assert head["quantum"] == pytest.approx(0.08 / 65534, rel=1e-6)  # from the bin at -0.06 m to a sphere at 0.02 m
+    films = arrays["film"].reshape(3, 3) * head["film_most"] / 65535
+    liquid, radius = np.array([7.5e-9, 5e-9, 4e-9]), np.array([4e-3, 2e-3, 2e-3])
+    assert films[2] == pytest.approx(np.cbrt(0.75 * liquid / np.pi + radius**3) - radius, abs=head["film_most"] / 65535)
+    assert head["times"] == pytest.approx([0.0, 0.01, 0.02])
+
+
+def test_bridges_join_the_surfaces_of_their_bodies(run: Path) -> None:
+    """None at the first two times; then one between spheres 1 and 3, and one between sphere 1 and the wire."""
+    head, arrays = unpacked(run)
+    assert head["starts"] == [0, 0, 0, 2]
+    assert list(zip(arrays["i"], arrays["j"], strict=True)) == [(0, 2), (0, -2)]
+    ends = [head["origin"] + head["quantum"] * arrays[name].reshape(-1, 3) for name in ("from", "to")]
+    centres = np.array([[-0.006, 0.0, 0.006], [0.006, 0.0, -0.05]])
+    # a cuboid begins where its edges meet the sphere: at sqrt(r² - s²/2) from the centre
+    depth = np.sqrt(np.array([4e-3, 2e-3]) ** 2 - arrays["side"][0] ** 2 / 2.0)
+    assert np.linalg.norm(ends[0][0] - centres[0]) == pytest.approx(depth[0], abs=2 * head["quantum"])
+    assert (arrays["side"] > 0).all()
+
+
+def test_walls_are_where_their_motion_says(run: Path) -> None:
+    """Three rows of four numbers a time: the wires rise by a millimetre from output to output, the bin stays."""
+    head, _ = unpacked(run)
+    wires, _, collecting_bin = [np.array(mesh["moved"]).reshape(3, 3, 4) for mesh in head["meshes"]]
+    assert (wires[..., :3] == np.eye(3)).all() and (collecting_bin[..., 3] == 0).all()
+    assert wires[:, :, 3] == pytest.approx(np.outer([0, 1e-3, 2e-3], [0, 0, 1]))
+
+
+def test_a_run_that_is_too_large_is_shown_at_fewer_times(run: Path) -> None:
+    whole = browser.packed(RunDir(run))
+    fewer = json.loads(browser.packed(RunDir(run), len(whole) - 1))
+    assert fewer["times"] == pytest.approx([0.0, 0.02])
+
+
+def test_what_a_run_is_called_cannot_end_its_script(run: Path) -> None:
+    scene = json.loads((run / "scene.json").read_text())
+    scene["classes"][0]["name"] = "</script><script>alert(1)"
+    (run / "scene.json").write_text(json.dumps(scene))
+    text = browser.element([('"><b>', RunDir(run))])
+    assert text.count("</script>") == 3 and "<b>" not in text
+
+
+@pytest.fixture
+def shown(run: Path, tab: Any) -> Any:
+    """The run in a tab."""
+    scene = browser.element([("moist", RunDir(run)), ("again", RunDir(run))])
+    file = page.write(run / "scene.html", "Scene", "", [page.Section("Scene", scene)])
+    tab.goto(file.as_uri())
+    tab.wait_for_selector(".viewer[data-ready]")
+    return tab
+
+
+def at(tab: Any, index: int) -> None:
+    """Move the slider as a person's keys do."""
+    tab.focus(".time")
+    tab.keyboard.press("Home")
+    for _ in range(index):
+        tab.keyboard.press("ArrowRight")
+
+
+def picture(tab: Any) -> Any:
+    """Pixels of the canvas after the next picture is drawn."""
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return np.asarray(Image.open(io.BytesIO(tab.locator("canvas").first.screenshot())).convert("RGB"), dtype=int)
+
+
+def test_a_browser_shows_the_scene_and_the_slider_moves_it(shown: Any) -> None:
+    """Sphere 3 leaves the place above the screen after the second output: there is ground where it was seen."""
+    at(shown, 1)
+    assert shown.inner_text(".clock") == "t = 0.010 s"
+    x, y = (round(v) for v in shown.evaluate("document.querySelector('.viewer').panels[0].where(2)"))
+    before = picture(shown)
+    at(shown, 2)
+    assert shown.inner_text(".clock") == "t = 0.020 s"
+    after = picture(shown)
+    blue, ground = before[y, x], after[y, x]
+    assert blue[2] - blue[0] > 40 > abs(ground[2] - ground[0])
+    shown.select_option(".by", "class")
+    assert "POM 8 mm" in shown.inner_text(".legend")
+    assert shown.said == []
+
+
+def test_pointing_at_a_sphere_says_what_it_is(shown: Any) -> None:
+    """h of 7.5e-9 m³ on 4 mm is 37.0 µm; the bridges of the last output are two, to sphere 3 and to a wire."""
+    at(shown, 2)
+    x, y = shown.evaluate("document.querySelector('.viewer').panels[0].where(0)")
+    shown.locator("canvas").first.hover(position={"x": x, "y": y})
+    said = shown.inner_text(".tip")
+    assert said == "sphere 1: POM 8 mm, 8.00 mm; film 37.0 µm; 0.10 m/s; 2 bridges to 3, wire"
+    shown.locator("canvas").first.hover(position={"x": 3, "y": 3})
+    assert not shown.is_visible(".tip")
+
+
+def test_bridges_can_be_left_out_and_the_scene_turned(shown: Any) -> None:
+    at(shown, 2)
+    shown.uncheck(".walls")  # the plate that stands for the wires hides the bridge below the sphere
+    with_bridges = picture(shown)
+    shown.uncheck(".bridges")
+    orange = [(pixels[..., 0] - pixels[..., 2] > 30).sum() for pixels in (with_bridges, picture(shown))]
+    assert orange[0] > 20 and orange[1] == 0
+    where = "document.querySelector('.viewer').panels[0].where(0)"
+    before = shown.evaluate(where)
+    box = shown.locator("canvas").first.bounding_box()
+    shown.mouse.move(box["x"] + 200, box["y"] + 200)
+    shown.mouse.down()
+    shown.mouse.move(box["x"] + 320, box["y"] + 200)
+    shown.mouse.up()
+    assert shown.evaluate(where) != pytest.approx(before, abs=5)
+    shown.click(".reset")
+    assert shown.evaluate(where) == pytest.approx(before, abs=0.5)
+
+
+def test_the_library_names_no_place_in_a_network() -> None:
+    text = (Path(browser.__file__).parent / "three.min.js").read_text()
+    assert set(re.findall(r"https?://[\w./-]+", text)) <= {
+        "http://www.w3.org/1999/xhtml"
+    }  # the name of HTML in a document
+    assert "MIT License" in text[:200]
