@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from pywet.report.pictures import STYLE, plt, svg
 
 MOISTURE = ("#9a8f80", "#4a9bd4", "#0b3c78", "#6a51a3")
 """Colours of dry, first, second, … liquid amount."""
+TIME = "time since the slide opened in s"
 CONFIGURATION = ("#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5")
 PLACES = {
     "coarse_material_large": ("on the screen: large", "#0b3c78"),
@@ -216,23 +218,13 @@ def _name_failed(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 
 def _label_fraction(axes: Axes) -> None:
-    axes.set_ylim(0.0, 1.03)
-    axes.set_xlim(left=0.0)
-    axes.set_ylabel("fraction retained Y")
-    axes.set_xlabel("time since the slide opened in s")
-    _legend(axes)
+    axes.set(ylim=(0.0, 1.03), xlim=(0.0, None), ylabel="fraction retained Y", xlabel=TIME)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best")
 
 
 def _label_liquid(axes: Axes) -> None:
-    axes.set_ylim(0.0, 100.0)
-    axes.set_xlim(left=0.0)
-    axes.set_ylabel("liquid in % of what was put in")
-    axes.set_xlabel("time since the slide opened in s")
-
-
-def _legend(axes: Axes) -> None:
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="best")
+    axes.set(ylim=(0.0, 100.0), xlim=(0.0, None), ylabel="liquid in % of what was put in", xlabel=TIME)
 
 
 def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
@@ -250,7 +242,7 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
 
 
 def _draw_dry(axes: Axes, group: Sequence[CaseResult]) -> None:
-    for colour, result in zip(_cycle(CONFIGURATION, len(group)), group, strict=True):
+    for colour, result in zip(cycle(CONFIGURATION), group, strict=False):
         case = result.case
         name = f"a = {case.aperture_mm:g} mm, A = {case.set_amplitude_mm:g} mm"
         _curve(axes, result, "fraction_retained", color=colour, label=name)
@@ -303,7 +295,3 @@ def _moisture_colours(group: Sequence[CaseResult]) -> list[str]:
         MOISTURE[min(amounts.index(r.case.liquid_percent) + 1, len(MOISTURE) - 1)] if r.moist else MOISTURE[0]
         for r in group
     ]
-
-
-def _cycle(colours: Sequence[str], count: int) -> list[str]:
-    return [colours[k % len(colours)] for k in range(count)]

@@ -125,7 +125,8 @@ def compare(
     largest, first = float(deviation[at]), None
     if largest > tolerance and "step" in rows:
         first = int(rows["step"].to_numpy()[np.argmax(deviation > tolerance)])
-    worst = plain({name: rows[name].iloc[at] for name in rows})  # a row of many columns is slow to make
+    # pandas is slow to make a row of many columns
+    worst = plain({name: column.to_numpy()[at] for name, column in rows.items()})
     worst["reference"] = number(own[at].tolist())
     worst["logged"] = number(logged[at].tolist())
     return Quantity(name, scale, len(logged), largest, tolerance, worst, deviations=Deviations(deviation), first=first)

@@ -222,8 +222,8 @@ def clear() -> None:
 
 
 def vectors(table: pd.DataFrame, name: str) -> Floats:
-    """Three columns of a vector as an array (n, 3)."""
-    return np.asarray(table[[f"{name}_x", f"{name}_y", f"{name}_z"]], dtype=np.float64)
+    """Three columns of a vector as an array (n, 3), each column in one piece of memory."""
+    return np.array([table[f"{name}_{axis}"].to_numpy() for axis in "xyz"], dtype=np.float64).T
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:

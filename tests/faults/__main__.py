@@ -11,6 +11,7 @@ import csv
 import random
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -86,11 +87,11 @@ def read(table: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def write(table: Path, rows: list[dict[str, str]]) -> None:
+def write(table: Path, rows: list[dict[str, str]], columns: Sequence[str] = COLUMNS) -> None:
     """The table, whole or not at all."""
     partial = table.with_suffix(".partial")
     with open(partial, "w", newline="") as file:
-        lines = csv.DictWriter(file, COLUMNS)
+        lines = csv.DictWriter(file, columns)
         lines.writeheader()
         lines.writerows(rows)
     partial.rename(table)

@@ -34,7 +34,7 @@ def tests_of(path: Path) -> list[str]:
     package, name = ".".join(path.relative_to(trial.ROOT).parent.parts), path.stem
     uses = re.compile(rf"from {re.escape(package)} import [^\n]*\b{name}\b|{re.escape(package)}\.{name}\b")
     found = [p for p in sorted((trial.ROOT / "tests").rglob("test_*.py")) if uses.search(p.read_text())]
-    found.sort(key=lambda p: (name not in p.stem, p.stat().st_size))
+    found.sort(key=lambda p: (p.stem != f"test_{name}", name not in p.stem, p.stat().st_size))
     return [str(p.relative_to(trial.ROOT)) for p in found]
 
 

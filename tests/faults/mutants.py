@@ -97,7 +97,10 @@ def _number(old: str) -> str:
 
 
 def _exchanged(path: Path, text: str) -> Iterator[Mutant]:
+    skipped = [m.span() for m in TOKEN.finditer(text) if m.group("skip")]
     for match in PAIR.finditer(text):
+        if any(start <= match.start() < end for start, end in skipped):
+            continue
         a, b = match.groups()
         new = f"({b}, {a})"
         yield Mutant(path, _line(text, match.start()), f"{match.group()} -> {new}", _replaced(text, match, new))

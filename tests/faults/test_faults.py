@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.faults import asked, reach, server, trial
-from tests.faults.__main__ import score
+from tests.faults import asked, page, reach, server, trial
+from tests.faults.__main__ import read, score
 from tests.faults.mutants import Mutant, draw, mutants
 
-PYTHON = '''"""Text + 1."""
+PYTHON = '''"""Text + 1 (a, b)."""
 import math  # a + b
 
 
@@ -36,7 +36,7 @@ def test_operators_constants_arguments_and_lines_are_changed_and_comments_are_no
             "8: dropped: total += hypot(x, y)"} <= set(made)  # fmt: skip
     assert not any("dropped: total = " in w for w in made)
     assert not {w for w in made if w.startswith(("1:", "2:", "5:", "6:"))}
-    assert "total = min(x, y) - 2.5 * x" in made["7: + -> -"] and "Text + 1." in made["7: + -> -"]
+    assert "total = min(x, y) - 2.5 * x" in made["7: + -> -"] and "Text + 1 (a, b)." in made["7: + -> -"]
     assert "    pass\n    return total" in made["8: dropped: total += hypot(x, y)"]
 
 
@@ -102,3 +102,10 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
         space["way"](False)
     assert lines == {"way.py": {1, 2, 4}}
     assert [trial.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
+
+
+def test_the_page_is_that_of_the_kept_table() -> None:
+    """Every change that nobody noticed has its reason."""
+    rows = read(page.KEPT)
+    assert page.PAGE.read_text() == page.page(rows)
+    assert all(row[page.WHY] for row in rows if page.verdict(row) in ("alike", "open"))

@@ -60,6 +60,8 @@ STEADY = ("history/*.parquet", "*.parquet", "results/*.parquet", "scene.json", "
           "results/checks.json", "engine/in.liggghts", "engine/setup.liggghts", "engine/particles.data")  # fmt: skip
 """Files that are the same in every run without a fault; of summary.json what does not tell times."""
 TIMES = ("wall_s", "particle_steps_per_s", "versions")
+MADE = ("results", "summary.json", "replay.json")
+"""What is made of a finished run."""
 AFTER = ("results", "view")
 """Rooms that work on a finished run."""
 LIMIT_S = 900.0
@@ -273,7 +275,7 @@ class Bench:
         run, kept = self.run, self.out / "sound" / scene / "run"
         shutil.rmtree(run, ignore_errors=True)
         if room in AFTER:
-            shutil.copytree(kept, run, ignore=shutil.ignore_patterns("vtk"))
+            shutil.copytree(kept, run, ignore=shutil.ignore_patterns("vtk", *(MADE if room == "results" else ())))
         else:
             server.engine_in_copy(keep_counts)
             config = stages.resolved(self.tree / f"config_{scene.replace('=', '_')}")

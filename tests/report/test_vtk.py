@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 import pyvista
 
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
+from pywet.scene import Rotation
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT
 
@@ -80,3 +83,19 @@ def test_a_dry_run_has_no_bridges(tmp_path: Path) -> None:
     vtk.write(run)
     assert len(pyvista.read(run / "vtk" / "particles_000000000.vtu").points) == 3
     assert pyvista.read(run / "vtk" / "bridges_000000000.vtu").n_cells == 0
+
+
+def test_a_turning_wall_is_where_its_turn_has_brought_it() -> None:
+    """A third of a turn about (1, 1, 1) carries x to y, y to z, z to x; the second wall stays."""
+    turn = Rotation(origin_m=(1.0, 2.0, 3.0), axis=(2.0, 2.0, 2.0), period_s=3.0)
+    corners = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) + turn.origin_m
+    names = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
+    walls = [SimpleNamespace(name="drum", motion="turns"), SimpleNamespace(name="floor", motion="rests")]
+    run = SimpleNamespace(
+        triangles=pd.DataFrame([corners.ravel()] * 2, columns=names).assign(mesh=[w.name for w in walls]),
+        mesh_motion=pd.DataFrame({"step": [300], "mesh": ["floor"], "dx": 0.0, "dy": 0.0, "dz": 0.5}),
+        scene=SimpleNamespace(walls=walls, rotation=turn, time_step_s=1.0 / 300.0),
+    )
+    turned, moved = vtk.wall_corners(run, 300)  # type: ignore[arg-type]
+    np.testing.assert_allclose(turned, np.roll(np.eye(3), 1, axis=1) + turn.origin_m, atol=1e-14)
+    np.testing.assert_allclose(moved, corners + np.array([0.0, 0.0, 0.5]), atol=1e-14)

@@ -13,7 +13,7 @@ import pytest
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.runs.rundir import RunDir
-from pywet.screening.results import Results, coarse_share, write_results
+from pywet.screening.results import Results, checks, coarse_share, write_results
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT
 
@@ -59,6 +59,16 @@ def test_liquid_of_bridges_is_booked_to_each_side_by_the_transfer_share(moist: R
     }
     assert {k: last[k] for k in expected} == pytest.approx(expected, rel=1e-14, abs=1e-14)
     assert "outlet_m3" not in last
+
+
+def test_what_breaks_a_check_is_its_value(moist: RunDir) -> None:
+    """Y that rises by 0.01, and a millionth of the liquid that nobody has."""
+    made = Results.of(moist)
+    rising = made.retained.assign(fraction_retained=[0.5, 0.51, 0.2])
+    lost = made.liquid.assign(total_m3=made.liquid["total_m3"] * [1.0, 1.0 - 1e-6, 1.0])
+    found = {c.name: (c.ok, c.value) for c in checks(moist, rising, lost)}
+    assert found["fraction_retained_monotone"] == (False, pytest.approx(0.01, rel=1e-12))
+    assert found["liquid_accounted_for"] == (False, pytest.approx(1e-6, rel=1e-9))
 
 
 def test_checks_hold_and_a_lost_sphere_is_named(moist: RunDir) -> None:

@@ -71,12 +71,27 @@ def attached(scene: Scene) -> bool:
     return scene.effects.bridges or scene.is_fed or any(w.prisms for w in scene.walls)
 
 
-def contact_distance_factor(scene: Scene) -> float:
-    """How far beyond touch the neighbour list must see: where films can touch; 1 for a dry scene."""
+def film_factor(scene: Scene) -> float:
+    """How far beyond touch the neighbour list must see, of the radii: where films can touch; 1 for a dry scene."""
     if not scene.effects.bridges or scene.liquid is None:
         return 1.0
     smallest = min(c.radius_m for c in scene.classes)
     return 1.0 + FILM_GROWTH * scene.liquid.initial_film_thickness_m / smallest
+
+
+def contact_distance_factor(scene: Scene) -> float:
+    """Within this many radii, beyond touch, the engine looks after a pair in every step and takes its spring away.
+
+    A fast pair that parts is there for a step at least; it is not wider, since each pair in it costs as much as a contact nearly.
+    """
+    step = FASTEST * scene.time_step_s / min(c.radius_m for c in scene.classes)
+    return min(film_factor(scene), 1.0 + step)
+
+
+def listed(scene: Scene) -> float:
+    """How far [m] beyond `contact_distance_factor` the neighbour list sees: skin, and where films can touch."""
+    widest = 2.0 * max(c.radius_m for c in scene.classes)
+    return skin(scene) + widest * (film_factor(scene) - contact_distance_factor(scene))
 
 
 def longest_bridge(scene: Scene) -> float:
@@ -94,7 +109,8 @@ def longest_bridge(scene: Scene) -> float:
 
 
 def skin(scene: Scene) -> float:
-    """Skin [m] of the neighbour list, 0.4 of the smallest radius; a sphere falling at 1 m/s needs a rebuild in 10 to 30 steps."""
+    """Skin [m] of the neighbour list: it is made anew when a sphere has moved by half of it. 0.4 of the smallest radius; a sphere
+    falling at 1 m/s needs a rebuild in 10 to 30 steps."""
     return 0.4 * min(c.radius_m for c in scene.classes)
 
 
@@ -251,7 +267,10 @@ def write_deck(
         "cohesion": cohesion,
         "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
-        "contact_distance_factor": repr(contact_distance_factor(scene)),
+        # a cohesion model of the engine's own lives as far as films touch
+        "listed": repr(skin(scene) if cohesion.words else listed(scene)),
+        "thickest_film": repr(film_factor(scene) - 1.0),
+        "contact_distance_factor": repr((film_factor if cohesion.words else contact_distance_factor)(scene)),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet.evidence.full_scale import kept, reasons
@@ -28,6 +29,17 @@ def test_liquid_counts_at_the_last_output_above() -> None:
     table = reasons.passage([run]).set_index("when")
     assert table.loc["before"].tolist() == [0.5, 3.0]
     assert table.loc["end"].tolist() == pytest.approx([0.1, 3.3])
+
+
+def test_trials_are_compared_by_their_means_from_half_a_second_on(tmp_path: Path) -> None:
+    """Y of 1, 0.8 and 0.4 at 0, 0.5 and 1 s: 0.6; the small ones' of half of that 0.3."""
+    table = pd.DataFrame({"time_since_opening_s": [-0.1, 0.0, 0.5, 1.0], "fraction_retained": [1.0, 1.0, 0.8, 0.4]})
+    for kind, share in (("small", 0.5), ("near_mesh", 1.0)):
+        table[f"fraction_retained_{kind}"] = share * table["fraction_retained"]
+    run: Any = SimpleNamespace(path=Path("deep-3"), table=lambda name: table)
+    reasons.curves([run]).to_csv(tmp_path / "7.csv", index=False)
+    of = reasons._trials(tmp_path)
+    assert (of("deep", 3, "all"), of("deep", 3, "small")) == (pytest.approx(0.6), pytest.approx(0.3))
 
 
 def test_each_statement_that_fails_is_named_and_an_unknown_reason_said() -> None:

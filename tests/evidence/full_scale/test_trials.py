@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet import config as settings
 from pywet import stages
 from pywet.errors import PywetError
-from pywet.evidence.full_scale import trials
+from pywet.evidence.full_scale import page, trials
 from pywet.runs.rundir import RunDir
 from tests.screening import synthetic
 
@@ -36,3 +37,10 @@ def test_the_divisions_of_figure_14_hold_all_liquid(tmp_path: Path) -> None:
     found = trials.divisions(RunDir(run))
     assert (found["case"], found["trial"]) == (2, "as_is")
     assert np.sum([found[title] for title in trials.FIG14]) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_what_an_effect_takes_from_the_screen_is_said() -> None:
+    shares = [{"trial": trial, "case": 2, **dict(zip(trials.FIG14, (0.1, at, 0.9 - at), strict=True))}
+              for trial, at in (("as_is", 0.42), ("shedding", 0.375))]  # fmt: skip
+    said = page._moved(pd.DataFrame(shares), "shedding")
+    assert said == "`shedding` takes 4.5 % in case 2 from coarse material and screen"

@@ -14,6 +14,7 @@
 #include "error.h"
 #include "fix_mesh_surface.h"
 #include "force.h"
+#include "input.h"
 #include "lammps.h"
 #include "mesh_module_stress.h"
 #include "modify.h"
@@ -22,6 +23,7 @@
 #include "pair.h"
 #include "tri_mesh.h"
 #include "update.h"
+#include "variable.h"
 
 // The engine's package lacks the lists of contact models that this header asks for; whoever only calls a model needs none.
 #define CONTACT_MODEL_CONSTANTS_H_
@@ -39,6 +41,8 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
   at.free_group = integrate->groupbit;
+  skin = said("skin");
+  thickest_film = said("thickest_film");
   for (const Mesh &mesh : walls.meshes) {
     LAMMPS_NS::Fix *fix = lmp->modify->find_fix_id(mesh.name.c_str());
     LAMMPS_NS::FixMeshSurface *surface = dynamic_cast<LAMMPS_NS::FixMeshSurface *>(fix);
@@ -51,11 +55,24 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
     throw std::runtime_error("the deck has no fix wall/gran named walls whose springs are those of one contact");
 }
 
+double Engine::said(const char *variable) const {
+  LAMMPS_NS::Variable *variables = lmp_->input->variable;
+  const int k = variables->find(const_cast<char *>(variable));
+  if (k < 0) throw std::runtime_error(std::string("the deck has no variable ") + variable);
+  return variables->compute_equal(k);
+}
+
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
-double Engine::thickest_film(double radius) const { return (lmp_->neighbor->contactDistanceFactor - 1.0) * radius; }
+// For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
+void Engine::keep_skin() const {
+  struct Lists : LAMMPS_NS::Neighbor {
+    static double &trigger(LAMMPS_NS::Neighbor *lists) { return lists->*(&Lists::triggersq); }
+  };
+  Lists::trigger(lmp_->neighbor) = 0.25 * skin * skin;
+}
 
-double Engine::skin() const { return lmp_->neighbor->skin; }
+double Engine::mesh_way() const { return 0.5 * lmp_->neighbor->skin; }
 
 void Engine::look() {
   LAMMPS_NS::Atom *atom = lmp_->atom;

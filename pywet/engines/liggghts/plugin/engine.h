@@ -33,14 +33,16 @@ struct View {
 class Engine {
  public:
   View at;
+  double thickest_film = 0;                             // that the neighbour list sees, of the sphere's radius
+  double skin = 0;                                      // lists are made anew when a sphere has moved by half of it
 
   // Finds the meshes of the walls; `presses`: its dry contact with walls will be asked for.
   void attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses);
   void look();
 
   int local(int id) const;                              // index of a sphere on this rank, -1: not here
-  double skin() const;
-  double thickest_film(double radius) const;            // that the neighbour list sees
+  void keep_skin() const;                               // the engine forgets it at the start of each run
+  double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
   void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
@@ -56,6 +58,7 @@ class Engine {
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;   // in the order of Walls::meshes
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;
 
+  double said(const char *variable) const;              // by the deck
   bool read_mesh(size_t m, const Walls &walls, double *out) const;
 };
 

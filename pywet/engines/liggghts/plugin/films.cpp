@@ -45,7 +45,7 @@ void Films::set(int id, double now) {
   if (now < -1e-12 * initial || !std::isfinite(now))
     throw Stop("the film on sphere " + std::to_string(id) + " would be " + number(1e9 * now) + " mm3 after step " +
                std::to_string(world_.clock.now) + ", expected zero or more; the formation law draws more than it says");
-  const double radius = world_.spheres.radius(id), allowed = world_.engine.thickest_film(radius);
+  const double radius = world_.spheres.radius(id), allowed = world_.engine.thickest_film * radius;
   volume[id] = now;
   thickness_[id] = film_thickness(std::max(now, 0.0), radius);
   thicker = std::max(thicker, thickness_[id] - thickness_then[id]);

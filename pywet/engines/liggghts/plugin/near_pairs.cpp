@@ -72,13 +72,13 @@ void NearPairs::find_walls() {
     if (pair.site.distance_then >= 0) known.emplace(key_of(LARGE_WALL, pair.i, pair.j), std::move(pair.site));
   wall_pairs_.clear();
   wall_rest_.clear();
-  // sphere and mesh may each move half the skin before the next rebuild; films may grow meanwhile: one skin more
+  // before the next rebuild a sphere may move half the skin, a mesh its own way; films may grow meanwhile: one skin more
   const double thickest = films_.thickest_part();
   std::vector<Vec> y(walls.meshes.size());
   std::vector<char> here(walls.meshes.size());
   for (int a = 0; a < at.nlocal; a++) {
     const int i = at.tag[a];
-    const double far = films_.reach(i) + 2 * world_.engine.skin();
+    const double far = films_.reach(i) + 1.5 * world_.engine.skin + world_.engine.mesh_way();
     for (size_t m = 0; m < walls.meshes.size(); m++) {
       y[m] = walls.meshes[m].to_rest(Vec(at.x[a]));
       here[m] = Walls::outside(walls.meshes[m].bounds, y[m]) < far + thickest;

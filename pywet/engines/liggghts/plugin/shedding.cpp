@@ -79,7 +79,7 @@ void Shedding::land(const std::vector<double> &now, Drop &d) const {
     const double along = dot(r, down), own = world_.spheres.radius(int(id)), beside = dot(r, r) - along * along;
     if (along <= 0 || beside >= own * own) continue;
     const double way = along - std::sqrt(own * own - beside);
-    if (way >= d.fallen || film_thickness(films_.volume[id] + d.volume, own) > FULL * world_.engine.thickest_film(own)) continue;
+    if (way >= d.fallen || film_thickness(films_.volume[id] + d.volume, own) > FULL * world_.engine.thickest_film * own) continue;
     d.fallen = way;
     d.partner_kind = SPHERE;
     d.j = int(id);

@@ -47,6 +47,7 @@ void Plugin::step(int64_t n) {
   if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && wires.prisms.empty() && !feeding)
     return;
   engine.look();
+  if (clock.first || clock.again) engine.keep_skin();
   clock.time = n * engine.at.dt;
   if (fresh) engine.check_box(world.spheres, world.ranks, n);
   energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));

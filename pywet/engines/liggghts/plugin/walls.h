@@ -42,12 +42,17 @@ struct Mesh {
 };
 
 // A sphere near a part: the triangles that can be closest while the sphere moves less than Walls::margin relative to the mesh, and
-// how far they were at `reference`. The nearest is here with its corners: most often it is the only one.
+// how far they were at `reference`. All are here with their corners: among those of the mesh every one would be a line of memory
+// that nobody has asked for lately. The nearest is most often the only one.
 struct Site {
   struct Near {
     double distance;
     int triangle;
     bool operator<(const Near &o) const { return distance != o.distance ? distance < o.distance : triangle < o.triangle; }
+  };
+  struct Other {
+    Near near;
+    Triangle corners;
   };
   int part, mesh;
   int first = -1;                       // the nearest triangle
@@ -55,7 +60,7 @@ struct Site {
   double distance_then = -1;            // of the nearest; negative: never evaluated
   double second = std::numeric_limits<double>::infinity();  // of the next one
   Triangle nearest{};
-  std::vector<Near> others;             // in order of their distance
+  std::vector<Other> others;            // in order of their distance
 
   Site(int part, int mesh) : part(part), mesh(mesh) {}
 };
@@ -105,9 +110,9 @@ class Walls {
     };
     look(site.nearest, site.first);
     if (!(site.second - moved > best.distance * (1 + 1e-12)))
-      for (const Site::Near &near : site.others) {
-        if (near.distance - moved > best.distance * (1 + 1e-12)) break;
-        look(triangles[near.triangle], near.triangle);
+      for (const Site::Other &other : site.others) {
+        if (other.near.distance - moved > best.distance * (1 + 1e-12)) break;
+        look(other.corners, other.near.triangle);
       }
     best.point = mesh.to_world(best.point);
     return best;
@@ -131,15 +136,17 @@ class Walls {
       least = std::min(least, scratch_.back().distance);
     }
     const Site::Near first = *std::min_element(scratch_.begin(), scratch_.end());
+    const auto far = std::remove_if(scratch_.begin(), scratch_.end(), [&](const Site::Near &near) {
+      return !(near.distance <= least + 2 * margin) || near.triangle == first.triangle;
+    });
+    std::sort(scratch_.begin(), far);
     site.others.clear();
-    for (const Site::Near &near : scratch_)
-      if (near.distance <= least + 2 * margin && near.triangle != first.triangle) site.others.push_back(near);
-    std::sort(site.others.begin(), site.others.end());
+    for (auto near = scratch_.begin(); near != far; ++near) site.others.push_back(Site::Other{*near, triangles[near->triangle]});
     site.first = first.triangle;
     site.nearest = triangles[site.first];
     site.reference = y;
     site.distance_then = least;
-    site.second = site.others.empty() ? std::numeric_limits<double>::infinity() : site.others[0].distance;
+    site.second = site.others.empty() ? std::numeric_limits<double>::infinity() : site.others[0].near.distance;
   }
 
   void bound(int p) {

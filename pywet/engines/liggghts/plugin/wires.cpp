@@ -36,7 +36,7 @@ void Wires::arrange() {
 // A sphere moves less than one skin between two looks at the same neighbour list, a mesh half of one before the next look.
 bool Wires::moved() const {
   for (const Weave &weave : weaves_)
-    if (norm(world_.walls.meshes[weave.mesh].shift - shift_then_[weave.mesh]) > 0.5 * world_.engine.skin()) return true;
+    if (norm(world_.walls.meshes[weave.mesh].shift - shift_then_[weave.mesh]) > 0.5 * world_.engine.skin) return true;
   return false;
 }
 
@@ -49,7 +49,7 @@ void Wires::find() {
   for (const Weave &weave : weaves_) shift_then_[weave.mesh] = meshes[weave.mesh].shift;
   for (int a = 0; a < at.nlocal; a++) {
     const int id = at.tag[a];
-    const double reach = world_.spheres.radius(id) + 1.5 * world_.engine.skin();
+    const double reach = world_.spheres.radius(id) + 1.5 * world_.engine.skin;
     for (const Weave &weave : weaves_) {
       double y[3];
       store(meshes[weave.mesh].to_rest(Vec(at.x[a])), y);
