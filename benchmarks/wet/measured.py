@@ -1,6 +1,6 @@
-"""How straight restitution over 1/St is in the model of Buck et al. (2018), where experiments find a straight line: docs/measured.md.
+"""How straight restitution over 1/St is in the model of Buck et al. (2018), as experiments find it to be: docs/measured.md.
 
-    python benchmarks/wet/measured.py
+python benchmarks/wet/measured.py
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ def restitution(viscosity: float) -> tuple[np.ndarray, np.ndarray]:
     given["liquid"] |= {"viscosity_Pa_s": viscosity, "layer_thickness_m": 200e-6}
     points = []
     for speed in SPEEDS:
-        e_n = wall.collide(parse(Problem, {**given, "normal_velocity_m_per_s": float(speed)}, "examples/wall_wet.json"))["e_n"]
+        e_n = wall.collide(
+            parse(Problem, {**given, "normal_velocity_m_per_s": float(speed)}, "examples/wall_wet.json")
+        )["e_n"]
         mass = 4.0 / 3.0 * math.pi * sphere["radius_m"] ** 3 * sphere["density_kg_per_m3"]
         if e_n:
             points.append((6.0 * math.pi * viscosity * sphere["radius_m"] ** 2 / (mass * speed), e_n))
@@ -46,5 +48,6 @@ if __name__ == "__main__":
     for viscosity in VISCOSITIES:
         inverse, kept = restitution(viscosity)
         quick = inverse < np.median(inverse)
-        print(f"{1e3 * viscosity:g} mPa s: {len(kept)} rebounds, e_n {kept.min():.3f} to {kept.max():.3f}, St {1 / inverse.max():.0f} to "
-              f"{1 / inverse.min():.0f}; bend {bend(inverse, kept):.1%}, of the faster half {bend(inverse[quick], kept[quick]):.1%}")  # fmt: skip
+        print(f"{1e3 * viscosity:g} mPa s: {len(kept)} rebounds, e_n {kept.min():.3f} to {kept.max():.3f},", end=" ")
+        print(f"St {1 / inverse.max():.0f} to {1 / inverse.min():.0f}; bend {bend(inverse, kept):.1%},", end=" ")
+        print(f"of the faster half {bend(inverse[quick], kept[quick]):.1%}")

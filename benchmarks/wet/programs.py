@@ -77,8 +77,8 @@ def by_law(capillary: str, rupture: str, measured: bool) -> Callable[[], Iterato
 
     def answers() -> Iterator[Row]:
         yield from bridges(forces)
-        yield from drags(measured)
         if not measured:
+            yield from drags()
             yield from splits(capillary, rupture)
 
     return answers
@@ -99,21 +99,14 @@ def splits(capillary: str, rupture: str) -> Iterator[Row]:
         yield from (row("wire", case, a["quantity"], a["at"], 1.0) for a in wanted)
 
 
-def drags(measured: bool) -> Iterator[Row]:
+def drags() -> Iterator[Row]:
     """Lubrication by the law for full immersion, with the least gap that all viscous laws add."""
     law = registry.get("viscous_normal", STOKES_FORCE).functions[0]
     for case, given, wanted in asked("viscous_pull"):
         r, second = given["radius_m"], math.inf if case == "plate" else given["radius_m"]
-        gaps = [a["at"] for a in wanted]
-        if measured:
-            two = Pair("wet", r, second, 1e-9, (0.0, 0.0), 0.0)
-            more = {"viscosity_Pa_s": given["viscosity_Pa_s"], "velocity_m_per_s": given["speed_m_per_s"]}
-            found = bridge_engine.measured(two.query(gaps, laws=["lambert", STOKES_FORCE], **more))["viscous_normal_N"]
-            forces = found[STOKES_FORCE]
-        else:
-            speed, viscosity = given["speed_m_per_s"], given["viscosity_Pa_s"]
-            forces = [-law(gap, 1e-9, r, second, speed, viscosity) for gap in gaps]
-        yield from (row("viscous_pull", case, "force", gap, force) for gap, force in zip(gaps, forces, strict=True))
+        for a in wanted:
+            force = -law(a["at"], 1e-9, r, second, given["speed_m_per_s"], given["viscosity_Pa_s"])
+            yield row("viscous_pull", case, "force", a["at"], force)
 
 
 def stock(force: Callable[[Any], Any]) -> Callable[[], Iterator[Row]]:
@@ -229,7 +222,7 @@ def tables(table: pd.DataFrame) -> Iterator[str]:
     """For each problem a table of programs: the largest deviation of each quantity over all cases, and how much was answered."""
     for problem in SCORE["problems"]():
         of = table[table["problem"] == problem]
-        yield f"\n### {problem}\n"
+        yield f"\n## {problem}\n"
         if of.empty:
             yield "No program of this page answers it."
             continue
@@ -239,7 +232,7 @@ def tables(table: pd.DataFrame) -> Iterator[str]:
         for name in dict.fromkeys(of["program"]):
             mine = of[of["program"] == name]
             worst = [mine.loc[mine["quantity"] == q, "largest"].max() for q in quantities]
-            cells = ["–" if np.isnan(w) else f"{100.0 * w:.2g} %" for w in worst]
+            cells = ["–" if np.isnan(w) else (f"{100.0 * w:.0f} %" if w > 0.1 else f"{100.0 * w:.2g} %") for w in worst]
             yield f"| {name} | " + " | ".join(cells) + f" | {mine['answered'].sum()} of {mine['asked'].sum()} |"
 
 
