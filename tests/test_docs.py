@@ -130,6 +130,7 @@ def test_index_names_every_page() -> None:
         "README.md",
         "index.md",
         "configuration_reference.md",
+        "columns.md",
     }
     assert pages - named == set()
 
