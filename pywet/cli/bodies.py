@@ -119,7 +119,9 @@ def score(given: Annotated[list[str] | None, typer.Argument(metavar="PROBLEM FIL
 
     from pywet.shipped import place
 
-    raise typer.Exit(subprocess.call([sys.executable, str(place("benchmarks/wet") / "score.py"), *(given or ["--help"])]))
+    raise typer.Exit(
+        subprocess.call([sys.executable, str(place("benchmarks/wet") / "score.py"), *(given or ["--help"])])
+    )
 
 
 @collide.command()

@@ -179,8 +179,13 @@ def test_the_page_of_measurements_says_what_the_model_gives() -> None:
         inverse, kept = measured["restitution"](viscosity)
         cells = [cell.strip() for cell in page.split(f"| {1e3 * viscosity:g} mPa s |")[1].split("|")[:4]]
         stokes, e_n, bend, quick = cells
-        assert [float(v) for v in stokes.split(" to ")] == pytest.approx([1 / inverse.max(), 1 / inverse.min()], abs=0.6)
+        assert [float(v) for v in stokes.split(" to ")] == pytest.approx(
+            [1 / inverse.max(), 1 / inverse.min()], abs=0.6
+        )
         assert [float(v) for v in e_n.split(" to ")] == pytest.approx([kept.min(), kept.max()], abs=6e-4)
         half = inverse < np.median(inverse)
-        for cell, bent in ((bend, measured["bend"](inverse, kept)), (quick, measured["bend"](inverse[half], kept[half]))):
+        for cell, bent in (
+            (bend, measured["bend"](inverse, kept)),
+            (quick, measured["bend"](inverse[half], kept[half])),
+        ):
             assert float(cell.strip(" %")) == pytest.approx(100.0 * bent, abs=0.6)
