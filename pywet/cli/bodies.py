@@ -111,17 +111,20 @@ def bridge(
         typer.echo(json.dumps(answer, indent=2, allow_nan=False))
 
 
-@app.command(context_settings={"ignore_unknown_options": True, "help_option_names": []})
-def score(given: Annotated[list[str] | None, typer.Argument(metavar="PROBLEM FILE.csv")] = None) -> None:
-    """Score any program's answers to a wet benchmark problem; `--template` prints an empty table."""
-    import subprocess
-    import sys
+@app.command()
+def score(
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet.")],
+    file: Annotated[Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value.")] = None,
+    template: Annotated[bool, typer.Option("--template", help="Print an empty table of what is asked.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the score as JSON.")] = False,
+) -> None:
+    """Score any program's answers to a wet benchmark problem."""
+    import runpy
 
     from pywet.shipped import place
 
-    raise typer.Exit(
-        subprocess.call([sys.executable, str(place("benchmarks/wet") / "score.py"), *(given or ["--help"])])
-    )
+    given = [problem, *([str(file)] if file else []), *["--template"] * template, *["--json"] * as_json]
+    raise typer.Exit(runpy.run_path(str(place("benchmarks/wet") / "score.py"))["main"](given))
 
 
 @collide.command()
