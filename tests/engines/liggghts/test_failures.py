@@ -200,7 +200,9 @@ def test_no_mpirun_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """Ranks without MPI are not a matter of a writable folder."""
     small.prepare(tmp_path, spheres_of(R), [small.Sphere(1, (0.0, 0.0, 0.0))], contacts(1))
     monkeypatch.setattr(shutil, "which", lambda name: None if name == "mpirun" else f"/usr/bin/{name}")
-    with pytest.raises(PywetError, match="2 ranks were asked for but there is no mpirun; expected mpirun of openmpi-bin"):
+    with pytest.raises(
+        PywetError, match="2 ranks were asked for but there is no mpirun; expected mpirun of openmpi-bin"
+    ):
         driver.run(tmp_path, ranks=2)
 
 
