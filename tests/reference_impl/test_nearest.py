@@ -17,7 +17,7 @@ def test_the_distance_is_the_least_of_triangles_as_near(order: tuple[int, int]) 
     low = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
     corners = np.array([low, low + np.array([0.0, 0.0, 2e-12])])[list(order)]
     setup: Any = SimpleNamespace(
-        corners=corners, part=np.zeros(2, np.int64), step=1e-6, scene={"duration_s": 1e-6},
+        corners=corners, part=np.zeros(2, np.int64), step=1e-6, scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
         walls=[SimpleNamespace(first=0, last=2, motion="fixed")],
     )  # fmt: skip
     x = np.array([[0.0, 0.0, 5e-3]])
