@@ -77,7 +77,7 @@ def collect(run_dir: Path) -> None:
     folder = run_dir / "engine.partial"
     account, damaged = checkpoint.finished(folder, mark)
     assert account is not None and damaged is None
-    task = driver.Task(scene, run_dir, folder, mark, 1, False, never, {})
+    task = driver.Task(scene, run_dir, folder, mark, 1, False, never, "", {})
     driver._collect(task, {"engine_version": "3.8.0", "plugin_hash": None, **account})
 
 
