@@ -74,7 +74,9 @@ def test_gravity_points_down_and_one_looks_along_the_axis_of_a_drum(
 ) -> None:
     """Right, away, up: by hand. What falls is lower in the sketch and farther from the camera's up."""
     turning = axis and Rotation(origin_m=(0, 0, 0), axis=axis, period_s=1.0)
-    scene = RunDir(run).scene.model_copy(update={"gravity_m_per_s2": gravity, "rotation": turning})
+    scene = RunDir(run).scene
+    walls = tuple(wall.model_copy(update={"motion": "turns" if axis else "fixed"}) for wall in scene.walls)
+    scene = scene.model_copy(update={"gravity_m_per_s2": gravity, "rotation": turning, "walls": walls})
     turned = RunDir(run)
     turned.__dict__["scene"] = scene
     np.testing.assert_allclose(sketch.frame(turned), rows, atol=1e-15)
