@@ -94,7 +94,9 @@ def test_a_turning_wall_is_where_its_turn_has_brought_it() -> None:
     run = SimpleNamespace(
         triangles=pd.DataFrame([corners.ravel()] * 2, columns=names).assign(mesh=[w.name for w in walls]),
         mesh_motion=pd.DataFrame({"step": [300], "mesh": ["floor"], "dx": 0.0, "dy": 0.0, "dz": 0.5}),
-        scene=SimpleNamespace(walls=walls, rotation=turn, time_step_s=1.0 / 300.0),
+        scene=SimpleNamespace(
+            walls=walls, motion_of=lambda wall: turn if wall.motion == "turns" else None, time_step_s=1.0 / 300.0
+        ),
     )
     turned, moved = vtk.wall_corners(run, 300)  # type: ignore[arg-type]
     np.testing.assert_allclose(turned, np.roll(np.eye(3), 1, axis=1) + turn.origin_m, atol=1e-14)
