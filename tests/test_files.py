@@ -55,7 +55,7 @@ def test_what_the_system_refuses_is_one_sentence(
     """A full disk, a folder of somebody else's, a file system that cannot be written: exit code 1, no traceback."""
     from pywet.report import vtk
 
-    def refuse(folder: Path) -> None:
+    def refuse(folder: Path, **how: object) -> None:
         raise error
 
     monkeypatch.setattr(vtk, "write", refuse)
@@ -67,7 +67,7 @@ def test_what_the_system_refuses_is_one_sentence(
 def test_a_fault_of_the_program_is_not_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pywet.report import vtk
 
-    def wrong(folder: Path) -> None:
+    def wrong(folder: Path, **how: object) -> None:
         raise KeyError("step")
 
     monkeypatch.setattr(vtk, "write", wrong)
