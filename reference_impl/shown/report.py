@@ -113,7 +113,8 @@ def check(report: Path, cases: Path) -> Read:
             read.faults += _colours(figure, panel, colours["places" if figure == "liquid" else "moisture"])
         read.faults += _missing(runs, figure, panels)
     read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
-    told, words = sentences.check(text, runs.folder, sorted(listed))
+    liquid = {int(row["case"]): float(row["liquid_percent"] or 0.0) for row in runs.rows}
+    told, words = sentences.check(text, runs.folder, sorted(listed), liquid)
     read.numbers += len(told)
     read.faults += [*wrong, *tables.wrong_of(told), *words]
     return read
