@@ -140,6 +140,20 @@ def _one_seed(runs: Runs, folder: Path) -> str:
     )
 
 
+def _closer(runs: Runs, folder: Path) -> str:
+    spreads = []
+    for begin, end in ((0.5, 2.0), (2.0, 10.0)):
+        for cases in ((10, 11, 12), (13, 14, 15)):
+            y = [runs[n][0].mean(runs[n][0].retained(), begin, end) for n in cases]
+            spreads.append(max(y) - min(y))
+    early, slower, late, later = spreads
+    return (
+        f"the trend is there, but 1 mm lies closer together because its passage is over sooner here: from 2 to 10 s the means "
+        f"of cases 10 to 12 are within {late:.4f} of the feed, of 13 to 15 within {later:.4f}; from 0.5 to 2 s within {early:.3f} "
+        f"and {slower:.3f}. No run tests it; one seed each."
+    )
+
+
 def _passing(runs: Runs, folder: Path) -> str:
     run = runs[11][0]
     near = run.liquid("coarse_material_near_mesh")
@@ -162,7 +176,7 @@ def _bin(runs: Runs, folder: Path) -> str:
 
 
 REASONS: dict[int, Callable[[Runs, Path], str]] = {
-    2: _slower, 7: _early, 11: _one_seed, 17: _small_first, 21: _dry_near, 26: _side_wall, 29: _passing, 30: _bin,
+    2: _slower, 7: _early, 11: _one_seed, 12: _closer, 17: _small_first, 21: _dry_near, 26: _side_wall, 29: _passing, 30: _bin,
 }  # fmt: skip
 TESTS: dict[int, Callable[[Sequence[RunDir]], pd.DataFrame]] = {7: curves, 26: side_walls, 30: passage}
 
