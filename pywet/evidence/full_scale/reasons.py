@@ -149,8 +149,8 @@ def _closer(runs: Runs, folder: Path) -> str:
     early, slower, late, later = spreads
     return (
         f"the trend is there, but 1 mm lies closer together because its passage is over sooner here: from 2 to 10 s the means "
-        f"of cases 10 to 12 are within {late:.4f} of the feed, of 13 to 15 within {later:.4f}; from 0.5 to 2 s within {early:.3f} "
-        f"and {slower:.3f}. No run tests it; one seed each."
+        f"of cases 10 to 12 are within {late:.4f} of the feed, of 13 to 15 within {later:.4f}; from 0.5 to 2 s within "
+        f"{early:.3f} and {slower:.3f}. No run tests it; one seed each."
     )
 
 
