@@ -101,7 +101,8 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
     exec(compile(path.read_text(), str(path), "exec"), space)
     with reach.traced(tmp_path) as lines:
         space["way"](False)
-    assert lines == {"way.py": {1, 2, 4}}
+        reach.keep(tmp_path / "kept.json")
+    assert lines == reach.kept(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
     assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
 
 
