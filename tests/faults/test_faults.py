@@ -59,6 +59,12 @@ def test_every_room_has_files_and_their_tests() -> None:
     assert asked.tests_of("report/vtk.py")[0] == "tests/report/test_vtk.py"
 
 
+def test_a_fault_of_a_helper_is_one_of_the_law_that_calls_it(tmp_path: Path) -> None:
+    path = tmp_path / "laws.py"
+    path.write_text("def one(x):\n    return x\n\n\n@force_law('capillary')\ndef two(x):\n    return one(x)\n")
+    assert [rooms.law_of(Mutant(path, line, "", "")) for line in (2, 7, 4)] == [("capillary", "two")] * 2 + [None]
+
+
 def test_crashes_and_faults_without_effect_do_not_count() -> None:
     rows = [{"room": "plugin", "by": by} for by in ("replay", "replay", "tests", "survives", "no effect", "crash")]
     assert score(rows)[1].split() == ["plugin", "6", "1", "1", "2", "0", "1", "0", "1", "75%"]
