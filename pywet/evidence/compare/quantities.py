@@ -21,7 +21,9 @@ from pywet.bench.bodies import coordination, last
 from pywet.errors import PywetError
 from pywet.files import read_if_there, read_table
 from pywet.runs.shapes import Replay, Summary
+from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
+from pywet.screening.verdict import LEDGER_TOLERANCE
 from reference_impl.replay import whole
 from reference_impl.replay.io import ReplayError
 
@@ -210,9 +212,8 @@ def _checks(run_dir: Path) -> Iterator[tuple[str, tuple[bool, float]]]:
     """Liquid ledger and replay: each run passes or not, whatever the other does."""
     ledger = _table(run_dir, "history/ledger")
     if ledger is not None:
-        held = ledger[["films", "bridges", "walls", "left"]].sum(axis=1)
-        error = float(((held - ledger["initial"]).abs() / ledger["initial"].clip(lower=1e-300)).max())
-        yield "liquid ledger", (error <= 1e-12, error)
+        error = ledger_error(ledger)
+        yield "liquid ledger", (error <= LEDGER_TOLERANCE, error)
     replay = _json(run_dir, "replay.json")
     if replay is not None:
         worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
