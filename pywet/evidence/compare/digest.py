@@ -19,7 +19,7 @@ from scipy import stats
 
 from pywet.bench.scenes import RESULT
 from pywet.errors import PywetError
-from pywet.evidence.compare.quantities import RunData, facts, read_run
+from pywet.evidence.compare.quantities import RunData, facts, read_run, unlike
 from pywet.files import read_if_there, read_model, write_json
 from pywet.runs.summary import commit, versions
 from pywet.scene import Scene
@@ -142,8 +142,7 @@ def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) ->
 
 def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
     """Refuse runs of different scenes."""
-    found = facts(scene)
-    differs = [name for name in wanted if wanted[name] != found.get(name)]
+    differs = unlike(wanted, scene)
     if differs:
         raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")
 

@@ -85,6 +85,12 @@ def facts(scene: Scene) -> dict[str, Any]:
     return dict(json.loads(json.dumps(said)))
 
 
+def unlike(wanted: dict[str, Any], scene: Scene) -> list[str]:
+    """What a scene does not share of the `facts` of another."""
+    there = facts(scene)
+    return [name for name in wanted if wanted[name] != there.get(name)]
+
+
 def read_run(run_dir: Path) -> RunData:
     """Read a finished run."""
     run = RunDir(Path(run_dir))
