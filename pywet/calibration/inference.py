@@ -1,8 +1,8 @@
 """From responses and targets to parameters: the best place, intervals by the profile likelihood, directions that stay unknown.
 
-Places are in the unit cube of the parameters' bounds. A residual is (response - target) over the standard error of both together;
-an interval holds all values of a parameter for which, the others chosen as well as can be, the sum of squared residuals exceeds the
-least one by no more than Student's quantile squared. For one parameter and one target that is Fieller's interval of inverse
+Places are in the unit cube of the parameters' bounds. A residual is (response - target) over the standard error of both together.
+An interval holds all values of a parameter for which, the others chosen as well as can be, the sum of squared residuals exceeds
+the least one by no more than Student's quantile squared. For one parameter and one target that is Fieller's interval of inverse
 regression, and with a flat prior and a straight response the posterior's.
 """
 
@@ -104,12 +104,18 @@ class Problem:
     @cached_property
     def minima(self) -> list[Floats]:
         """Where least squares end from the lowest places of a grid that no neighbour is below, the best first."""
-        axes = np.linspace(*self.window, GRID[self.count]).T
-        places = np.array(list(product(*axes)))
+        places = self._grid()
         sums = np.array([self.sum(place) for place in places]).reshape([GRID[self.count]] * self.count)
         lowest = (sums == minimum_filter(sums, size=3, mode="nearest")).ravel()
         starts = places[lowest][np.argsort(sums.ravel()[lowest])][:STARTS]
         return sorted((self.least(start) for start in starts), key=self.sum)
+
+    def _grid(self, held: int | None = None, at: float = 0.0) -> Floats:
+        """Places all over the window, one parameter held or none."""
+        axes = [np.linspace(low, high, GRID[self.count]) for low, high in zip(*self.window, strict=True)]
+        if held is not None:
+            axes[held] = np.array([at])
+        return np.array(list(product(*axes)))
 
     @property
     def best(self) -> Floats:
@@ -133,11 +139,11 @@ class Problem:
         """Sum above the least one with parameter k held at a value, the others at their best; and the place."""
         held = start.copy()
         held[k] = at
-        place = self.least(held, k)
+        place = self.least(min([held, *self._grid(k, at)], key=self.sum), k)
         return self.sum(place) - self.sum(self.best), place
 
     def intervals(self, k: int) -> list[Interval]:
-        """Ranges of parameter k that fit, that of the best place first."""
+        """Ranges of parameter k that fit, in their order."""
         ranges: list[Interval] = []
         for place in self.minima:
             if self.sum(place) - self.sum(self.best) > self.quantile**2:
@@ -145,7 +151,7 @@ class Problem:
             if not any(r.low - LEAST <= place[k] <= r.high + LEAST for r in ranges):
                 (low, open_low), (high, open_high) = self._end(k, place, 0), self._end(k, place, 1)
                 ranges.append(Interval(low, high, open_low, open_high))
-        return ranges
+        return sorted(ranges, key=lambda r: r.low)
 
     def _end(self, k: int, start: Floats, side: int) -> tuple[float, bool]:
         """Where the profile leaves the quantile on a side of a place; whether only the window ends it."""
@@ -177,12 +183,17 @@ class Problem:
         )
 
     def unknown(self) -> list[list[int]]:
-        """Groups of parameters that can be changed together, from end to end, without leaving what fits: directions of no slope.
+        """Parameters of each direction of no slope: along it from end to end the residuals change by less than the quantile.
 
-        Told from the slopes at the best place, in the window's shares: along such a direction the residuals change by less than
-        the quantile over the whole window.
+        Told from the slopes at the best place. A parameter belongs to a direction where changing it alone would matter; a
+        direction without such is one parameter on which the targets do not depend.
         """
-        _, sizes, directions = np.linalg.svd(self.slopes(self.best) * self._width, full_matrices=True)
-        sizes = np.append(sizes, np.zeros(self.count - len(sizes)))
-        flat = [v for v, size in zip(directions, sizes, strict=True) if size / np.abs(v).max() < self.quantile]
-        return [[k for k in range(self.count) if abs(v[k]) > 0.2 * np.abs(v).max()] for v in flat]
+        slopes = self.slopes(self.best) * self._width
+        _, sizes, directions = np.linalg.svd(slopes, full_matrices=True)
+        groups = []
+        for v, size in zip(directions, np.append(sizes, np.zeros(self.count))[: self.count], strict=True):
+            way = np.abs(v) / np.abs(v).max()
+            if size / np.abs(v).max() < self.quantile:
+                matters = way * np.linalg.norm(slopes, axis=0) > 0.5 * self.quantile
+                groups.append([k for k in range(self.count) if matters[k] or way[k] == 1.0])
+        return groups

@@ -19,13 +19,17 @@ from pywet.strict import Strict
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
+LEVELS = {1: 5, 2: 3, 3: 3}
+"""Number of parameters -> values of each that a round of runs tries."""
+
+
 class Target(Strict):
-    """A measured number, and the experiment in a file of `pywet bridge`, `pywet collide wall` or `pywet run-scene` that gives it."""
+    """A measured number, and the file of `pywet bridge`, `pywet collide wall` or `pywet run-scene` whose experiment gives it."""
 
     bridge: Path | None = None
     wall: Path | None = None
     scene: Path | None = None
-    changes: dict[str, Any] = {}
+    changes: dict[str, Any] = Field(default_factory=dict)
     """Keys of that file that have other values here, dotted: one file for several targets."""
     quantity: str
     value: float
@@ -92,10 +96,17 @@ class Question(Strict):
     confidence: Annotated[float, Field(ge=0.5, le=0.999)] = 0.95
     seeds: Annotated[int, Field(ge=2, le=20)] = 2
     """Runs at each place that is tried in an engine, each of a seed of its own."""
-    most_runs: Annotated[int, Field(ge=10, le=10_000)] = 40
+    most_runs: Annotated[int, Field(le=10_000)] = 60
     check_runs: Annotated[int, Field(ge=2, le=100)] = 3
     """Runs at the answer, which take no part in finding it."""
     folder: Path = Path()
+
+    @model_validator(mode="after")
+    def _enough(self) -> Self:
+        first = self.seeds * LEVELS[len(self.parameters)] ** len(self.parameters)
+        if self.most_runs < first:
+            raise ValueError(f"most_runs of at least {first}, the first round of {len(self.parameters)} parameters")
+        return self
 
     def values(self, place: Floats) -> dict[str, float]:
         """Values of the parameters at a place of the unit cube."""

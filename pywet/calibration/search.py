@@ -1,8 +1,8 @@
 """Finds the parameters: at once where nothing is of chance, else by rounds of runs in an engine that go where the answer is.
 
-A round tries places all over a window with several seeds each; all runs inside the window give the response. Then, whichever holds
-first: the answer ends at a side of the window that is no bound: the window is moved; it fills less than a third of it: the window
-is drawn in; the response is known worse than half as well as the target: another round in the same window; else enough is known.
+A round tries places all over a window with several seeds each; all runs inside the window give the response. Then, whichever
+holds first: the answer ends at a side of the window that is no bound: the window grows there; it fills less than a third of the
+window: the window is drawn in; the response is known less than twice as well as the target: another round; else enough is known.
 """
 
 from __future__ import annotations
@@ -16,11 +16,9 @@ import numpy as np
 
 from pywet.calibration.experiments import Experiment
 from pywet.calibration.inference import Problem
-from pywet.calibration.question import Question
+from pywet.calibration.question import LEVELS, Question
 from pywet.calibration.surface import Floats, Surface
 
-LEVELS = {1: 5, 2: 3, 3: 3}
-"""Number of parameters -> values of each that a round tries."""
 DRAWN_IN = 1.0 / 3.0
 """Share of the window that an answer must fill."""
 KNOWN = 0.5
