@@ -93,7 +93,7 @@ def searched(
 
 
 def test_rounds_hold_what_is_hidden_as_often_as_they_say() -> None:
-    """A response that levels off, runs and target scatter alike: of 100 hidden values 95 are expected, 88 are 3 deviations less."""
+    """A response that levels off: of 100 hidden values 95 are expected, 88 are three standard deviations less."""
     random, held = np.random.default_rng(4), 0
     for hidden in random.uniform(0.03, 0.97, 100):
         angle = lambda u: 20.0 + 18.0 * (1.0 - math.exp(-3.0 * u))  # noqa: E731
