@@ -207,9 +207,9 @@ def pull_off(query: Query) -> float:
 
 def rupture_distance(query: Query) -> float:
     """Rupture distance [m] by the query's rule."""
-    ends = young_laplace.rupture if query.rule == EXACT else registry.get("rupture", query.rule).functions[0]
-    end = ends(query.volume_m3, *query.pair)
-    return float(end.separation if query.rule == EXACT else end)
+    if query.rule == EXACT:
+        return young_laplace.rupture(query.volume_m3, *query.pair).separation
+    return float(registry.get("rupture", query.rule).functions[0](query.volume_m3, *query.pair))
 
 
 def film(query: Query, name: str) -> float:

@@ -94,11 +94,15 @@ class Problem:
             place[free] = part
             return place
 
+        def residuals(part: Floats) -> Floats:
+            return self.residuals(whole(part))
+
+        def slopes(part: Floats) -> Floats:
+            return self.slopes(whole(part), free)
+
         low, high = self.window[0][free], self.window[1][free]
         inside = np.clip(start[free], low + LEAST, high - LEAST)
-        found = least_squares(
-            lambda part: self.residuals(whole(part)), inside, lambda part: self.slopes(whole(part), free), (low, high), xtol=1e-10
-        )  # fmt: skip
+        found = least_squares(residuals, inside, slopes, (low, high), xtol=1e-10)
         return whole(found.x)
 
     @cached_property

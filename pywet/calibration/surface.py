@@ -44,11 +44,12 @@ class Surface:
     def through(cls, places: Floats, values: Floats) -> Surface:
         """Through runs at places (n, parameters) with values (n, quantities); more runs than terms."""
         known = terms(places)
-        coefficients = np.linalg.lstsq(known, values, rcond=None)[0]
+        coefficients: Floats = np.asarray(np.linalg.lstsq(known, values, rcond=None)[0], dtype=float)
         freedom = len(known) - known.shape[1]
         squares = ((values - known @ coefficients) ** 2).sum(axis=0)
         misfit = _misfit(places, values, squares, freedom)
-        return cls(coefficients, np.linalg.pinv(known.T @ known), np.sqrt(squares / freedom), freedom, misfit)
+        inverse: Floats = np.asarray(np.linalg.pinv(known.T @ known), dtype=float)
+        return cls(coefficients, inverse, np.sqrt(squares / freedom), freedom, misfit)
 
     def at(self, place: Floats) -> tuple[Floats, Floats]:
         """Mean of each quantity at a place, and the variance of that mean."""
