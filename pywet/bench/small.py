@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 from pywet.apparatus.initial import write_initial
-from pywet.apparatus.solids import plate
+from pywet.apparatus.solids import plate, square
 from pywet.apparatus.stl import write_stl
-from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.apparatus.surface import Surface, make_surface
 from pywet.engines.liggghts import driver
 from pywet.files import atomic_write, write_table
 from pywet.laws import own
@@ -41,11 +41,6 @@ class Sphere:
     """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
     film: float | None = None
     """Liquid on it [m3], where that is not what the scene's film thickness gives."""
-
-
-def square(half_side: float) -> Floats:
-    """Corners of a square about the origin, shape (4, 2) [m]."""
-    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
