@@ -8,6 +8,12 @@
 
 namespace pywet {
 
+// A sphere of a checkpoint: its liquid as in View::liquid, force and torque of the step.
+struct SphereState {
+  int64_t id;
+  double film, load, weighed, force[3], torque[3];
+};
+
 class Checkpoint {
  public:
   Checkpoint(World &world, Films &films, Standing &standing, EnergyBook &energy, Wires &wires, Weight &weight, Shedding &shedding,
@@ -27,7 +33,9 @@ class Checkpoint {
   Weight &weight_;
   Shedding &shedding_;
   Logs &logs_;
-  std::vector<double> forces_;                   // 6 numbers an id, of the step the run is resumed at
+  std::vector<SphereState> spheres_;             // by id, of the step the run is resumed at
+
+  const SphereState &of(int id) const;
 };
 
 }  // namespace pywet

@@ -144,20 +144,19 @@ EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const doubl
   int largest = 0;
   for (int k = 0; k < n; k++) largest = std::max(largest, id[k]);
   state->world.spheres.type_of.assign(largest + 1, 0);
-  state->films.volume.assign(largest + 1, 0.0);
+  state->world.spheres.count = n;
+  state->films.given.assign(largest + 1, pywet::Given());
   for (int k = 0; k < n; k++) {
     state->world.spheres.type_of[id[k]] = type[k];
-    state->films.volume[id[k]] = film[k];
+    state->films.given[id[k]].film = film[k];
   }
 }
 
 // Step from which on each sphere has weight, for the spheres of pywet_set_spheres.
 EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
   pywet::Feed &feed = state->world.feed;
-  feed.first = state->films.volume;
-  feed.enters.assign(feed.first.size(), 0);
   for (int k = 0; k < n; k++) {
-    feed.enters[id[k]] = enters[k];
+    state->films.given[id[k]].enters = enters[k];
     feed.last = std::max(feed.last, enters[k]);
   }
 }
