@@ -49,8 +49,8 @@ void Checkpoint::save() {
   const Ranks &ranks = world_.ranks;
   std::vector<SphereState> spheres;
   for (int a = 0; a < at.nlocal; a++) {
-    const double *l = at.liquid[a], *f = at.f[a], *t = at.torque[a];
-    spheres.push_back(SphereState{at.tag[a], l[FILM], l[LOAD], l[WEIGHED], {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
+    const double *x = at.x[a], *l = at.liquid[a], *f = at.f[a], *t = at.torque[a];
+    spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
   spheres = ranks.told_first(spheres);
   std::sort(spheres.begin(), spheres.end(), [](const SphereState &p, const SphereState &q) { return p.id < q.id; });
@@ -76,8 +76,8 @@ void Checkpoint::save() {
     put(out, numbers.data(), numbers.size());
   };
   put(out, &head, 1);
-  put(out, &sums, 1);
   put_all(spheres);
+  put(out, &sums, 1);
   put_all(films_.wall);
   put(out, bridges.data(), bridges.size());
   put_all(springs);
@@ -120,6 +120,7 @@ void Checkpoint::resume(const std::string &state_file) {
     numbers.resize(n);
     take(from, numbers.data(), numbers.size());
   };
+  take_all(spheres_);
   Sums sums;
   take(from, &sums, 1);
   if (world_.ranks.first()) {
@@ -129,7 +130,6 @@ void Checkpoint::resume(const std::string &state_file) {
     standing_.formations = head.formations;
     standing_.ruptures = head.ruptures;
   }
-  take_all(spheres_);
   take_all(films_.wall);
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {

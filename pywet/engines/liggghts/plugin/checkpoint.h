@@ -8,10 +8,11 @@
 
 namespace pywet {
 
-// A sphere of a checkpoint: its liquid as in View::liquid, force and torque of the step.
+// A sphere of a checkpoint: its place in the plan view (for grid.py, which reads these records), its liquid as in View::liquid, force
+// and torque of the step.
 struct SphereState {
   int64_t id;
-  double film, load, weighed, force[3], torque[3];
+  double place[2], film, load, weighed, force[3], torque[3];
 };
 
 class Checkpoint {

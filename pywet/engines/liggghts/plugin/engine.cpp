@@ -42,9 +42,9 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
   at.free_group = integrate->groupbit;
-  liquid_ = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp->modify->find_fix_id("liquid"));
+  liquid_ = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp->modify->find_fix_id("p_liquid"));
   if (!liquid_ || liquid_->get_nvalues() != NUMBERS_TAKEN)
-    throw std::runtime_error("the deck has no fix property/atom named liquid with " + std::to_string(NUMBERS_TAKEN) + " numbers");
+    throw std::runtime_error("the deck has no fix property/atom named p_liquid with " + std::to_string(NUMBERS_TAKEN) + " numbers");
   skin = said("skin");
   thickest_film = said("thickest_film");
   for (const Mesh &mesh : walls.meshes) {

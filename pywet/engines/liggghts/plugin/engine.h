@@ -20,7 +20,7 @@ namespace pywet {
 
 const double INF = std::numeric_limits<double>::infinity();
 
-// What a sphere takes along from rank to rank, in the deck's fix property/atom named `liquid`, which has as many numbers: its film
+// What a sphere takes along from rank to rank, in the deck's fix property/atom named `p_liquid`, which has as many numbers: its film
 // [m3], at the start and now; the step at which it enters; liquid that it carries [m3], now and in its present mass.
 enum { FILM, FIRST, ENTERS, LOAD, WEIGHED, NUMBERS_TAKEN };
 

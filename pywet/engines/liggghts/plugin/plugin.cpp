@@ -206,6 +206,13 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
   });
 }
 
+// Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here; on the first rank the most of any.
+EXPORT void pywet_held(int64_t *most) {
+  state->world.engine.look();
+  const int64_t here[3] = {state->world.engine.at.nall, int64_t(state->standing.bridges.size()), int64_t(state->near.at_walls())};
+  MPI_Reduce(here, most, 3, MPI_INT64_T, MPI_MAX, 0, state->world.ranks.all);
+}
+
 // Closes the logs and ends MPI; the engine library leaves that to its caller.
 EXPORT void pywet_finish() {
   state.reset();
