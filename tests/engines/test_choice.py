@@ -13,7 +13,12 @@ from pywet.errors import PywetError
 @pytest.mark.parametrize(
     ("ranks", "threads", "of_slurm", "words"),
     [
-        (4, 2, None, "ranks is 4, but Snakemake gives this job 2 cores; expected as many: call it with --cores 4 or more"),
+        (
+            4,
+            2,
+            None,
+            "ranks is 4, but Snakemake gives this job 2 cores; expected as many: call it with --cores 4 or more",
+        ),
         (2, 1, None, "gives this job 1 core; "),
         (4, 1, "2", "gives this job 2 cores"),  # SLURM's own answer, where Snakemake looks at another machine
         (4, 4, None, None),
