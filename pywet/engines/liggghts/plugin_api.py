@@ -196,6 +196,10 @@ class Plugin:
         """Go on from a checkpoint's state file."""
         self._check(self._library.pywet_resume(os.fsencode(state)))
 
+    def wait(self) -> None:
+        """Until all ranks are here."""
+        self._library.pywet_wait()
+
     def held(self) -> dict[str, int]:
         """What a rank holds, the most of all ranks; known to the first one. Every rank takes part."""
         most = (C.c_int64 * 3)()

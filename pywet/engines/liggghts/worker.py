@@ -82,6 +82,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         if piece.checkpoint:
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
             name_checkpoint(piece.checkpoint, count)
+            plugin.wait()
             tell("clear", f"variable at string {piece.checkpoint}")
             begin(b"again.liggghts", piece.checkpoint)
         spent.append({"steps": piece.steps, "run_s": ran - began, "checkpoint_s": time.process_time() - ran})

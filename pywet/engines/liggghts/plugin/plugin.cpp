@@ -206,6 +206,9 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
   });
 }
 
+// Until all ranks are here: what the first one has named is there for all.
+EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }
+
 // Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here; on the first rank the most of any.
 EXPORT void pywet_held(int64_t *most) {
   state->world.engine.look();
