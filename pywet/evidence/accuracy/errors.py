@@ -91,8 +91,8 @@ class _Sample:
 
 def _error(s: _Sample, together: int) -> tuple[object, ...]:
     d, alone = s.differences, 1.0 - CONFIDENCE
-    limits = (limit(d, s.spread, 1.0 - risk) for risk in (alone, alone / together))
-    return s.scene, s.knob, s.level, s.quantity.name, s.quantity.group, float(d.mean()), *limits, len(d)
+    limit, family = (_limit(d, s.spread, 1.0 - risk) for risk in (alone, alone / together))
+    return s.scene, s.knob, s.level, s.quantity.name, s.quantity.group, float(d.mean()), limit, family, len(d)
 
 
 def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> Iterator[_Sample]:
@@ -113,7 +113,7 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
         if finest is not None:
             for level, values in by_level.items():
                 differences[knob, level] = _differences(values, finest, quantity)  # type: ignore[index]
-    spread = pooled(differences.values()) if scene in (*SCREENING, "bed") else None
+    spread = _pooled(differences.values()) if scene in (*SCREENING, "bed") else None
     yield from (_Sample(scene, knob, level, quantity, d, spread) for (knob, level), d in differences.items())
 
 
@@ -127,7 +127,7 @@ def _differences(values: pd.Series, finest: pd.Series, quantity: Quantity) -> np
     return (one - two) / abs(two.mean()) if quantity.relative else one - two
 
 
-def pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
+def _pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
     """Standard deviation of a difference and its degrees of freedom, over levels that are not bit for bit the reference."""
     moved = [d for d in differences if len(d) > 1 and np.any(d != 0.0)]
     freedom = sum(len(d) - 1 for d in moved)
@@ -136,12 +136,11 @@ def pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
     return math.sqrt(sum(float(((d - d.mean()) ** 2).sum()) for d in moved) / freedom), freedom
 
 
-def limit(d: np.ndarray, spread: tuple[float, int] | None, confidence: float) -> float:
-    """What chance alone makes of the mean of such differences, by their pooled deviation or their own."""
+def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -> float:
     if not np.any(d != 0.0) or len(d) == 0:
         return 0.0
-    if spread is not None:
-        deviation, freedom = spread
+    if pooled is not None:
+        deviation, freedom = pooled
     elif len(d) > 1:
         deviation, freedom = float(d.std(ddof=1)), len(d) - 1
     else:

@@ -3,11 +3,12 @@
 The study's screening scenes again, with an input a standard deviation above and below its value. Its effect is half of what the
 two differ by. Multiple time stepping, which the stored tables do not have, is run beside it; `scatter.json` keeps the rows.
 
-    python -m pywet.evidence.accuracy.scatter [FOLDER]      runs what is missing (an hour of a busy core), stores the rows
+    python -m pywet.evidence.accuracy.scatter [FOLDER]      runs what is missing (some minutes), stores the rows
 """
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -15,13 +16,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from pywet import config as settings
 from pywet.config import Config
 from pywet.evidence import study
-from pywet.evidence.accuracy import errors, measure, sieve
+from pywet.evidence.accuracy import measure, sieve
 from pywet.evidence.accuracy.edit import put
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.sieve import SCREENING
@@ -56,7 +56,7 @@ INPUTS = {
 """Glass is what was measured; that other materials scatter alike is an assumption."""
 STEPS = (4,)
 """Steps between impulses that are run beside."""
-SEEDS = sieve.SEEDS[:3]
+SEEDS = sieve.SEEDS[:2]
 
 
 def scattered(config: Config, name: str, sign: int) -> Config:
@@ -117,25 +117,25 @@ class ScatterStudy(study.Study):
         return STORED
 
 
-def effects(rows: pd.DataFrame) -> pd.DataFrame:
-    """What one standard deviation of each input makes: scene, input, quantity, value, limit (99 %), seeds.
+def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
+    """What one standard deviation of each input makes: scene, input, level, quantity, value, limit (99 %), seeds.
 
-    Half of high minus low; of `bridges_every` each level minus the default. The deviation is pooled over all differences of two
-    runs with one seed, as the study does.
+    Half of high minus low; of `bridges_every` each level minus the default. What chance makes of a difference of two runs is
+    taken from the study's `table`, whose deviation is pooled over many levels of the same scene.
     """
     made = []
+    (known,) = (row["errors"] for row in table["knobs"]["fraction"] if row["level"] == 0.1)
+    chance = {(e["scene"], e["quantity"]): e["limit"] * math.sqrt(e["seeds"]) for e in known}
     for scene, of_scene in rows.groupby("scene", sort=False):
         for quantity in QUANTITIES:
             runs = of_scene.pivot_table(index="seed", columns=["input", "level"], values=quantity)
-            differences = {
-                (name, level): runs[name, level] - runs["default", 0] for name, level in runs if name == "bridges_every"
-            }
-            differences |= {(name, 1): runs[name, 1] - runs[name, -1] for name in INPUTS if (name, 1) in runs}
-            pooled = errors.pooled([d.dropna().to_numpy() for d in differences.values()])
-            for (name, level), d in differences.items():
-                half, d = 0.5 if name in INPUTS else 1.0, d.dropna().to_numpy()
-                limit = half * errors.limit(d, pooled, errors.CONFIDENCE)
-                made.append((scene, name, level, quantity, half * float(np.mean(d)), limit, len(d)))
+            halves = {(n, 1): (0.5, runs[n, 1] - runs[n, -1]) for n in INPUTS if (n, 1) in runs}
+            halves |= {("bridges_every", n): (1.0, runs["bridges_every", n] - runs["default", 0])
+                       for n in STEPS if ("bridges_every", n) in runs}  # fmt: skip
+            for (name, level), (half, difference) in halves.items():
+                d = difference.dropna()
+                limit = half * chance[str(scene), quantity] / math.sqrt(len(d))
+                made.append((scene, name, level, quantity, half * float(d.mean()), limit, len(d)))
     return pd.DataFrame(made, columns=["scene", "input", "level", "quantity", "value", "limit", "seeds"])
 
 
