@@ -1,7 +1,6 @@
 """What several programs answer to the wet benchmark problems, and their scores: scores.csv and docs/wet_benchmarks.md.
 
 python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/wet/, minutes for each engine
-python benchmarks/wet/programs.py drums                    the moist drum in LIGGGHTS's own models, into seeds.csv
 python benchmarks/wet/programs.py page                     scores.csv and the page from the answers there are
 
 Any program can have its answers in results/wet/PROGRAM/PROBLEM.csv: `page` puts their scores in the place of the kept ones, and
@@ -22,16 +21,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.bench import bodies, bridge_engine, bridge_query, scenes, small
+from pywet.bench import bodies, bridge_engine, bridge_query, small
 from pywet.bench.pair import Pair
 from pywet.collisions.spheres import command as davis
-from pywet.engines.stock.liggghts import LIGGGHTS_MODELS, liggghts_force
+from pywet.engines.stock.liggghts import liggghts_force
 from pywet.engines.stock.yade import yade_force
-from pywet.evidence.engines import bed
 from pywet.files import atomic_write, read_json, read_table, write_csv
 from pywet.laws import registry
 from pywet.laws.kinds import SWITCHED
-from pywet.scene import Scene
 
 HERE = Path(__file__).resolve().parent
 ANSWERS = Path("results") / "wet"
@@ -261,7 +258,6 @@ PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
     "YADE, Willett": stock(lambda points: yade_force(points, "Willett_numeric")),
     "pywet collide spheres": collisions,
     "pywet collide wall": walls,
-    "LIGGGHTS + pywet, adams_perchard": lambda: rebounds({"holds": STOKES_FORCE}),
     "LIGGGHTS + pywet, laws of one's own": lambda: rebounds(
         {way: f"{HERE / 'rebound_laws.py'}:{way.partition(' ')[0]}" for way in ("holds", "cavitates", "thinning film")}
     ),
@@ -282,36 +278,6 @@ def measure(names: list[str]) -> None:
                 table.writeheader()
                 table.writerows(rows)
         print(name, {problem: len(rows) for problem, rows in by_problem.items()}, flush=True)
-
-
-def drums(seeds: tuple[int, ...] = (1, 2, 3)) -> None:
-    """Rows of the moist drum in stock LIGGGHTS for seeds.csv."""
-    path = HERE / "seeds.csv"
-    for model in LIGGGHTS_MODELS:
-        angles = [turned(model, seed) for seed in seeds]
-        made = {
-            "program": f"LIGGGHTS, {model}", "problem": "drum", "case": "moist", "quantity": "dynamic angle", "unit": "degree",
-            "seeds": len(seeds), "mean": round(float(np.mean(angles)), 2), "deviation": round(float(np.std(angles, ddof=1)), 2),
-        }  # fmt: skip
-        table = pd.read_csv(path)
-        old = (table["program"] == made["program"]) & (table["problem"] == "drum")
-        write_csv(pd.concat([table[~old], pd.DataFrame([made])], ignore_index=True), path)
-        print(made, flush=True)
-
-
-def turned(model: str, seed: int) -> float:
-    """Angle [deg] of the moist drum in a stock model, without viscosity and rolling resistance."""
-    choice = scenes.Choice(spheres=200, seed=seed)
-    with tempfile.TemporaryDirectory(prefix="pywet-wet-") as name:
-        folder = Path(name)
-        scenes.prepare_drum(folder, choice, small.DRY.model_copy(update={"rolling": False}))
-        bed.stock(
-            folder,
-            Scene.read(folder / "scene.json"),
-            bed.Bed(choice.spheres, choice.moisture_percent, seed=seed),
-            model,
-        )
-        return float(scenes.bed_angles(folder).mean())
 
 
 def scores() -> Iterator[Row]:
@@ -366,7 +332,4 @@ def tables(table: pd.DataFrame) -> Iterator[str]:
 
 if __name__ == "__main__":
     what, *names = sys.argv[1:]
-    if what == "measure":
-        measure(names)
-    else:
-        {"drums": drums, "page": page}[what]()
+    measure(names) if what == "measure" else page()

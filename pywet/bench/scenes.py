@@ -21,7 +21,7 @@ from pywet.bench.bodies import last
 from pywet.errors import PywetError
 from pywet.files import read_table, write_json
 from pywet.ranges import SCENE
-from pywet.scene import ContactPair, Effects, Liquid, Output, Rotation, SphereClass
+from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
 
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
@@ -129,29 +129,22 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
 
     Mean and standard deviation over the second half of the run, see `bed_angles`.
     """
-    count = choice.spheres
-    small.run(run_dir, prepare_drum(run_dir, choice), choice.ranks)
-    angle, ledger = bed_angles(run_dir), _ledger(run_dir)
-    return {
-        "dynamic_angle_deg": float(angle.mean()),
-        "dynamic_angle_deviation_deg": float(angle.std()),
-        "drum_radius_m": bodies.drum_radius(count, choice.radius_m, 8.0 * choice.radius_m),
-        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / count,
-        "liquid_on_walls": _share(ledger, "walls"),
-    }
-
-
-def prepare_drum(run_dir: Path, choice: Choice, effects: Effects = small.PAPER) -> list[small.Sphere]:
-    """Write the drum's run directory; its spheres."""
     count, r = choice.spheres, choice.radius_m
     width = 8.0 * r
     radius = bodies.drum_radius(count, r, width)
     turning = Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=60.0 / choice.turns_per_minute)
-    return _prepare(
+    _run(
         run_dir, choice, bodies.in_drum(count, r, radius, width, choice.seed), choice.time_step(choice.glass(count), SOFT),
         choice.seconds or 1.5, walls=bodies.drum_walls(radius, width), gravity=(0.0, -9.81, 0.0), rotation=turning,
-        effects=effects,
     )  # fmt: skip
+    angle, ledger = bed_angles(run_dir), _ledger(run_dir)
+    return {
+        "dynamic_angle_deg": float(angle.mean()),
+        "dynamic_angle_deviation_deg": float(angle.std()),
+        "drum_radius_m": radius,
+        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / count,
+        "liquid_on_walls": _share(ledger, "walls"),
+    }
 
 
 def bed_angles(run_dir: Path) -> bodies.Floats:
@@ -190,16 +183,11 @@ def _share(ledger: pd.Series, holder: str) -> float:
     return float(ledger[holder] / ledger["initial"]) if ledger["initial"] > 0 else 0.0
 
 
-def _run(run_dir: Path, choice: Choice, *given: Any, **more: Any) -> None:
-    """Prepare and run."""
-    small.run(run_dir, _prepare(run_dir, choice, *given, **more), choice.ranks)
-
-
-def _prepare(
+def _run(
     run_dir: Path, choice: Choice, spheres: list[small.Sphere], step: float, seconds: float, *, stiffness: float = SOFT,
-    walls: tuple[Surface, ...] = (), log_every_step: bool = False, effects: Effects = small.PAPER, **more: Any,
-) -> list[small.Sphere]:  # fmt: skip
-    """Write the run directory; the spheres. `more` as `small.prepare` takes it."""
+    walls: tuple[Surface, ...] = (), log_every_step: bool = False, **more: Any,
+) -> None:  # fmt: skip
+    """Prepare and run; `more` as `small.prepare` takes it."""
     steps = round(seconds / step)
     if steps < 1:
         raise PywetError(
@@ -213,9 +201,9 @@ def _prepare(
         checkpoints=0 if steps < 5000 else 20,
     )
     small.prepare(
-        run_dir, [sphere], spheres, springs(stiffness), liquid=choice.liquid(sphere), effects=effects, walls=walls,
+        run_dir, [sphere], spheres, springs(stiffness), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
         box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
         viscous_integration=choice.viscous_integration, **more,
     )  # fmt: skip
-    return spheres
+    small.run(run_dir, spheres, choice.ranks)
