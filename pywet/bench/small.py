@@ -17,6 +17,7 @@ from pywet.apparatus.initial import write_initial
 from pywet.apparatus.solids import plate
 from pywet.apparatus.stl import write_stl
 from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
 from pywet.files import atomic_write, write_table
 from pywet.laws import own
@@ -157,7 +158,10 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
     return tuple(lines), "free"
 
 
-def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
-    """Run a prepared small scene."""
+def run(
+    run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False, engine: str = "liggghts"
+) -> driver.RunInfo:
+    """Run a prepared small scene in `engine`, liggghts or lammps."""
     extra, free = drive(spheres)
-    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)
+    start = lammps.run if engine == "lammps" else driver.run
+    return start(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)
