@@ -1,6 +1,6 @@
 """The script of LAMMPS for a scene: the same spheres, contacts, step, gravity and outputs as the deck of LIGGGHTS.
 
-Walls are fixed plates and square tubs along the axes, which LAMMPS has as regions; their liquid is the plugin's, on the triangles.
+Walls are fixed plates and square tubs along the axes, which are regions there; their liquid is the plugin's, on the triangles.
 """
 
 from __future__ import annotations
@@ -67,9 +67,7 @@ def law(scene: Scene, pair: ContactPair) -> str:
     """The dry contact: spring and absolute dashpot, tangential spring with a slider and no dashpot."""
     damping = leapfrog_damping(pair, contact.pair_mass(scene.classes, pair), scene.time_step_s)
     normal, tangential = pair.normal_stiffness_N_per_m, pair.tangential_stiffness_N_per_m
-    return (
-        f"hooke {normal!r} {float(damping)!r} tangential linear_history {tangential!r} 0.0 {pair.friction!r} damping velocity"
-    )
+    return f"hooke {normal!r} {float(damping)!r} tangential linear_history {tangential!r} 0.0 {pair.friction!r} damping velocity"
 
 
 def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> Iterator[str]:
@@ -81,7 +79,10 @@ def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> 
     )  # fmt: skip
     yield from (f"read_data {DATA}", f"neighbor {listed!r} bin", "neigh_modify delay 0 every 1 check yes")
     yield from (f"variable skin equal {skin!r}", f"variable thickest_film equal {film!r}")
-    yield from ("pair_style granular", "pair_coeff * * hooke 1.0 0.0 tangential linear_history 1.0 0.0 0.0 damping velocity")
+    yield from (
+        "pair_style granular",
+        "pair_coeff * * hooke 1.0 0.0 tangential linear_history 1.0 0.0 0.0 damping velocity",
+    )
     yield from (f"pair_coeff {p.a} {p.b} {law(scene, p)}" for p in scene.pairs if p.b)
     yield f"timestep {scene.time_step_s!r}"
     size = float(np.linalg.norm(scene.gravity_m_per_s2))

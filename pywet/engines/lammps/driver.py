@@ -75,9 +75,7 @@ def _watch(run_dir: Path, folder: Path, scene: Scene, progress: bool) -> tuple[f
     command = [sys.executable, "-P", "-m", "pywet.engines.lammps.worker", str(run_dir), str(folder)]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with progress_bar(scene, progress) as report:
-        status, usage = attend(
-            command, folder, environment, lambda: report(checkpoint.last_step(folder), scene.steps)
-        )
+        status, usage = attend(command, folder, environment, lambda: report(checkpoint.last_step(folder), scene.steps))
     if status != 0:
         reason = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), status)
         raise StoppedRun(f"{scene.name}: LAMMPS stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)

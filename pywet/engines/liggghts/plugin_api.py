@@ -53,7 +53,9 @@ class Plugin:
         built_for = self._library.pywet_version().decode()
         installed = version or engine_version()
         if built_for != installed:
-            raise EngineError(f"the plugin was built for engine {built_for}, {installed} is installed: run `make setup`")
+            raise EngineError(
+                f"the plugin was built for engine {built_for}, {installed} is installed: run `make setup`"
+            )
         self._keep: list[Any] = []
 
     def _check(self, answer: bytes | None) -> None:
