@@ -15,11 +15,9 @@ import pandas as pd
 
 from pywet.apparatus.initial import write_initial
 from pywet.apparatus.solids import plate
-from pywet.apparatus.stl import write_stl
 from pywet.apparatus.surface import Floats, Surface, make_surface
 from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
-from pywet.files import atomic_write, write_table
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
@@ -122,23 +120,13 @@ def prepare(
         "bin_z_m": -box,
     }
     scene = Scene(**{**fields, **more})
-    _write(scene, spheres, walls, run_dir)
-    return scene
-
-
-def _write(scene: Scene, spheres: Sequence[Sphere], walls: Sequence[Surface], run_dir: Path) -> None:
-    """scene.json and all it refers to."""
     table = pd.DataFrame({"id": np.arange(1, len(spheres) + 1), "type": [s.kind for s in spheres]})
     for letter, field in (("", "position"), ("v", "velocity"), ("w", "spin")):
         for k, axis in enumerate("xyz"):
             table[f"{letter}{axis}"] = [getattr(s, field)[k] for s in spheres]
-    write_table(table, run_dir / "spheres.parquet")
     table["film"] = np.array([s.film for s in spheres], dtype=float)
-    for surface in walls:
-        write_stl(surface, run_dir / "stl" / f"{surface.name}.stl")
     write_initial(scene, walls, table, run_dir)
-    with atomic_write(run_dir / "scene.json") as temporary:
-        temporary.write_text(scene.model_dump_json(indent=1))
+    return scene
 
 
 def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:

@@ -1,7 +1,7 @@
 """Trials without start-up: this process has everything imported and compiled, and each trial is a copy of it (fork).
 
 A copy forgets the changed module and all that import it, so that they are read anew, and nothing else. The engine's process is a
-copy of the copy. Not here: what a trial does and what its outcome means (`trial.py`).
+copy of the copy. Not here: what a trial does and what its outcome means (`trial.py`, `follow.py`).
 """
 
 from __future__ import annotations

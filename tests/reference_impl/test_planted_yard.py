@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import planted_in_yard
+from tests import planted_table
 from tests.reference_impl import planted_yard
 from tests.reference_impl.test_stream import at_size
 
@@ -51,10 +52,11 @@ def test_fault_in_a_table_is_named(yard_dir: Path, tmp_path: Path, names: list[s
 
 
 def test_the_page_lists_every_fault() -> None:
-    """With its quantity and its words."""
-    page = (Path(__file__).parents[2] / "docs" / "replay_classes.md").read_text()
-    tables = {name: (f.quantity, f.words) for name, f in planted_yard.FAULTS.items()}
-    of_plugin = {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_GROWN}
-    for name, (quantity, words) in {**tables, **of_plugin}.items():
-        row = next(line for line in page.splitlines() if line.startswith(f"| {name} |"))
-        assert f"| {quantity} | {words}" in row
+    """All that tests plant, with quantity and words; README says how many."""
+    page = planted_table.page()
+    assert planted_table.PAGE.read_text() == page
+    counts = (re.search(words, page) for words in (r"each of these (\d+)", r"(\d+) downstream", r"; (\d+) are found"))
+    count, after, nameless = (found[1] for found in counts if found)
+    said = f"[{count} planted faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
+    assert nameless == "6"
+    assert f"{said}, all but six by name" in (planted_table.PAGE.parents[1] / "README.md").read_text()

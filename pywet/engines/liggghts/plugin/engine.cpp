@@ -182,6 +182,33 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
+// What is nearer than touch and the part of the skin that ways may use up cannot be missed by the engine's contacts before the next
+// list; the rest is there for near pairs alone, and would be walked through in every step. The order of what stays is kept.
+void Engine::shorten_lists() const {
+  LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
+  LAMMPS_NS::NeighList *history = list->listgranhistory;
+  const double *radius = lmp_->atom->radius;
+  const double factor = lmp_->neighbor->contactDistanceFactor;
+  for (int q = 0; q < list->inum; q++) {
+    const int a = list->ilist[q];
+    int *partner = list->firstneigh[a];
+    int kept = 0;
+    for (int k = 0; k < list->numneigh[a]; k++) {
+      const int b = partner[k] & NEIGHMASK;
+      const double reach = factor * (radius[a] + radius[b]) + skin;
+      const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
+      if (dot(apart, apart) > reach * reach) continue;
+      if (history && kept < k) {
+        history->firstneigh[a][kept] = history->firstneigh[a][k];
+        const double *from = history->firstdouble[a] + history->dnum * k;
+        std::copy(from, from + history->dnum, history->firstdouble[a] + history->dnum * kept);
+      }
+      partner[kept++] = partner[k];
+    }
+    list->numneigh[a] = kept;
+  }
+}
+
 // The flags of this step are those with which the engine has just done its other walls.
 Vec Engine::press(int a, double radius, const Vec &d, double distance, const Vec &wall_velocity, double *spring) const {
   struct Law : LAMMPS_NS::FixWallGran {

@@ -51,6 +51,7 @@ class Engine {
   double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
+  void shorten_lists() const;                           // to the pairs that can touch before they are made anew
   void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
 
   // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.

@@ -30,6 +30,7 @@ void Plugin::act(bool fresh) {
     films.mark();
     standing.sort();
     near.find();
+    world.engine.shorten_lists();
   }
   if (world.rules.moist && (fresh || bridges_act)) near.move_on(impulses.on() ? impulses.moved(fresh) : INF);
   if (!wet() || !bridges_act) return;
