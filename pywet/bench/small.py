@@ -16,6 +16,7 @@ import pandas as pd
 from pywet.apparatus.initial import wall_mesh, write_initial
 from pywet.apparatus.solids import plate
 from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
@@ -131,7 +132,10 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
     return tuple(lines), "free"
 
 
-def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
-    """Run a prepared small scene."""
+def run(
+    run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False, engine: str = "liggghts"
+) -> driver.RunInfo:
+    """Run a prepared small scene in `engine`, liggghts or lammps."""
     extra, free = drive(spheres)
-    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)
+    start = lammps.run if engine == "lammps" else driver.run
+    return start(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)

@@ -17,6 +17,12 @@ class FixWallGran;
 
 namespace pywet {
 
+// The program itself: what it calls in every step, the processes it runs in, its end by an error that all ranks know or one.
+typedef void (*Callback)(void *, int64_t step, int n, int *, double **, double **extra);
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback);
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
+[[noreturn]] void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together);
+
 const double INF = std::numeric_limits<double>::infinity();
 
 // What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
