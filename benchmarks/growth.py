@@ -14,7 +14,6 @@ import argparse
 import json
 import math
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -22,18 +21,16 @@ import threading
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import numpy as np
+from glass import STEP, WATER, lattice, spent
+from glass import prepare as prepare_bed
 
 from pywet.bench import small
-from pywet.scene import ContactPair, Liquid, Output, SphereClass
+from pywet.bench.bodies import at_places
+from pywet.scene import Output
 
-RADIUS, FILM, STEP, STEPS, LAYERS, OUTPUTS = 2.5e-3, 5e-5, 1e-5, 60, 10, 5
+STEPS, LAYERS, OUTPUTS = 60, 10, 5
 SIDES = {4: 20, 16: 40, 64: 80, 256: 160, 1024: 320}
 """Thousands of spheres -> spheres along each side of the bed."""
-ANGLE = math.radians(15.0)
-WATER = Liquid(
-    surface_tension_N_per_m=0.07275, viscosity_Pa_s=1e-3, density_kg_per_m3=998.2, initial_film_thickness_m=FILM
-)
 
 
 @dataclass(frozen=True)
@@ -52,25 +49,9 @@ class Taken:
 
 def prepare(folder: Path, side: int, steps: int, outputs: int) -> list[small.Sphere]:
     """The bed."""
-    cells = np.stack(np.meshgrid(*[np.arange(n) for n in (side, side, LAYERS)], indexing="ij"), axis=-1).reshape(-1, 3)
-    at = (cells - [0.5 * (side - 1), 0.5 * (side - 1), -0.5]) * 2.01 * RADIUS
-    at += np.random.default_rng(1).uniform(-0.002, 0.002, at.shape) * RADIUS
-    spheres = [small.Sphere(1, (x, y, z)) for x, y, z in at.tolist()]
-    pairs = [
-        ContactPair(
-            a=1, b=b, normal_stiffness_N_per_m=1e4, tangential_stiffness_N_per_m=2857.0, friction=0.4,
-            rolling_friction_m=9e-5, restitution=0.5,
-        )
-        for b in (0, 1)
-    ]  # fmt: skip
-    sphere = SphereClass(
-        name="glass", type=1, radius_m=RADIUS, density_kg_per_m3=2500.0, contact_angle_rad=ANGLE, count=len(spheres)
-    )
-    half = float(np.abs(at[:, :2]).max()) + 4 * RADIUS
-    low, high = (-half - 0.01, -half - 0.01, -0.02), (half + 0.01, half + 0.01, 0.07)
-    small.prepare(
-        folder, [sphere], spheres, pairs, liquid=WATER, effects=small.PAPER, walls=[small.floor(half)],
-        wall_angle_rad=ANGLE, time_step_s=STEP, steps=steps, gravity=(0.0, 0.0, -9.81), box_low_m=low, box_high_m=high,
+    spheres = at_places(lattice(side, LAYERS, 2.01, 0.002))
+    prepare_bed(
+        folder, spheres, steps, liquid=WATER, effects=small.PAPER,
         output=Output(interval_s=steps // outputs * STEP, contact_windows=0),
     )  # fmt: skip
     return spheres
@@ -131,17 +112,24 @@ def by_itself(
     with tempfile.TemporaryDirectory() as name:
         run = Path(name) / "run"
         environment = {**os.environ, "LD_PRELOAD": str(account), "MPI_ACCOUNT": f"{run}/mpi"}
-        command = [sys.executable, __file__, "--one", str(side), str(steps), str(outputs), str(ranks), str(run)]
+        command = [
+            sys.executable,
+            "-m",
+            "benchmarks.growth",
+            "--one",
+            str(side),
+            str(steps),
+            str(outputs),
+            str(ranks),
+            str(run),
+        ]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise SystemExit(done.stderr)
-        spent = 0.0
+        before = spent()
         if replay:
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
             subprocess.run([sys.executable, "-m", "pywet.cli.app", "replay", str(run)], capture_output=True, check=True)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        return Taken(**json.loads(done.stdout.splitlines()[-1])), spent
+        return Taken(**json.loads(done.stdout.splitlines()[-1])), spent() - before
 
 
 def row(thousands: int, ranks: int, account: Path, rounds: int) -> str:

@@ -72,9 +72,11 @@ def row(problem: str, case: str, quantity: str, at: float, value: float | None) 
     return {"problem": problem, "case": case, "quantity": quantity, "at": at, "value": None if none else value}
 
 
-def by_law(capillary: str, rupture: str, measured: bool) -> Callable[[], Iterator[Row]]:
-    """pywet's laws, called from Python, or `measured` in LIGGGHTS."""
-    ask = bridge_engine.measured if measured else bridge_query.answer
+def by_law(capillary: str, rupture: str, engine: str | None = None) -> Callable[[], Iterator[Row]]:
+    """pywet's laws, called from Python, or measured in an engine."""
+
+    def ask(query: bridge_query.Query) -> dict[str, Any]:
+        return bridge_engine.measured(query, engine) if engine else bridge_query.answer(query)
 
     def forces(two: Pair, gaps: list[float]) -> dict[str, Any]:
         answer = ask(two.query(gaps, laws=list(dict.fromkeys((capillary, rupture)))))
@@ -82,7 +84,7 @@ def by_law(capillary: str, rupture: str, measured: bool) -> Callable[[], Iterato
 
     def answers() -> Iterator[Row]:
         yield from bridges(forces)
-        if not measured:
+        if engine is None:
             yield from drags()
             yield from splits(capillary, rupture)
 
@@ -247,11 +249,13 @@ def left(way: pd.DataFrame, apart: float, film: float) -> float:
 
 
 PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
-    "pywet laws, preset exact": by_law("young_laplace", "young_laplace", measured=False),
-    "pywet laws, preset paper": by_law("rabinovich", "willett_unequal", measured=False),
-    "pywet laws, Willett": by_law("willett", "willett", measured=False),
-    "LIGGGHTS + pywet, exact": by_law("young_laplace", "young_laplace", measured=True),
-    "LIGGGHTS + pywet, paper": by_law("rabinovich", "willett_unequal", measured=True),
+    "pywet laws, preset exact": by_law("young_laplace", "young_laplace"),
+    "pywet laws, preset paper": by_law("rabinovich", "willett_unequal"),
+    "pywet laws, Willett": by_law("willett", "willett"),
+    "LIGGGHTS + pywet, exact": by_law("young_laplace", "young_laplace", "liggghts"),
+    "LIGGGHTS + pywet, paper": by_law("rabinovich", "willett_unequal", "liggghts"),
+    "LAMMPS + pywet, exact": by_law("young_laplace", "young_laplace", "lammps"),
+    "LAMMPS + pywet, paper": by_law("rabinovich", "willett_unequal", "lammps"),
     "LIGGGHTS, washino": stock(lambda points: liggghts_force(points, "washino")),
     "LIGGGHTS, easo": stock(lambda points: liggghts_force(points, "easo")),
     "YADE, Rabinovich": stock(lambda points: yade_force(points, "Rabinovich")),

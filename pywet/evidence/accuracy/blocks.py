@@ -27,7 +27,7 @@ def all_standings(table: dict[str, Any]) -> list[front.Standing]:
     """Where the defaults stand, for every knob, kind of case and group that was measured."""
     standings = [
         front.standing(table, knob, kind, group, scenes)
-        for kind, scenes in figures.SCENES.items()
+        for kind, scenes in choice.SCENES.items()
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
@@ -106,7 +106,7 @@ def _standing_cell(standing: front.Standing) -> Cell:
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
     sentences = []
-    for kind, scenes in figures.SCENES.items():
+    for kind, scenes in choice.SCENES.items():
         for knob in KNOBS:
             for group in GROUPS:
                 text = front.bargain(table, knob, kind, group, scenes)

@@ -1,4 +1,4 @@
-// The only file of the bridges with the engine's headers.
+// The only file with the engine's headers; LAMMPS has its own (engines/lammps/plugin).
 #include "engine.h"
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "fix_external.h"
 #include "fix_mesh_surface.h"
 #include "force.h"
 #include "input.h"
@@ -35,6 +36,20 @@ enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
 #include "fix_wall_gran.h"
 
 namespace pywet {
+
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback) {
+  LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(lmp->modify->find_fix_id(fix_external));
+  if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_external);
+  fix->set_callback(callback, nullptr);
+}
+
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp) { return lmp->world; }
+
+void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
+  if (together) lmp->error->all(FLERR, why);
+  lmp->error->one(FLERR, why);
+  throw std::runtime_error(why);  // not reached
+}
 
 void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   lmp_ = lmp;
@@ -165,6 +180,33 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
     for (int k = 0; k < list->numneigh[a]; k++) pairs.push_back({a, list->firstneigh[a][k] & NEIGHMASK});
   }
   return pairs;
+}
+
+// What is nearer than touch and the part of the skin that ways may use up cannot be missed by the engine's contacts before the next
+// list; the rest is there for near pairs alone, and would be walked through in every step. The order of what stays is kept.
+void Engine::shorten_lists() const {
+  LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
+  LAMMPS_NS::NeighList *history = list->listgranhistory;
+  const double *radius = lmp_->atom->radius;
+  const double factor = lmp_->neighbor->contactDistanceFactor;
+  for (int q = 0; q < list->inum; q++) {
+    const int a = list->ilist[q];
+    int *partner = list->firstneigh[a];
+    int kept = 0;
+    for (int k = 0; k < list->numneigh[a]; k++) {
+      const int b = partner[k] & NEIGHMASK;
+      const double reach = factor * (radius[a] + radius[b]) + skin;
+      const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
+      if (dot(apart, apart) > reach * reach) continue;
+      if (history && kept < k) {
+        history->firstneigh[a][kept] = history->firstneigh[a][k];
+        const double *from = history->firstdouble[a] + history->dnum * k;
+        std::copy(from, from + history->dnum, history->firstdouble[a] + history->dnum * kept);
+      }
+      partner[kept++] = partner[k];
+    }
+    list->numneigh[a] = kept;
+  }
 }
 
 // The flags of this step are those with which the engine has just done its other walls.

@@ -17,6 +17,12 @@ class FixWallGran;
 
 namespace pywet {
 
+// The program itself: what it calls in every step, the processes it runs in, its end by an error that all ranks know or one.
+typedef void (*Callback)(void *, int64_t step, int n, int *, double **, double **extra);
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback);
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
+[[noreturn]] void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together);
+
 const double INF = std::numeric_limits<double>::infinity();
 
 // What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
@@ -45,6 +51,7 @@ class Engine {
   double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
+  void shorten_lists() const;                           // to the pairs that can touch before they are made anew
   void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
 
   // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.

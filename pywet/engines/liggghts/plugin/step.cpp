@@ -4,9 +4,9 @@
 
 namespace pywet {
 
-void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory) {
+void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   const std::vector<double> &radii = world.spheres.type_radius;
-  world.ranks.join(comm);
+  world.ranks.join(processes(lmp));
   world.walls.finish(0.05 * *std::min_element(radii.begin(), radii.end()));
   world.engine.attach(lmp, world.walls, !wires.prisms.empty());
   world.engine.look();
@@ -30,6 +30,7 @@ void Plugin::act(bool fresh) {
     films.mark();
     standing.sort();
     near.find();
+    world.engine.shorten_lists();
   }
   if (world.rules.moist && (fresh || bridges_act)) near.move_on(impulses.on() ? impulses.moved(fresh) : INF);
   if (!wet() || !bridges_act) return;
