@@ -1,4 +1,4 @@
-// The only file of the bridges with the engine's headers.
+// The only file with the engine's headers; LAMMPS has its own (engines/lammps/plugin).
 #include "engine.h"
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "fix_external.h"
 #include "fix_mesh_surface.h"
 #include "fix_property_atom.h"
 #include "force.h"
@@ -36,6 +37,20 @@ enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
 #include "fix_wall_gran.h"
 
 namespace pywet {
+
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback) {
+  LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(lmp->modify->find_fix_id(fix_external));
+  if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_external);
+  fix->set_callback(callback, nullptr);
+}
+
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp) { return lmp->world; }
+
+void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
+  if (together) lmp->error->all(FLERR, why);
+  lmp->error->one(FLERR, why);
+  throw std::runtime_error(why);  // not reached
+}
 
 void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   lmp_ = lmp;

@@ -18,6 +18,12 @@ class FixWallGran;
 
 namespace pywet {
 
+// The program itself: what it calls in every step, the processes it runs in, its end by an error that all ranks know or one.
+typedef void (*Callback)(void *, int64_t step, int n, int *, double **, double **extra);
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback);
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
+[[noreturn]] void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together);
+
 const double INF = std::numeric_limits<double>::infinity();
 
 // What a sphere takes along from rank to rank, in the deck's fix property/atom named `p_liquid`, which has as many numbers: its film

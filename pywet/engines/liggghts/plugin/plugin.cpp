@@ -5,15 +5,6 @@
 
 #include "step.h"
 
-#include "mpi.h"
-#include "fix_insert_stream.h"
-#include "global_properties.h"
-#include "error.h"
-#include "fix_external.h"
-#include "lammps.h"
-#include "modify.h"
-#include "neighbor.h"
-
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
 namespace {
@@ -34,16 +25,16 @@ void stop(const char *why) {
 }
 
 // The fix adds `extra` to the forces after the call and never sets it: it is zeroed here, the bridges act on f and torque.
-void callback(void *, LAMMPS_NS::bigint step, int n, int *, double **, double **extra) {
+void callback(void *, int64_t step, int n, int *, double **, double **extra) {
   if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
   try {
     state->step(step);
   } catch (const pywet::Stop &e) {  // all ranks are here, with the same words
     stop(e.what());
-    engine->error->all(FLERR, e.what());
+    pywet::end(engine, e.what(), true);
   } catch (const std::exception &e) {
     stop(e.what());
-    engine->error->one(FLERR, e.what());
+    pywet::end(engine, e.what(), false);
   }
 }
 
@@ -199,10 +190,8 @@ EXPORT const char *pywet_resume(const char *state_file) {
 EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *directory) {
   return guarded([&] {
     engine = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
-    LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(engine->modify->find_fix_id(fix_id));
-    if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_id);
-    state->attach(engine, engine->world, directory);
-    fix->set_callback(callback, nullptr);
+    state->attach(engine, directory);
+    pywet::hook(engine, fix_id, callback);
   });
 }
 

@@ -4,9 +4,9 @@
 
 namespace pywet {
 
-void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory) {
+void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   const std::vector<double> &radii = world.spheres.type_radius;
-  world.ranks.join(comm);
+  world.ranks.join(processes(lmp));
   world.walls.finish(0.05 * *std::min_element(radii.begin(), radii.end()));
   world.engine.attach(lmp, world.walls, !wires.prisms.empty());
   world.engine.look();

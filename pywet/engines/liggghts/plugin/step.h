@@ -31,7 +31,7 @@ class Plugin {
 
   Plugin() = default;
   Plugin(const Plugin &) = delete;       // the parts know each other by place
-  void attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory);
+  void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
   void step(int64_t n);
 
