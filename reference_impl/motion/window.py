@@ -206,8 +206,8 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
 
 def _driven(folder: Path) -> set[int]:
     """Spheres that the deck moves whatever acts on them."""
-    deck = folder / "engine" / "setup.liggghts"
-    found = re.search(r"^group driven id (.*)$", deck.read_text(), re.MULTILINE) if deck.exists() else None
+    decks = [deck for name in ("setup.liggghts", "in.lammps") if (deck := folder / "engine" / name).exists()]
+    found = re.search(r"^group driven id (.*)$", decks[0].read_text(), re.MULTILINE) if decks else None
     return {int(word) for word in found.group(1).split()} if found else set()
 
 

@@ -212,7 +212,7 @@ def _command(task: Task, done: int) -> list[str]:
     if deck.attached(task.scene):
         # -P: it works in the run directory, where nothing may be taken for a module
         program = [sys.executable, "-P", "-m", "pywet.engines.liggghts.worker", str(task.run_dir), str(task.folder)]
-        program.append(str(done))
+        program += [str(done), str(task.ranks)]
     else:
         program = ["stdbuf", "-oL", PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts"]  # an abort flushes nothing
     if task.ranks > 1:
