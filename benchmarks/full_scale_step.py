@@ -23,10 +23,10 @@ from typing import Any
 import pandas as pd
 
 from pywet import config
-from pywet.apparatus import build_apparatus, fill, write_stl
+from pywet.apparatus import build_apparatus, fill
 from pywet.apparatus.initial import write_initial
 from pywet.engines.liggghts import driver
-from pywet.files import write_json, write_table
+from pywet.files import write_table
 from pywet.laws import own
 from pywet.planning import PRESETS
 from pywet.scene import Effects, Output, Scene
@@ -66,11 +66,7 @@ def prepare(folder: Path, case: int, spheres: pd.DataFrame | None, change: Calla
     wire = 1e-3 * conf.materials.screen(row.aperture_mm).wire_diameter_mm.value
     low = dataclasses.replace(apparatus.feed_region, z_low_m=wire)
     table = fill(scene.classes, low, scene.seed) if spheres is None else spheres
-    for surface, wall in zip(surfaces, scene.walls, strict=True):
-        write_stl(surface, folder / wall.stl)
-    write_table(table, folder / scene.spheres_file)
     write_initial(scene, surfaces, table, folder)
-    write_json(folder / "scene.json", scene.model_dump(mode="json"))
     return scene
 
 

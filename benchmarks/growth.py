@@ -3,7 +3,7 @@
     python benchmarks/growth.py [--sizes 4 16 64] [--ranks 1 2 4]
 
 Spheres stand on a shaken lattice whose films meet, three bridges each, and sink together. Per size and number of ranks, each
-run in processes of its own: one of STEPS, one three times as long (their difference is the price of a step: set-up and first
+run in processes of its own: one of `--steps`, one three times as long (their difference is the price of a step: set-up and first
 formations cancel), and one of that length with more outputs; at one rank its replay. All is processor time; that of a step is
 of the first rank, without what it spends within MPI, where it mostly waits. mpi_account.c counts that, and the messages.
 """
@@ -14,7 +14,6 @@ import argparse
 import json
 import math
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -22,18 +21,16 @@ import threading
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import numpy as np
+from glass import STEP, WATER, lattice, spent
+from glass import prepare as prepare_bed
 
 from pywet.bench import small
-from pywet.scene import ContactPair, Liquid, Output, SphereClass
+from pywet.bench.bodies import at_places
+from pywet.scene import Output
 
-RADIUS, FILM, STEP, STEPS, LAYERS, OUTPUTS = 2.5e-3, 5e-5, 1e-5, 60, 10, 5
+LAYERS, OUTPUTS = 10, 5
 SIDES = {4: 20, 16: 40, 64: 80, 256: 160, 1024: 320}
 """Thousands of spheres -> spheres along each side of the bed."""
-ANGLE = math.radians(15.0)
-WATER = Liquid(
-    surface_tension_N_per_m=0.07275, viscosity_Pa_s=1e-3, density_kg_per_m3=998.2, initial_film_thickness_m=FILM
-)
 
 
 @dataclass(frozen=True)
@@ -52,25 +49,9 @@ class Taken:
 
 def prepare(folder: Path, side: int, steps: int, outputs: int) -> list[small.Sphere]:
     """The bed."""
-    cells = np.stack(np.meshgrid(*[np.arange(n) for n in (side, side, LAYERS)], indexing="ij"), axis=-1).reshape(-1, 3)
-    at = (cells - [0.5 * (side - 1), 0.5 * (side - 1), -0.5]) * 2.01 * RADIUS
-    at += np.random.default_rng(1).uniform(-0.002, 0.002, at.shape) * RADIUS
-    spheres = [small.Sphere(1, (x, y, z)) for x, y, z in at.tolist()]
-    pairs = [
-        ContactPair(
-            a=1, b=b, normal_stiffness_N_per_m=1e4, tangential_stiffness_N_per_m=2857.0, friction=0.4,
-            rolling_friction_m=9e-5, restitution=0.5,
-        )
-        for b in (0, 1)
-    ]  # fmt: skip
-    sphere = SphereClass(
-        name="glass", type=1, radius_m=RADIUS, density_kg_per_m3=2500.0, contact_angle_rad=ANGLE, count=len(spheres)
-    )
-    half = float(np.abs(at[:, :2]).max()) + 4 * RADIUS
-    low, high = (-half - 0.01, -half - 0.01, -0.02), (half + 0.01, half + 0.01, 0.07)
-    small.prepare(
-        folder, [sphere], spheres, pairs, liquid=WATER, effects=small.PAPER, walls=[small.floor(half)],
-        wall_angle_rad=ANGLE, time_step_s=STEP, steps=steps, gravity=(0.0, 0.0, -9.81), box_low_m=low, box_high_m=high,
+    spheres = at_places(lattice(side, LAYERS, 2.01, 0.002))
+    prepare_bed(
+        folder, spheres, steps, liquid=WATER, effects=small.PAPER,
         output=Output(interval_s=steps // outputs * STEP, contact_windows=0),
     )  # fmt: skip
     return spheres
@@ -135,27 +116,24 @@ def by_itself(
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise SystemExit(done.stderr)
-        spent = 0.0
+        before = spent()
         if replay:
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
             subprocess.run([sys.executable, "-m", "pywet.cli.app", "replay", str(run)], capture_output=True, check=True)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        return Taken(**json.loads(done.stdout.splitlines()[-1])), spent
+        return Taken(**json.loads(done.stdout.splitlines()[-1])), spent() - before
 
 
-def row(thousands: int, ranks: int, account: Path, rounds: int) -> str:
+def row(thousands: int, ranks: int, account: Path, rounds: int, steps: int) -> str:
     """Measure one size on one number of ranks."""
     side = SIDES[thousands]
     n = side * side * LAYERS
     step, memory = [], 0
     for _ in range(rounds):
-        short, _ = by_itself(side, STEPS, 1, ranks, account)
-        long, _ = by_itself(side, 3 * STEPS, 1, ranks, account)
-        step.append(1e9 * ((long.loop_s - long.mpi_s) - (short.loop_s - short.mpi_s)) / (2 * STEPS) / n)
+        short, _ = by_itself(side, steps, 1, ranks, account)
+        long, _ = by_itself(side, 3 * steps, 1, ranks, account)
+        step.append(1e9 * ((long.loop_s - long.mpi_s) - (short.loop_s - short.mpi_s)) / (2 * steps) / n)
         memory = max(memory, *long.memory_B)
-    near, everyone = (1e-3 * (getattr(long, k) - getattr(short, k)) / (2 * STEPS) for k in ("near_B", "all_B"))
-    more, replay = by_itself(side, 3 * STEPS, OUTPUTS + 1, ranks, account, replay=ranks == 1)
+    near, everyone = (1e-3 * (getattr(long, k) - getattr(short, k)) / (2 * steps) for k in ("near_B", "all_B"))
+    more, replay = by_itself(side, 3 * steps, OUTPUTS + 1, ranks, account, replay=ranks == 1)
     output = 1e6 * ((more.loop_s - more.mpi_s) - (long.loop_s - long.mpi_s)) / OUTPUTS / n
     return (
         f"{n:9d}{ranks:6d}{min(step):7.0f}{max(step):7.0f}{1e-6 * memory:9.0f}{1e-3 * memory / n:9.2f}{long.start_s:9.1f}"
@@ -177,6 +155,7 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", type=int, choices=SIDES, default=[4, 16, 64], help="thousands of spheres")
     parser.add_argument("--ranks", nargs="+", type=int, default=[1])
     parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--steps", type=int, default=60, help="of the shorter run")
     parser.add_argument("--one", nargs=5, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
@@ -190,7 +169,7 @@ def main() -> None:
         print(HEAD, flush=True)
         for thousands in asked.sizes:
             for ranks in asked.ranks:
-                print(row(thousands, ranks, account, asked.rounds), flush=True)
+                print(row(thousands, ranks, account, asked.rounds, asked.steps), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,144 +1,129 @@
-"""Cost of a step, side by side in one run, on the same bed: milliseconds of processor time and ratios to the stock dry program.
+"""Cost of a step on a settled bed, side by side: milliseconds of processor time, and ratios to the stock program's dry step.
 
-Variants: the stock program, dry; the same through this package; the plugin attached to a bed without liquid; moist with every
-capillary law there is, and with semi-implicit drag; the stock program with its own `washino` cohesion model (capillary and
-viscous forces of a bridge whose liquid stays on the spheres: other physics, the same bed).
+`python benchmarks/step_cost.py [--side N] [--only VARIANT ...] [--against CHECKOUT]`: a bed of N x N x 6 spheres (13) settles
+dry; each variant goes on from there, in turn, ROUNDS times, and the least of each counts. `--against` also runs another checkout.
 
-`make bench`. Rounds take the variants in turn. A step's cost is the difference of two runs of different length, in processor
-time of the engine's process, so that neither start-up nor other work on the machine counts.
+Variants: the stock program, dry; the same through this package; the plugin attached without liquid; moist with preset `paper`
+and every capillary law there is, preset `exact`, semi-implicit drag, `output.energy`, and the equation of `rabinovich` as a law
+in a user's file; the stock program with its own `washino` cohesion model (other physics, the same bed). A step's cost is the
+difference of two runs of different length, so that start-up does not count.
 """
 
 from __future__ import annotations
 
-import math
-import resource
-import statistics
+import argparse
+import os
 import subprocess
+import sys
 import tempfile
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+from glass import FILM, RADIUS, STEP, WATER, lattice, prepare, spent
 
 from pywet.bench import small
+from pywet.bench.bodies import WETTED, last
 from pywet.engines.liggghts import deck
-from pywet.laws import registry
-from pywet.scene import ContactPair, Liquid, Scene, SphereClass
+from pywet.laws import capillary, registry
+from pywet.scene import Output, Scene
 
-RADIUS, STEPS, SHORT, ROUNDS, SIDE, FILM = 2.5e-3, 8000, 500, 3, 10, 5e-5
-ANGLE = math.radians(15.0)
-WATER = Liquid(
-    surface_tension_N_per_m=0.07275, viscosity_Pa_s=1e-3, density_kg_per_m3=998.2, initial_film_thickness_m=FILM
-)
-WASHINO = f"""
+SETTLE, SHORT, STEPS, ROUNDS, LAYERS = 6000, 200, 1000, 3, 6
+MOTION = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
+STOCK, WASHINO, NOTHING, OWN = "stock dry", "stock washino", "no liquid", "own law"
+VARIANTS = (
+    STOCK, "dry", NOTHING, *registry.names("capillary"), "exact", "semi-implicit", "works", OWN, WASHINO,
+)  # fmt: skip
+COHESION = deck.Cohesion(
+    " cohesion washino/capillary/viscous",
+    f"""
 fix p_liquid all property/global surfaceLiquidContentInitial scalar {3 * FILM / RADIUS!r}
 fix p_tension all property/global surfaceTension scalar {WATER.surface_tension_N_per_m!r}
 fix p_viscosity all property/global fluidViscosity scalar {WATER.viscosity_Pa_s!r}
-fix p_angle all property/global contactAngle peratomtype {ANGLE!r} {ANGLE!r}
+fix p_angle all property/global contactAngle peratomtype {WETTED!r} {WETTED!r}
 fix p_least all property/global minSeparationDistanceRatio scalar 1.01
 fix p_most all property/global maxSeparationDistanceRatio scalar 1.1
-"""
-Run = Callable[[int], None]
+""",
+)
 
 
-def bed() -> list[small.Sphere]:
-    """SIDE³ spheres on a slightly shaken lattice above a floor."""
-    jitter = np.random.default_rng(1).uniform(-0.1, 0.1, (SIDE**3, 3)) * RADIUS
-    cells = np.stack(np.meshgrid(*[np.arange(SIDE)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    at = (cells + np.array([0.5, 0.5, 0.6])) * 2.2 * RADIUS + jitter - np.array([SIDE * 1.1 * RADIUS] * 2 + [0.0])
-    return [small.Sphere(1, (float(x), float(y), float(z))) for x, y, z in at]
+def effects(variant: str, folder: Path) -> small.Effects:
+    """What is on with a variant."""
+    if variant in (STOCK, WASHINO, "dry"):
+        return small.DRY
+    if variant == OWN:
+        law = folder / "own.py"
+        law.write_text(Path(capillary.__file__).read_text())
+        return small.PAPER.model_copy(update={"capillary": f"{law}:rabinovich"})
+    laws = {"capillary": variant} if variant in registry.names("capillary") else {}
+    return small.EXACT if variant == "exact" else small.PAPER.model_copy(update=laws)
 
 
-def prepare(
-    folder: Path, spheres: list[small.Sphere], effects: small.Effects, film: float, steps: int, how: str
-) -> Scene:
-    """The bed as a scene."""
-    sphere = SphereClass(
-        name="glass", type=1, radius_m=RADIUS, density_kg_per_m3=2500.0, contact_angle_rad=ANGLE, count=len(spheres)
-    )
-    pairs = [
-        ContactPair(
-            a=1, b=b, normal_stiffness_N_per_m=1e3, tangential_stiffness_N_per_m=285.7, friction=0.2,
-            rolling_friction_m=9e-5, restitution=0.8,
-        )
-        for b in (0, 1)
-    ]  # fmt: skip
-    return small.prepare(
-        folder, [sphere], spheres, pairs, liquid=WATER.model_copy(update={"initial_film_thickness_m": film}),
-        effects=effects, walls=[small.floor(0.19)], wall_angle_rad=ANGLE, time_step_s=2e-5, steps=steps,
-        log_every_step=False, output_interval_s=1.0, gravity=(0.0, 0.0, -9.81), box=0.2, viscous_integration=how,
+def run(folder: Path, variant: str, start: pd.DataFrame, steps: int) -> None:
+    """So many steps of a variant, from the places and speeds of `start`."""
+    spheres = [small.Sphere(1, row[:3], row[3:6], row[6:]) for row in start[MOTION].itertuples(index=False, name=None)]
+    on = effects(variant, folder)
+    liquid = WATER.model_copy(update={"initial_film_thickness_m": 0.0}) if variant == NOTHING else WATER
+    scene = prepare(
+        folder, spheres, steps, effects=on, liquid=liquid if on.bridges else None,
+        viscous_integration="semi_implicit" if variant == "semi-implicit" else "explicit",
+        output=Output(interval_s=steps * STEP, contact_windows=0, energy=variant == "works"),
     )  # fmt: skip
+    if variant in (STOCK, WASHINO):
+        stock(folder, scene, COHESION if variant == WASHINO else deck.NO_COHESION)
+    else:
+        small.run(folder, spheres)
 
 
-def through_pywet(spheres: list[small.Sphere], effects: small.Effects, film: float, how: str, steps: int) -> None:
-    """A run through the driver."""
-    with tempfile.TemporaryDirectory() as folder:
-        prepare(Path(folder), spheres, effects, film, steps, how)
-        small.run(Path(folder), spheres)
-
-
-def stock(spheres: list[small.Sphere], cohesion: bool, steps: int) -> None:
+def stock(folder: Path, scene: Scene, cohesion: deck.Cohesion) -> None:
     """The stock program on the same deck, with its own cohesion model or dry."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        deck.write_deck(prepare(folder, spheres, small.DRY, 0.0, steps, "explicit"), folder, folder)
-        if cohesion:
-            setup = (folder / "setup.liggghts").read_text()
-            setup = setup.replace("tangential history", "tangential history cohesion washino/capillary/viscous")
-            (folder / "setup.liggghts").write_text(setup.replace("pair_style", WASHINO + "pair_style", 1))
-        done = subprocess.run(
-            ["liggghts", "-in", "in.liggghts"],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-        )
-        if done.returncode != 0:
-            raise SystemExit("\n".join(done.stdout.splitlines()[-5:]))
+    deck.write_deck(scene, folder, folder, cohesion=cohesion)
+    how = {"capture_output": True, "text": True, "errors": "replace", "check": False}
+    done = subprocess.run(["liggghts", "-in", "in.liggghts"], cwd=folder, **how)  # type: ignore[call-overload]
+    if done.returncode != 0:
+        raise SystemExit("\n".join(done.stdout.splitlines()[-5:]))
 
 
-def variants(spheres: list[small.Sphere]) -> dict[str, Run]:
-    """Name of a variant -> how to run it for a number of steps."""
-    found: dict[str, Run] = {
-        "stock dry": partial(stock, spheres, False),
-        "dry through pywet": partial(through_pywet, spheres, small.DRY, 0.0, "explicit"),
-        "plugin, no liquid": partial(through_pywet, spheres, small.PAPER, 0.0, "explicit"),
-    }
-    for name in registry.names("capillary"):
-        effects = small.PAPER.model_copy(update={"capillary": name})
-        found[f"moist, {name}"] = partial(through_pywet, spheres, effects, FILM, "explicit")
-    found["moist, semi-implicit"] = partial(through_pywet, spheres, small.PAPER, FILM, "semi_implicit")
-    found["stock washino"] = partial(stock, spheres, True)
-    return found
-
-
-def seconds(run: Run, steps: int) -> float:
-    """Processor time of the engine's process in a run."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run(steps)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+def seconds(checkout: Path, variant: str, start: Path, steps: int) -> float:
+    """Processor time of a run in a process of its own, with the program of a checkout."""
+    before = spent()
+    command = [sys.executable, __file__, "--one", variant, str(start), str(steps)]
+    done = subprocess.run(
+        command, env={**os.environ, "PYTHONPATH": str(checkout)}, capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise SystemExit(done.stderr)
+    return spent() - before
 
 
 def main() -> None:
-    """Run all variants in turn and print medians."""
-    spheres = bed()
-    runs = variants(spheres)
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    start: dict[str, float] = {}
-    for turn in range(ROUNDS):
-        for name, run in runs.items():
-            start[name] = seconds(run, SHORT)
-            times[name].append(1e3 * (seconds(run, SHORT + STEPS) - start[name]) / STEPS)
-            print(f"round {turn + 1} of {ROUNDS}: {name} {times[name][-1]:.3f} ms a step", flush=True)
-    print(f"{len(spheres)} spheres, {STEPS} steps, median of {ROUNDS} rounds")
-    base = times["stock dry"]
-    for name, values in times.items():
-        ratio = statistics.median(v / b for v, b in zip(values, base, strict=True))
-        cost = f"{statistics.median(values):8.3f} ms a step{ratio:7.2f} x stock dry"
-        print(f"{name:24s}{cost}   start and {SHORT} steps {start[name]:.1f} s")
+    """Settle, run all variants in turn, print the least of each."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--side", type=int, default=13)
+    parser.add_argument("--against", type=Path)
+    parser.add_argument("--only", nargs="+", choices=VARIANTS, default=VARIANTS)
+    parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        if asked.one:
+            run(folder, asked.one[0], pd.read_parquet(asked.one[1]), int(asked.one[2]))
+            return
+        start = folder / "start.parquet"
+        places = lattice(asked.side, LAYERS, 2.05, 0.02)
+        run(folder, "dry", pd.DataFrame(np.hstack([places, np.zeros((len(places), 6))]), columns=MOTION), SETTLE)
+        last(folder).to_parquet(start)
+        programs = {"": Path(__file__).parents[1]} | ({" (other)": asked.against.resolve()} if asked.against else {})
+        times: dict[str, list[float]] = {}
+        for _ in range(ROUNDS):
+            for variant in asked.only:
+                for label, checkout in programs.items():
+                    short, long = (seconds(checkout, variant, start, n) for n in (SHORT, SHORT + STEPS))
+                    times.setdefault(variant + label, []).append(1e3 * (long - short) / STEPS)
+    print(f"{len(places)} spheres, {STEPS} steps, least of {ROUNDS} rounds; ratios to {asked.only[0]}")
+    for label, values in times.items():
+        ratio = min(values) / min(times[asked.only[0]])
+        print(f"{label:24s}{min(values):8.3f} ms a step{ratio:7.2f}   of {np.round(values, 3)}")
 
 
 if __name__ == "__main__":

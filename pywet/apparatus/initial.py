@@ -1,4 +1,4 @@
-"""The tables a run starts from: history/spheres, triangles and parts; numbered as schema.py says."""
+"""All that a run starts from: scene, walls, spheres, and history/spheres, triangles and parts, numbered as schema.py says."""
 
 from __future__ import annotations
 
@@ -9,10 +9,24 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus import Surface
-from pywet.files import write_table
+from pywet.apparatus import Surface, write_stl
+from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
-from pywet.scene import Scene
+from pywet.scene import Scene, WallMesh
+
+
+def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
+    """The scene's description of a surface; `prisms`: dry contacts with its parts as prisms."""
+    return WallMesh(
+        name=surface.name,
+        holder=surface.holder,
+        stl=Path("stl") / f"{surface.name}.stl",
+        contact_angle_rad=contact_angle_rad,
+        motion=surface.motion,
+        triangle_part=tuple(int(p) for p in surface.part),
+        part_half_width_m=surface.part_half_width,
+        prisms=prisms,
+    )
 
 
 def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:
@@ -66,8 +80,13 @@ def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
 
 
 def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
-    """Write the tables into `run_dir`/history; `surfaces` in the order of scene.walls."""
-    history = Path(run_dir) / "history"
+    """Write the scene and all it refers to; `surfaces` in the order of scene.walls, the films of `spheres` as `sphere_table`."""
+    run_dir = Path(run_dir)
+    for surface, wall in zip(surfaces, scene.walls, strict=True):
+        write_stl(surface, run_dir / wall.stl)
+    write_table(spheres.drop(columns="film", errors="ignore"), run_dir / scene.spheres_file)
+    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
+    history = run_dir / "history"
     write_table(sphere_table(scene, spheres), history / "spheres.parquet")
     if surfaces:
         write_table(triangle_table(surfaces), history / "triangles.parquet")

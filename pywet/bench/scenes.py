@@ -44,6 +44,8 @@ class Choice:
     ranks: int = 1
     seed: int = 1
     viscous_integration: str = "semi_implicit"
+    engine: str = "liggghts"
+    """Or lammps, without rolling resistance."""
 
     def __post_init__(self) -> None:
         for name, limits in SCENE.items():
@@ -64,9 +66,9 @@ class Choice:
         return bodies.packed_step((sphere,), springs(stiffness), 0.1, drag)
 
 
-def springs(stiffness: float) -> tuple[ContactPair, ...]:
+def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...]:
     """Glass on itself and on the walls; soft springs, as long as overlaps stay below some per cent of the radius."""
-    return bodies.contacts(1, stiffness, rolling_m=2e-5)
+    return bodies.contacts(1, stiffness, rolling_m=rolling_m)
 
 
 def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
@@ -206,10 +208,11 @@ def _run(
         contact_window_steps=2 * steps if log_every_step else 20,
         checkpoints=0 if steps < 5000 else 20,
     )
+    dry = springs(stiffness, 0.0) if choice.engine == "lammps" else springs(stiffness)
     small.prepare(
-        run_dir, [sphere], spheres, springs(stiffness), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
+        run_dir, [sphere], spheres, dry, liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
         box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
         viscous_integration=choice.viscous_integration, **more,
     )  # fmt: skip
-    small.run(run_dir, spheres, choice.ranks)
+    small.run(run_dir, spheres, choice.ranks, engine=choice.engine)

@@ -78,7 +78,7 @@ def run_scene(
 @app.command()
 def bridge(
     file: JsonFile,
-    engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
+    engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts or lammps.")] = None,
     trust: Trust = False,
     as_table: Annotated[
         bool, typer.Option("--table", help="A table with deviations from the exact bridge, not JSON.")
@@ -97,12 +97,12 @@ def bridge(
     machine_code.say_wait()
     if engine is None:
         answer = bridge_query.answer(query)
-    elif engine == "liggghts":
+    elif engine in ("liggghts", "lammps"):
         from pywet.bench import bridge_engine
 
-        answer = bridge_engine.measured(query)
+        answer = bridge_engine.measured(query, engine)
     else:
-        raise PywetError(f"there is no engine {engine}; expected liggghts")
+        raise PywetError(f"there is no engine {engine}; expected liggghts or lammps")
     if plot is not None:
         showing.bridge_plot(query, answer, plot)
     if as_table:

@@ -15,16 +15,15 @@ from pydantic import ValidationError
 from scipy.spatial import cKDTree
 
 from pywet import scene as typed
-from pywet.apparatus import Surface, fill, write_stl
-from pywet.apparatus.initial import write_initial
+from pywet.apparatus import Surface, fill
+from pywet.apparatus.initial import wall_mesh, write_initial
 from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Floats
 from pywet.bench import bodies
-from pywet.bench.small import wall_mesh
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
 from pywet.errors import ConfigError
-from pywet.files import write_json, write_table
+from pywet.files import write_json
 from pywet.laws.contact import film_volume
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
@@ -185,13 +184,9 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
     made, run_dir = Building(said), Path(run_dir)
     scene = made.scene()
-    for surface, wall in zip(made.surfaces, scene.walls, strict=True):
-        write_stl(surface, run_dir / wall.stl)
-    write_table(made.spheres.drop(columns="film"), run_dir / scene.spheres_file)
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))
-    write_json(run_dir / "scene.json", scene.model_dump(mode="json"))
     (run_dir / "config.json").unlink(missing_ok=True)  # a screening case's, had one been built here before
     return scene
 

@@ -17,8 +17,11 @@ from typing import Annotated
 
 import typer
 
-from tests.faults import trial
-from tests.faults.mutants import Mutant, draw
+from tests.faults import asked
+from tests.faults.follow import Verdict
+from tests.faults.mutants import draw
+from tests.faults.rooms import ROOMS, below
+from tests.faults.trial import Bench
 
 COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
 OPEN = ("not reached", "no effect", "survives")
@@ -28,55 +31,56 @@ ASKED = "asked:"
 
 
 def main(
-    new: Annotated[int, typer.Option(min=1, help="Faults.")] = 20,
+    new: Annotated[int, typer.Option(min=0, help="Faults.")] = 20,
     seed: Annotated[int, typer.Option(help="Of the draw; the same seed and sources give the same faults.")] = 1,
-    room: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(trial.ROOMS)}; default all in turn.")] = None,
+    room: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(ROOMS)}; default all in turn.")] = None,
     tests: Annotated[bool, typer.Option("--tests", help="Then ask the tests about what nothing else notices.")] = False,
     out: Annotated[Path, typer.Option(help="Folder of the trials.")] = Path("results/faults"),
 ) -> None:
     """Try random faults."""
-    rooms = room or list(trial.ROOMS)
-    unknown = sorted(set(rooms) - set(trial.ROOMS))
+    rooms = room or list(ROOMS)
+    unknown = sorted(set(rooms) - set(ROOMS))
     if unknown:
-        raise typer.BadParameter(f"there is no room {unknown[0]}; expected one of {', '.join(trial.ROOMS)}")
+        raise typer.BadParameter(f"there is no room {unknown[0]}; expected one of {', '.join(ROOMS)}")
     table = out.absolute() / "faults.csv"
     table.parent.mkdir(parents=True, exist_ok=True)
     rows = read(table)
-    bench, begun = trial.Bench(out.absolute()), time.monotonic()
+    bench, begun = Bench(out.absolute()), time.monotonic()
     bench.open()
     print(f"without a fault: {time.monotonic() - begun:.0f} s", flush=True)
     known = {(row["room"], int(row["number"])) for row in rows}
-    asked = [(rooms[n % len(rooms)], n // len(rooms)) for n in range(new)]
-    ahead, begun = [place for place in asked if place not in known], time.monotonic()
+    wanted = [(rooms[n % len(rooms)], n // len(rooms)) for n in range(new)]
+    ahead, begun = [place for place in wanted if place not in known], time.monotonic()
     for done, (place, number) in enumerate(ahead, 1):
         row = one(bench, number, seed, place)
         rows.append(row)
         write(table, rows)
         left = (time.monotonic() - begun) / done * (len(ahead) - done)
-        print(f"{done}/{len(ahead)} {row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} "
-              f"{row['said'][:90]} ({left / 60:.0f} min to go)", flush=True)  # fmt: skip
+        print(f"{done}/{len(ahead)} {said(row)} ({left / 60:.0f} min to go)", flush=True)
     for row in rows if tests else ():
         if row["by"] in OPEN and not row["said"].startswith(ASKED) and row["room"] in rooms:
-            failed = asked.ask(bench.tree, asked.again(row, seed))
+            if (mutant := asked.again(row, bench.tree / "pywet")) is None:
+                continue
+            failed = asked.ask(bench, mutant)
             row |= {"by": "tests", "said": failed} if failed else {"said": f"{ASKED} {row['said']}"}
             write(table, rows)
-            print(
-                f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['said'][:90]}",
-                flush=True,
-            )
+            print(said(row), flush=True)
     print("\n".join(score(rows)))
 
 
-def one(bench: trial.Bench, number: int, seed: int, room: str) -> dict[str, str]:
+def said(row: dict[str, str]) -> str:
+    """A line on one fault."""
+    return f"{row['room']} {row['file']}:{row['line']} {row['what'][:60]}: {row['by']} {row['said'][:90]}"
+
+
+def one(bench: Bench, number: int, seed: int, room: str) -> dict[str, str]:
     """The fault of a number in its room, the first of its draw that compiles, tried."""
     chance, verdict = random.Random(f"{seed} {room} {number}"), None
     while verdict is None:
-        mutant: Mutant = draw(trial.files(room), chance)
-        verdict = bench.judge(mutant, room)
-    name = str(mutant.path.relative_to(trial.PACKAGE))
-    return dict(
-        zip(COLUMNS, (str(number), room, name, str(mutant.line), mutant.what, verdict.by, verdict.said), strict=True)
-    )
+        mutant = draw(bench.files(room), chance)
+        verdict: Verdict | None = bench.judge(mutant, room)
+    values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, verdict.said)
+    return dict(zip(COLUMNS, values, strict=True))
 
 
 def read(table: Path) -> list[dict[str, str]]:

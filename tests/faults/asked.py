@@ -3,75 +3,71 @@
 from __future__ import annotations
 
 import os
-import random
 import re
+import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from tests.faults import trial
-from tests.faults.mutants import Mutant, draw
+from tests.faults.mutants import Mutant, mutants
+from tests.faults.rooms import PACKAGE, ROOT, below
+from tests.faults.trial import Bench
 
 LIMIT_S = 600.0
-PLUGIN = ("tests/engines/liggghts",)
-"""No test imports the plugin's sources."""
+OF_PLUGIN = tuple(f"tests/engines/liggghts/test_{name}.py" for name in (
+    "two_bodies", "wires", "energy", "records", "restart", "invariance", "semi_implicit", "shedding", "liquid_weight", "impulses",
+    "window_dumps", "grid", "failures", "ranks", "exact_in_engine", "dry"))  # fmt: skip
+"""No test imports the plugin's sources; the quick ones first."""
 
 
-def again(row: dict[str, str], seed: int) -> Mutant:
-    """The fault of a row of the table, drawn once more."""
-    chance = random.Random(f"{seed} {row['room']} {row['number']}")
-    while True:
-        mutant = draw(trial.files(row["room"]), chance)
-        name = str(mutant.path.relative_to(trial.PACKAGE))
-        if (name, str(mutant.line), mutant.what) == (row["file"], row["line"], row["what"]):
-            return mutant
+def again(row: dict[str, str], package: Path = PACKAGE) -> Mutant | None:
+    """The fault of a row of the table: the same change nearest to its line, which moves when a file is edited."""
+    path = package / row["file"]
+    same = [m for m in mutants(path) if m.what == row["what"]] if path.exists() else []
+    return min(same, key=lambda m: abs(m.line - int(row["line"])), default=None)
 
 
-def tests_of(path: Path) -> list[str]:
-    """Test files that import a module, the one named after it first."""
+def tests_of(name: str) -> list[str]:
+    """Test files that import a module, given by its file below pywet/; the one named after it first."""
+    path = PACKAGE / name
     if path.suffix != ".py":
-        return list(PLUGIN)
-    package, name = ".".join(path.relative_to(trial.ROOT).parent.parts), path.stem
-    uses = re.compile(rf"from {re.escape(package)} import [^\n]*\b{name}\b|{re.escape(package)}\.{name}\b")
-    found = [p for p in sorted((trial.ROOT / "tests").rglob("test_*.py")) if uses.search(p.read_text())]
-    found.sort(key=lambda p: (p.stem != f"test_{name}", name not in p.stem, p.stat().st_size))
-    return [str(p.relative_to(trial.ROOT)) for p in found]
+        return list(OF_PLUGIN)
+    package, stem = ".".join(path.relative_to(ROOT).parent.parts), path.stem
+    uses = re.compile(rf"from {re.escape(package)} import [^\n]*\b{stem}\b|{re.escape(package)}\.{stem}\b")
+    named = [p for p in sorted((ROOT / "tests").rglob("test_*.py")) if uses.search(p.read_text())]
+    named.sort(key=lambda p: (p.stem != f"test_{stem}", stem not in p.stem, p.stat().st_size))
+    return [str(p.relative_to(ROOT)) for p in named]
 
 
-def ask(tree: Path, mutant: Mutant) -> str | None:
-    """The first test that fails with the fault; None where none does, or there is none."""
-    named = tests_of(mutant.path)
+def ask(bench: Bench, mutant: Mutant, tests: Sequence[str] = ()) -> str | None:
+    """The first test that fails with the fault, of some or of all that know the module; None where there is none."""
+    named = tests or tests_of(below(mutant.path))
     if not named:
         return None
-    place = tree / mutant.path.relative_to(trial.ROOT)
-    before = place.read_text()
-    place.write_text(mutant.text)
-    words = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-x",
-        "-q",
-        "-m",
-        "not slow",
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "no:randomly",
-    ]
-    words += ["--basetemp", str(tree.parent / "asked"), *named]
-    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
-    try:
-        done = subprocess.run(
-            words, cwd=tree, env=environment, capture_output=True, text=True, check=False, timeout=LIMIT_S
-        )
-    except subprocess.TimeoutExpired:
-        return None
-    finally:
-        place.write_text(before)
+    words = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-p", "no:cacheprovider",
+             "--basetemp", str(bench.out / "asked"), *named]  # fmt: skip
+    environment = {**os.environ, "PYTHONPATH": str(bench.tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    with bench.planted(mutant):
+        _keep_plugin(bench, mutant)
+        try:
+            done = subprocess.run(
+                words, cwd=bench.tree, env=environment, capture_output=True, text=True, check=False, timeout=LIMIT_S
+            )
+        except subprocess.TimeoutExpired:
+            return None
     if done.returncode == 0:
         return None
     lines = done.stdout.splitlines()
-    return next((w for w in lines if w.startswith(("FAILED", "ERROR"))), lines[-1] if lines else "it does not start")[
-        :200
-    ]
+    failed = next((w for w in lines if w.startswith(("FAILED", "ERROR"))), lines[-1] if lines else "it does not start")
+    return failed[:200]
+
+
+def _keep_plugin(bench: Bench, mutant: Mutant) -> None:
+    """Where the tests look for it: what was compiled here in a part of the time."""
+    from pywet import caches
+    from pywet.engines.liggghts import build
+
+    if library := bench.plugin(mutant):
+        shutil.copy(library, build.kept())
+        caches.seal(build.kept())

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import random
 import re
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 OPERATORS = {
@@ -65,11 +66,12 @@ def draw(paths: list[Path], chance: random.Random) -> Mutant:
 
 
 def mutants(path: Path) -> Iterator[Mutant]:
-    """All faults that can be made in a file."""
-    text = path.read_text()
-    yield from _tokens(path, text)
-    yield from _exchanged(path, text)
-    yield from _dropped(path, text)
+    """All faults that can be made in a file, the second of a kind in a line with its number."""
+    text, times = path.read_text(), Counter[tuple[int, str]]()
+    for one in (*_tokens(path, text), *_exchanged(path, text), *_dropped(path, text)):
+        times[one.line, one.what] += 1
+        nth = times[one.line, one.what]
+        yield one if nth == 1 else replace(one, what=f"{one.what} ({nth})")
 
 
 def _line(text: str, place: int) -> int:

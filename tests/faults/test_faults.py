@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.faults import asked, page, reach, server, trial
+from tests.faults import asked, page, reach, rooms, server
 from tests.faults.__main__ import read, score
 from tests.faults.mutants import Mutant, draw, mutants
 
@@ -42,21 +42,27 @@ def test_operators_constants_arguments_and_lines_are_changed_and_comments_are_no
 
 def test_cpp_is_changed_alike(tmp_path: Path) -> None:
     path = tmp_path / "force.cpp"
-    path.write_text("// a + b\nvoid f(int i) {\n  force[i] += k * overlap[0];\n}\n")
-    assert set(changes(path)) == {"2: i -> j", "3: i -> j", "3: += -> -=", "3: * -> /", "3: 0 -> 1",
-                                  "3: dropped: force[i] += k * overlap[0];"}  # fmt: skip
+    path.write_text("// a + b\nvoid f(int i) {\n  force[i] += k * overlap[0] * i;\n}\n")
+    assert set(changes(path)) == {"2: i -> j", "3: i -> j", "3: i -> j (2)", "3: += -> -=", "3: * -> /", "3: * -> / (2)",
+                                  "3: 0 -> 1", "3: dropped: force[i] += k * overlap[0] * i;"}  # fmt: skip
 
 
 def test_the_same_seed_draws_the_same_faults() -> None:
-    one, two = (draw(trial.files("plugin"), random.Random(7)) for _ in range(2))
+    one, two = (draw(rooms.files("plugin"), random.Random(7)) for _ in range(2))
     assert one == two
 
 
 def test_every_room_has_files_and_their_tests() -> None:
-    for room in trial.ROOMS:
-        assert trial.files(room)
-        assert all((trial.ROOT / place).exists() for path in trial.files(room) for place in asked.tests_of(path))
-    assert asked.tests_of(trial.PACKAGE / "report/vtk.py")[0] == "tests/report/test_vtk.py"
+    for room in rooms.ROOMS:
+        names = [rooms.below(path) for path in rooms.files(room)]
+        assert names and all((rooms.ROOT / place).exists() for name in names for place in asked.tests_of(name))
+    assert asked.tests_of("report/vtk.py")[0] == "tests/report/test_vtk.py"
+
+
+def test_a_fault_of_a_helper_is_one_of_the_law_that_calls_it(tmp_path: Path) -> None:
+    path = tmp_path / "laws.py"
+    path.write_text("def one(x):\n    return x\n\n\n@force_law('capillary')\ndef two(x):\n    return one(x)\n")
+    assert [rooms.law_of(Mutant(path, line, "", "")) for line in (2, 7, 4)] == [("capillary", "two")] * 2 + [None]
 
 
 def test_crashes_and_faults_without_effect_do_not_count() -> None:
@@ -64,10 +70,11 @@ def test_crashes_and_faults_without_effect_do_not_count() -> None:
     assert score(rows)[1].split() == ["plugin", "6", "1", "1", "2", "0", "1", "0", "1", "75%"]
 
 
-def test_a_fault_is_drawn_again_from_its_row() -> None:
-    mutant = draw(trial.files("view"), random.Random("1 view 4"))
-    row = {"room": "view", "number": "4", "file": "report/vtk.py", "line": str(mutant.line), "what": mutant.what}
-    assert asked.again(row, 1) == mutant
+def test_a_fault_is_made_again_from_its_row() -> None:
+    mutant = draw(rooms.files("view"), random.Random("1 view 4"))
+    row = {"file": "report/vtk.py", "line": str(mutant.line), "what": mutant.what}
+    assert asked.again(row) == mutant
+    assert asked.again({**row, "line": "1", "what": "dropped: what is not there"}) is None
 
 
 def test_what_imports_a_changed_module_is_forgotten() -> None:
@@ -78,7 +85,7 @@ def test_what_imports_a_changed_module_is_forgotten() -> None:
     names = ("pywet.runs.rundir", "pywet.report.vtk", "pywet.scene")
     kept = {name: sys.modules[name] for name in list(sys.modules) if name.startswith("pywet")}
     try:
-        server.forget("pywet.runs.rundir", trial.ROOT)
+        server.forget("pywet.runs.rundir", rooms.ROOT)
         assert [name in sys.modules for name in names] == [False, False, True]
     finally:
         sys.modules.update(kept)
@@ -100,8 +107,9 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
     exec(compile(path.read_text(), str(path), "exec"), space)
     with reach.traced(tmp_path) as lines:
         space["way"](False)
-    assert lines == {"way.py": {1, 2, 4}}
-    assert [trial.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
+        reach.keep(tmp_path / "kept.json")
+    assert lines == reach.kept(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
+    assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
 
 
 def test_the_page_is_that_of_the_kept_table() -> None:

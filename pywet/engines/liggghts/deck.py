@@ -28,6 +28,9 @@ FILM_GROWTH = 2.5
 """The neighbour list allows for films on the smallest spheres this many times the first one (other sizes: same ratio to r)."""
 
 
+FALLING, SKIN = 2.0, 3.6
+"""Speed [m/s] of the spheres that have most lists made, and the skin over the root of their way in a step times the largest
+diameter; measured, docs/engine.md."""
 FASTEST = 5.0
 """Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
 
@@ -109,9 +112,13 @@ def longest_bridge(scene: Scene) -> float:
 
 
 def skin(scene: Scene) -> float:
-    """Skin [m] of the neighbour list: it is made anew when a sphere has moved by half of it. 0.4 of the smallest radius; a sphere
-    falling at 1 m/s needs a rebuild in 10 to 30 steps."""
-    return 0.4 * min(c.radius_m for c in scene.classes)
+    """Skin [m] of the neighbour list: it is made anew when a sphere has moved by half of it.
+
+    A thick one is made anew seldom, a thin one holds few pairs; of c1 d^3/(s/way) + c2 d^2 s the least is at a multiple of
+    sqrt(d way), with the way of a falling sphere in a step.
+    """
+    smallest, largest = (f(c.radius_m for c in scene.classes) for f in (min, max))
+    return min(max(0.4 * smallest, SKIN * (2.0 * largest * FALLING * scene.time_step_s) ** 0.5), 1.2 * smallest)
 
 
 def checkpoints(scene: Scene) -> list[int]:
@@ -259,7 +266,8 @@ def write_deck(
     spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
-        "columns": " ".join(map(str, grid.chosen(scene, spheres[["x", "y"]], ranks))),
+        # the plugin's worker says them, at each checkpoint anew
+        "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
         "types": len(scene.classes) + 1,
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
@@ -267,6 +275,7 @@ def write_deck(
         "cohesion": cohesion,
         "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
+        "bin": repr(2.0 * max(c.radius_m for c in scene.classes) * film_factor(scene) + skin(scene)),
         # a cohesion model of the engine's own lives as far as films touch
         "listed": repr(skin(scene) if cohesion.words else listed(scene)),
         "thickest_film": repr(film_factor(scene) - 1.0),

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from pywet.apparatus import Surface, build_apparatus, write_stl
+from pywet.apparatus import Surface, build_apparatus
 from pywet.apparatus.initial import write_initial
 from pywet.config import Config
 from pywet.engines.liggghts import deck, driver
@@ -26,7 +26,7 @@ from pywet.evidence.accuracy import sieve
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.measure import timed
 from pywet.evidence.accuracy.sieve import Size
-from pywet.files import read_json, write_json, write_table
+from pywet.files import read_json, write_json
 from pywet.scene import Output, Scene
 from pywet.screening import cases
 
@@ -191,9 +191,6 @@ def _prepare(folder: Path, config: Config, width_mm: float, which: Lattice) -> t
     wires = next(s for s in apparatus.surfaces if s.holder == "wires")
     low = float(wires.corners[..., 2].max()) if which.screen else apparatus.feed_region.z_low_m
     spheres = _lattice(scene, apparatus.feed_region.width_m, low, 0.0 if which.pressed else LOOSE)
-    for surface, wall in zip(apparatus.surfaces, walls, strict=True):
-        write_stl(surface, folder / wall.stl)
-    write_table(spheres, folder / scene.spheres_file)
     write_initial(scene, apparatus.surfaces, spheres, folder)
     reach = 0.5e-3 * config.materials.screen(case.aperture_mm).wire_diameter_mm.value + 1.5 * deck.skin(scene)
     return scene, spheres, _near(wires, spheres, reach + min(c.radius_m for c in scene.classes))

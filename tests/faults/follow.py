@@ -1,0 +1,154 @@
+"""One run, stage by stage, to the first who objects to it; and what a run leaves.
+
+Not here: with which fault it runs, and in which process (`trial.py`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from tests.faults import server
+from tests.faults.rooms import AFTER
+
+STEADY = ("history/*.parquet", "*.parquet", "results/*.parquet", "scene.json", "stl/*", "vtk/*.vt*", "summary.json",
+          "results/checks.json", "engine/in.liggghts", "engine/setup.liggghts", "engine/particles.data")  # fmt: skip
+"""Files that are the same in every run without a fault; of summary.json what does not tell times."""
+TIMES = ("wall_s", "particle_steps_per_s", "versions")
+MADE = ("results", "summary.json", "replay.json")
+"""What is made of a finished run."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """`by`: replay, program (it stopped, with a sentence), crash (a traceback or a signal), not reached, no effect, survives."""
+
+    by: str
+    said: str = ""
+
+
+@dataclass(frozen=True)
+class Way:
+    """Where a run is made, from which configuration, with which plugin, for a fault of which room."""
+
+    run: Path
+    config: Path
+    sound: Path
+    """The same without a fault, already there for the rooms after the engine."""
+    room: str
+    library: Path
+    keep_counts: bool = False
+
+
+def follow(way: Way) -> Verdict:
+    """The stages of a run, to the first that somebody objects to."""
+    from pywet.errors import PywetError
+
+    try:
+        return _stages(way)
+    except PywetError as error:
+        crash = way.run / "engine.partial" / server.CRASH
+        return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error)[:200])
+
+
+def _stages(way: Way) -> Verdict:
+    from pywet import caches, stages
+    from pywet.engines.liggghts import build
+
+    run, room = way.run, way.room
+    shutil.rmtree(run, ignore_errors=True)
+    if room in AFTER:
+        shutil.copytree(way.sound, run, ignore=shutil.ignore_patterns("vtk", *(MADE if room == "results" else ())))
+    else:
+        server.engine_in_copy(way.keep_counts)
+        stages.build(stages.resolved(way.config), 2, "smoke", run)
+        if room == "scene" and (found := _of_scene(run)):
+            return found
+        shutil.copy(way.library, build.kept())
+        caches.seal(build.kept())
+        stages.simulate(run, 1, progress=False)
+    if room != "view":
+        stages.results(run)
+        found = _of_results(run) if room == "results" else _of_replay(stages.replay(run))
+        if found:
+            return found
+    return (room in ("view", "") and _of_view(run)) or Verdict("survives")
+
+
+def import_all() -> None:
+    """Everything that a trial needs."""
+    for name in (
+        "engines.liggghts.worker",
+        "report.vtk",
+        "screening.identity",
+        "screening.results",
+        "screening.summary",
+    ):
+        import_module(f"pywet.{name}")
+    for name in ("replay.command", "shown.vtk"):
+        import_module(f"reference_impl.{name}")
+
+
+def _of_scene(run: Path) -> Verdict | None:
+    from reference_impl.replay.io import ReplayError
+    from reference_impl.scene import check
+
+    try:
+        section = check.check(run)
+    except (ReplayError, OSError):
+        return None  # said again, with the engine's files
+    bad = [q.name for q in section.quantities if not q.ok]
+    return Verdict("replay", _finding([f for f in section.findings], bad)) if bad else None
+
+
+def _of_results(run: Path) -> Verdict | None:
+    from reference_impl.tables import check
+
+    section = check.check(run)
+    bad = [q.name for q in section.quantities if not q.ok]
+    return Verdict("replay", _finding([f for f in section.findings], bad)) if bad else None
+
+
+def _of_view(run: Path) -> Verdict | None:
+    from pywet.report import vtk as series
+    from reference_impl.replay.io import ReplayError
+    from reference_impl.shown import vtk
+
+    series.write(run)
+    try:
+        wrong = vtk.disagreement(run)
+    except ReplayError as error:  # the reference cannot read it, and says so
+        wrong = str(error)
+    return Verdict("replay", wrong[:200]) if wrong else None
+
+
+def _of_replay(content: dict[str, Any] | None) -> Verdict | None:
+    if content is None or content["ok"]:
+        return None
+    bad = [name for name, q in content["quantities"].items() if not q["ok"]]
+    return Verdict("replay", _finding((content["diagnosis"] or {}).get("findings", []), bad))
+
+
+def _finding(findings: list[Any], bad: list[str]) -> str:
+    """The first sentence of the diagnosis, else what is beyond its limit."""
+    first = findings[0] if findings else None
+    sentence = first.get("sentence") if isinstance(first, dict) else getattr(first, "sentence", None)
+    return str(sentence)[:200] if sentence else f"beyond: {', '.join(bad)}"[:200]
+
+
+def marks(run: Path) -> dict[str, str]:
+    """Hashes of all that a run without a fault always leaves alike."""
+    paths = sorted({p for pattern in STEADY for p in run.glob(pattern)})
+    return {str(p.relative_to(run)): hashlib.sha256(_steady(p)).hexdigest() for p in paths}
+
+
+def _steady(path: Path) -> bytes:
+    if path.name != "summary.json":
+        return path.read_bytes()
+    content = json.loads(path.read_text())
+    return json.dumps({k: v for k, v in content.items() if k not in TIMES}, sort_keys=True).encode()
