@@ -14,8 +14,9 @@ import numpy as np
 import pandas as pd
 
 from pywet.apparatus.initial import wall_mesh, write_initial
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.apparatus.solids import plate, square
+from pywet.apparatus.surface import Surface, make_surface
+from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
@@ -39,11 +40,6 @@ class Sphere:
     """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
     film: float | None = None
     """Liquid on it [m3], where that is not what the scene's film thickness gives."""
-
-
-def square(half_side: float) -> Floats:
-    """Corners of a square about the origin, shape (4, 2) [m]."""
-    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
@@ -131,7 +127,10 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
     return tuple(lines), "free"
 
 
-def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
-    """Run a prepared small scene."""
+def run(
+    run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False, engine: str = "liggghts"
+) -> driver.RunInfo:
+    """Run a prepared small scene in `engine`, liggghts or lammps."""
     extra, free = drive(spheres)
-    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)
+    start = lammps.run if engine == "lammps" else driver.run
+    return start(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)
