@@ -72,7 +72,7 @@ def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
 @pytest.mark.engine
 def test_without_friction_liggghts_and_lammps_end_at_the_same_places(tmp_path: Path) -> None:
     """Springs, dashpots, bridges, films, integration are then the same, and two bounces make of the round-off no more than 1e-7
-    of a radius; with friction the slip differs by half the overlap, see docs/second_engine.md."""
+    of a radius; with friction the slip differs, see docs/second_engine.md."""
     ends = []
     for engine in ("lammps", "liggghts"):
         folder = tmp_path / engine
