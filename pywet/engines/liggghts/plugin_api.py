@@ -197,6 +197,16 @@ class Plugin:
         """Go on from a checkpoint's state file."""
         self._check(self._library.pywet_resume(os.fsencode(state)))
 
+    def wait(self) -> None:
+        """Until all ranks are here."""
+        self._library.pywet_wait()
+
+    def held(self) -> dict[str, int]:
+        """What a rank holds, the most of all ranks; known to the first one. Every rank takes part."""
+        most = (C.c_int64 * 3)()
+        self._library.pywet_held(most)
+        return dict(zip(("spheres_and_ghosts", "bridges", "wall_pairs"), most, strict=True))
+
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""
         self._library.pywet_finish()

@@ -28,7 +28,7 @@ from reference_impl.replay.replay import replay as recompute
 PRELOAD = ["pywet.evidence.stability.warm"]
 
 
-def _child(run_dir: str, folder: str, step: str) -> None:
+def _child(run_dir: str, folder: str, step: str, ranks: str) -> None:
     """In a forked process: what `python -m pywet.engines.liggghts.worker` does."""
     from pywet.engines.liggghts import worker
 
@@ -38,7 +38,7 @@ def _child(run_dir: str, folder: str, step: str) -> None:
     die_with_parent()
     code = 0
     try:
-        worker.run(Path(run_dir), Path(folder), int(step))
+        worker.run(Path(run_dir), Path(folder), int(step), int(ranks))
     except PywetError as error:
         os.write(2, f"ERROR: {error}\n".encode())
         code = 1
@@ -51,7 +51,7 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
         return process.execute(command, folder, scene, report, watch or (lambda: None))
     server = mp.get_context("forkserver")
     server.set_forkserver_preload(PRELOAD)
-    child = server.Process(target=_child, args=tuple(command[-3:]))
+    child = server.Process(target=_child, args=tuple(command[-4:]))
     child.start()
     child.join()
     if child.exitcode != 0:
