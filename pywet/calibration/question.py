@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from pywet.calibration.experiments import KINDS, Experiment, holds, quantities
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError
-from pywet.own_scene.choices import chosen
+from pywet.own_scene.walls import chosen
 from pywet.scene import Positive, Title
 from pywet.strict import Strict
 
