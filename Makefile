@@ -20,7 +20,7 @@ help:  ## this list
 setup:  ## engines by apt where missing, Python in .venv, the plugin
 	@tools/setup
 
-peers: setup  ## YADE for comparisons and chromium for pages too, where they can be installed
+peers: setup  ## YADE and LAMMPS for comparisons, chromium for pages too, where they can be installed
 	@tools/setup --peers
 
 lint: setup  ## ruff and mypy

@@ -3,7 +3,7 @@
     python benchmarks/growth.py [--sizes 4 16 64] [--ranks 1 2 4]
 
 Spheres stand on a shaken lattice whose films meet, three bridges each, and sink together. Per size and number of ranks, each
-run in processes of its own: one of STEPS, one three times as long (their difference is the price of a step: set-up and first
+run in processes of its own: one of `--steps`, one three times as long (their difference is the price of a step: set-up and first
 formations cancel), and one of that length with more outputs; at one rank its replay. All is processor time; that of a step is
 of the first rank, without what it spends within MPI, where it mostly waits. mpi_account.c counts that, and the messages.
 """
@@ -28,7 +28,7 @@ from pywet.bench import small
 from pywet.bench.bodies import at_places
 from pywet.scene import Output
 
-STEPS, LAYERS, OUTPUTS = 60, 10, 5
+LAYERS, OUTPUTS = 10, 5
 SIDES = {4: 20, 16: 40, 64: 80, 256: 160, 1024: 320}
 """Thousands of spheres -> spheres along each side of the bed."""
 
@@ -112,17 +112,7 @@ def by_itself(
     with tempfile.TemporaryDirectory() as name:
         run = Path(name) / "run"
         environment = {**os.environ, "LD_PRELOAD": str(account), "MPI_ACCOUNT": f"{run}/mpi"}
-        command = [
-            sys.executable,
-            "-m",
-            "benchmarks.growth",
-            "--one",
-            str(side),
-            str(steps),
-            str(outputs),
-            str(ranks),
-            str(run),
-        ]
+        command = [sys.executable, __file__, "--one", str(side), str(steps), str(outputs), str(ranks), str(run)]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise SystemExit(done.stderr)
@@ -132,18 +122,18 @@ def by_itself(
         return Taken(**json.loads(done.stdout.splitlines()[-1])), spent() - before
 
 
-def row(thousands: int, ranks: int, account: Path, rounds: int) -> str:
+def row(thousands: int, ranks: int, account: Path, rounds: int, steps: int) -> str:
     """Measure one size on one number of ranks."""
     side = SIDES[thousands]
     n = side * side * LAYERS
     step, memory = [], 0
     for _ in range(rounds):
-        short, _ = by_itself(side, STEPS, 1, ranks, account)
-        long, _ = by_itself(side, 3 * STEPS, 1, ranks, account)
-        step.append(1e9 * ((long.loop_s - long.mpi_s) - (short.loop_s - short.mpi_s)) / (2 * STEPS) / n)
+        short, _ = by_itself(side, steps, 1, ranks, account)
+        long, _ = by_itself(side, 3 * steps, 1, ranks, account)
+        step.append(1e9 * ((long.loop_s - long.mpi_s) - (short.loop_s - short.mpi_s)) / (2 * steps) / n)
         memory = max(memory, *long.memory_B)
-    near, everyone = (1e-3 * (getattr(long, k) - getattr(short, k)) / (2 * STEPS) for k in ("near_B", "all_B"))
-    more, replay = by_itself(side, 3 * STEPS, OUTPUTS + 1, ranks, account, replay=ranks == 1)
+    near, everyone = (1e-3 * (getattr(long, k) - getattr(short, k)) / (2 * steps) for k in ("near_B", "all_B"))
+    more, replay = by_itself(side, 3 * steps, OUTPUTS + 1, ranks, account, replay=ranks == 1)
     output = 1e6 * ((more.loop_s - more.mpi_s) - (long.loop_s - long.mpi_s)) / OUTPUTS / n
     return (
         f"{n:9d}{ranks:6d}{min(step):7.0f}{max(step):7.0f}{1e-6 * memory:9.0f}{1e-3 * memory / n:9.2f}{long.start_s:9.1f}"
@@ -165,6 +155,7 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", type=int, choices=SIDES, default=[4, 16, 64], help="thousands of spheres")
     parser.add_argument("--ranks", nargs="+", type=int, default=[1])
     parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--steps", type=int, default=60, help="of the shorter run")
     parser.add_argument("--one", nargs=5, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
@@ -178,7 +169,7 @@ def main() -> None:
         print(HEAD, flush=True)
         for thousands in asked.sizes:
             for ranks in asked.ranks:
-                print(row(thousands, ranks, account, asked.rounds), flush=True)
+                print(row(thousands, ranks, account, asked.rounds, asked.steps), flush=True)
 
 
 if __name__ == "__main__":

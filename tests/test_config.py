@@ -53,6 +53,28 @@ def test_every_number_has_a_source() -> None:
     assert count > 100  # the walk found the files' content
 
 
+def test_a_screen_as_open_as_its_wire_and_a_material_of_one_size_are_taken() -> None:
+    """The limits themselves; a wire thicker than the aperture is among what is refused."""
+    materials = load(CONFIG).materials
+    screen = materials.screens[0].model_dump()
+    screen["aperture_mm"]["value"] = screen["wire_diameter_mm"]["value"]
+    assert type(materials.screens[0]).model_validate(screen)
+    spheres = next(iter(materials.spheres.values()))
+    one = type(spheres).model_validate({**spheres.model_dump(), "sizes": spheres.model_dump()["sizes"][:1]})
+    assert len(one.sizes) == 1
+
+
+def test_a_square_sieve_has_whole_pitches_and_a_round_one_its_diameter() -> None:
+    """50 mm and a pitch of 6.6 mm: 8 pitches; the area of a circle."""
+    square = load(CONFIG).scales.scales["smoke"]
+    width = square.width_mm.model_copy(update={"value": 50.0})
+    square, circle = (square.model_copy(update={"shape": shape, "width_mm": width}) for shape in ("square", "cylinder"))
+    assert square.sieve_width_m(6.6e-3) == pytest.approx(52.8e-3, rel=1e-14)
+    assert square.sieve_area_m2(6.6e-3) == pytest.approx(52.8e-3**2, rel=1e-14)
+    assert circle.sieve_width_m(6.6e-3) == pytest.approx(50e-3, rel=1e-14)
+    assert circle.sieve_area_m2(6.6e-3) == pytest.approx(0.25 * math.pi * 50e-3**2, rel=1e-14)
+
+
 def test_cases_are_table_4() -> None:
     cases = load(CONFIG).cases
     assert list(cases) == list(range(1, 19))

@@ -1,41 +1,61 @@
-"""How straight restitution over 1/St is in the model of Buck et al. (2018), as experiments find it to be: docs/measured.md.
+"""What experiments say, and what pywet gives: docs/measured.md.
 
-python benchmarks/wet/measured.py
+python benchmarks/wet/measured.py          the page's tables: measured.csv (what was read, and where), and what is computed here
+python benchmarks/wet/measured.py drum     first the drum, two surface tensions, two viscosities, three seeds each: drum_trend.csv
 """
 
 from __future__ import annotations
 
 import math
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from pywet.collisions.wall import wall
+from pywet.bench import bodies, scenes
+from pywet.collisions.wall import buck_tables, wall
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse
-from pywet.files import read_json
+from pywet.evidence.compare.statistics import half_width
+from pywet.files import atomic_write, read_json, write_csv
+from pywet.laws import exact_bridge, registry
+from pywet.scene import Liquid, SphereClass
 
+HERE = Path(__file__).resolve().parent
+PAGE = HERE.parents[1] / "docs" / "measured.md"
 VISCOSITIES = (1e-3, 5e-3, 20e-3)
 """Of water and of thicker liquids [Pa s]."""
 SPEEDS = np.geomspace(0.5, 5.0, 10)
 """Of impact, as in the experiments [m/s]."""
+TENSIONS, THICK, SEEDS = (0.02, 0.07), (0.005, 0.1), (1, 2, 3)
+"""Of the drum: silicone oil and water [N/m]; 5 and 100 mPa s."""
+Said = tuple[str, bool | None]
+"""Numbers in words, and whether the statement holds; None: it cannot be told."""
+
+
+def impact(
+    speed: float, particle: str = "glass_1.74mm", layer: dict[str, float] | None = None, **changes: float
+) -> float:
+    """Restitution in the model of Buck et al. (2018) on 200 µm of water, or on another layer, with changes of the liquid."""
+    liquid = {**(layer or buck_tables.layer("glass_1.74mm", "water", 200)), **changes}
+    given = read_json(HERE.parents[1] / "examples" / "wall_wet.json", "")
+    given |= {"particle": buck_tables.PARTICLES[particle], "liquid": liquid, "normal_velocity_m_per_s": float(speed)}
+    return float(wall.collide(parse(Problem, given, "examples/wall_wet.json"))["e_n"])
 
 
 def restitution(viscosity: float) -> tuple[np.ndarray, np.ndarray]:
     """1/St and restitution of glass of 1.74 mm that rebounds from a film of 200 µm; impacts that stick are left out."""
-    given = read_json(Path(__file__).parents[2] / "examples" / "wall_wet.json", "")
-    sphere = given["particle"]
-    given["liquid"] |= {"viscosity_Pa_s": viscosity, "layer_thickness_m": 200e-6}
-    points = []
-    for speed in SPEEDS:
-        e_n = wall.collide(
-            parse(Problem, {**given, "normal_velocity_m_per_s": float(speed)}, "examples/wall_wet.json")
-        )["e_n"]
-        mass = 4.0 / 3.0 * math.pi * sphere["radius_m"] ** 3 * sphere["density_kg_per_m3"]
-        if e_n:
-            points.append((6.0 * math.pi * viscosity * sphere["radius_m"] ** 2 / (mass * speed), e_n))
-    inverse, kept = np.array(points).T
-    return inverse, kept
+    sphere = buck_tables.PARTICLES["glass_1.74mm"]
+    mass = 4.0 / 3.0 * math.pi * sphere["radius_m"] ** 3 * sphere["density_kg_per_m3"]
+    kept = np.array([impact(speed, viscosity_Pa_s=viscosity, half_filling_angle_deg=55.0) for speed in SPEEDS])
+    inverse = 6.0 * math.pi * viscosity * sphere["radius_m"] ** 2 / (mass * SPEEDS)
+    return inverse[kept > 0.0], kept[kept > 0.0]
 
 
 def bend(inverse: np.ndarray, kept: np.ndarray) -> float:
@@ -44,10 +64,163 @@ def bend(inverse: np.ndarray, kept: np.ndarray) -> float:
     return float(np.abs(kept - line).max() / np.ptp(kept))
 
 
-if __name__ == "__main__":
+def sticking(particle: str = "glass_1.74mm", layer: dict[str, float] | None = None, **changes: float) -> float:
+    """Least speed [m/s] of a rebound, to a hundredth."""
+    low, high = 0.02, 4.0
+    while high / low > 1.01:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if impact(middle, particle, layer, **changes) > 0.0 else (middle, high)
+    return high
+
+
+@lru_cache
+def bridge(volume: float, radius: float) -> tuple[float, float]:
+    """Largest force over the gap [N], and rupture distance [m], of the exact bridge of water between two equal spheres, 15°."""
+    given = volume, radius, radius, bodies.WETTED, bodies.WETTED
+    end = exact_bridge.rupture(*given).separation
+    states = [exact_bridge.solve(share * end, *given) for share in np.linspace(0.0, 0.9, 10)]
+    return max(state.force(0.0728) for state in states if state is not None), float(end)
+
+
+def of_bridges() -> Iterator[tuple[str, Said]]:
+    """Bridges at rest and drawn."""
+    stretch = registry.get("dynamic_rupture", "pitois").functions[0]
+    slow, fast = (stretch(v, 0.1, 0.021) - 1.0 for v in (1e-4, 1e-2))
+    power = math.log(fast / slow) / math.log(100.0)
+    yield (
+        "speed",
+        (f"law `pitois`: power {power:.3f}, by construction; the stock models of LIGGGHTS and YADE: none", True),
+    )
+    yield "rest", ("preset `exact` is that solution, in the engine to 0.002 % ([scores](wet_benchmarks.md))", True)
+    (force, end), (more, longer), (_, larger) = (bridge(v, r) for v, r in ((1e-9, 2e-3), (2e-9, 2e-3), (1e-9, 4e-3)))
+    law = registry.get("capillary", "rabinovich").functions[0]
+    one, two = (law(0.0, v, 2e-3, 2e-3, bodies.WETTED, bodies.WETTED, 0.0728) for v in (1e-9, 2e-9))
+    text = f"1 and 2 µl, spheres of 2 mm, 15°: {1e6 * force:.0f} and {1e6 * more:.0f} µN exact"
+    yield "volume", (f"{text}; `rabinovich` {1e6 * one:.0f} and {1e6 * two:.0f} µN", more > force)
+    yield "longer", (f"{1e6 * end:.0f} and {1e6 * longer:.0f} µm exact", longer > end)
+    yield "larger", (f"1 µl, spheres of 2 and 4 mm: {1e6 * end:.0f} and {1e6 * larger:.0f} µm exact", larger < end)
+    yield "tension", ("does not depend on it without gravity, in any law here", False)
+
+
+def of_impacts() -> Iterator[tuple[str, Said]]:
+    """The wall model of Buck et al. (2018)."""
+    bends = [bend(*restitution(viscosity)) for viscosity in VISCOSITIES]
+    yield (
+        "line",
+        (f"bent by {100 * min(bends):.0f} to {100 * max(bends):.0f} % of its range, see below", max(bends) < 0.05),
+    )
+    of_layer = buck_tables.layer
+    thin, thick = (sticking(layer=of_layer("glass_1.74mm", "water", t)) for t in (100, 400))
+    yield "thicker", (f"100 and 400 µm of water: {thin:.2f} and {thick:.2f} m/s", thick > thin)
+    water, glycerol = (sticking(layer=of_layer("glass_1.74mm", name, 400)) for name in ("water", "glycerol50"))
+    yield "viscous", (f"400 µm, 1 and 6.7 mPa s: {water:.2f} and {glycerol:.2f} m/s", glycerol > water)
+    sizes = {p: sticking(p, of_layer(p, "water", 200)) for p in ("glass_1.74mm", "glass_0.91mm", "alumina_1.74mm")}
+    big, small, light = sizes.values()
+    text = f"200 µm: glass of 1.74 mm {big:.2f}, of 0.91 mm {small:.2f}, γ-Al2O3 of 1.74 mm {light:.2f} m/s"
+    yield "lighter", (text, min(small, light) > big)
+    two = [(name, of_layer(name, "water", t)) for name, t in (("glass_1.74mm", 400), ("glass_0.91mm", 200))]
+    pairs = [tuple(impact(v, *of) for of in two) for v in (1.0, 2.0, 3.0)]
+    text = "; ".join(f"{one:.2f} and {two:.2f}" for one, two in pairs)
+    yield "scaled", (f"1, 2, 3 m/s: {text}", all(0.0 < one - two < 0.15 for one, two in pairs))
+    off = [
+        abs(np.subtract(*(impact(v, layer=of_layer("glass_1.74mm", name, 100)) for name in ("water", "tween20"))))
+        for v in (1.0, 2.0, 3.0)
+    ]
+    yield "surfactant", (f"1 to 3 m/s: {max(off):.3f} at most", bool(max(off) < 0.05))
+
+
+@dataclass(frozen=True)
+class Wetted(scenes.Choice):
+    """A drum with another surface tension [N/m]."""
+
+    tension: float = 0.0728
+
+    def liquid(self, sphere: SphereClass) -> Liquid:
+        """The liquid of this tension."""
+        return bodies.wetting((sphere,), self.moisture_percent, self.viscosity_Pa_s, self.tension)
+
+
+def turn() -> None:
+    """Run the drums that are missing."""
+    store = HERE / "drum_trend.csv"
+    rows: list[Any] = pd.read_csv(store).to_dict("records") if store.exists() else []
+    have = {(r["tension"], r["viscosity"], r["seed"]) for r in rows}
+    for seed in SEEDS:
+        for tension in TENSIONS:
+            for viscosity in THICK:
+                if (tension, viscosity, seed) not in have:
+                    choice = Wetted(spheres=200, seed=seed, viscosity_Pa_s=viscosity, tension=tension)
+                    with tempfile.TemporaryDirectory(prefix="pywet-drum-") as name:
+                        angle = scenes.drum(Path(name), choice)["dynamic_angle_deg"]
+                    rows.append({"tension": tension, "viscosity": viscosity, "seed": seed, "angle": round(angle, 3)})
+                    write_csv(pd.DataFrame(rows), store)
+                    print(rows[-1], flush=True)
+
+
+def angles() -> pd.DataFrame:
+    """The drums' angles [deg], a column for each seed."""
+    return pd.read_csv(HERE / "drum_trend.csv").pivot_table("angle", ["viscosity", "tension"], "seed")
+
+
+def of_drums() -> Iterator[tuple[str, Said]]:
+    """What the drum's angle changes by: mean of pairs of runs that are alike in the rest, and what chance makes of it."""
+    of, n = angles(), len(angles().columns)
+    text, sign = _change(of.xs(TENSIONS[1], level="tension") - of.xs(TENSIONS[0], level="tension"))
+    yield "cohesion", (f"20 to 70 mN/m, mean of 5 and 100 mPa s, seeds: {n}: {text}", sign)
+    yield "stability", ("the same runs", sign is not None or None)
+    text, sign = _change(of.xs(THICK[1], level="viscosity") - of.xs(THICK[0], level="viscosity"))
+    yield "thick", (f"5 to 100 mPa s, mean of 20 and 70 mN/m, seeds: {n}: {text}", sign is not None or None)
+
+
+def _change(of: pd.DataFrame) -> tuple[str, bool | None]:
+    """Mean and 95 % limit in words; whether it is a rise, None where chance may have made it."""
+    known = pd.read_csv(HERE / "seeds.csv").query("problem == 'drum' and case == 'moist'").iloc[0]
+    pairs, deviation = of.to_numpy().ravel(), math.sqrt(2.0) * float(known["deviation"])
+    mean, limit = float(pairs.mean()), half_width(deviation, len(pairs), int(known["seeds"]) - 1, 0.95)
+    return f"{mean:+.1f} ± {limit:.1f}°", None if abs(mean) <= limit else mean > 0.0
+
+
+def tables() -> dict[str, list[str]]:
+    """Lines of the page's tables, by their names."""
+    said = dict([*of_bridges(), *of_impacts(), *of_drums()])
+    lines = ["| measured | source, how read, uncertainty | here | |", "|---|---|---|---|"]
+    for row in pd.read_csv(HERE / "measured.csv").to_dict("records"):
+        text, holds = said[row["key"]]
+        answer = {True: "holds", False: "**does not hold**", None: "not told apart"}[holds]
+        lines.append(
+            f"| {row['measured']} | {row['source']}; {row['read']}; {row['uncertainty']} | {text} | {answer} |"
+        )
+    bent = ["| viscosity | St | e_n | all | the faster half |", "|---|---|---|---|---|"]
     for viscosity in VISCOSITIES:
         inverse, kept = restitution(viscosity)
         quick = inverse < np.median(inverse)
-        print(f"{1e3 * viscosity:g} mPa s: {len(kept)} rebounds, e_n {kept.min():.3f} to {kept.max():.3f},", end=" ")
-        print(f"St {1 / inverse.max():.0f} to {1 / inverse.min():.0f}; bend {bend(inverse, kept):.1%},", end=" ")
-        print(f"of the faster half {bend(inverse[quick], kept[quick]):.1%}")
+        bends = " | ".join(f"{100 * bend(*part):.0f} %" for part in ((inverse, kept), (inverse[quick], kept[quick])))
+        cells = f"{1 / inverse.max():.0f} to {1 / inverse.min():.0f} | {kept.min():.3f} to {kept.max():.3f} | {bends}"
+        bent.append(f"| {1e3 * viscosity:g} mPa s | {cells} |")
+    turned = ["| liquid | angle by seed [°] |", "|---|---|"]
+    for (viscosity, tension), of in angles().iterrows():
+        turned.append(
+            f"| {1e3 * tension:g} mN/m, {1e3 * viscosity:g} mPa s | " + ", ".join(f"{a:.1f}" for a in of) + " |"
+        )
+    return {"statements": lines, "bends": bent, "drums": turned}
+
+
+def page() -> None:
+    """Put the tables into the page."""
+    text = PAGE.read_text()
+    for name, lines in tables().items():
+        head, _, rest = text.partition(f"<!-- {name} -->")
+        text = (
+            f"{head}<!-- {name} -->\n"
+            + "\n".join(lines)
+            + f"\n<!-- end of {name} -->"
+            + rest.partition(f"<!-- end of {name} -->")[2]
+        )
+    with atomic_write(PAGE) as temporary:
+        temporary.write_text(text)
+
+
+if __name__ == "__main__":
+    if "drum" in sys.argv:
+        turn()
+    page()

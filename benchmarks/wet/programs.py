@@ -1,7 +1,10 @@
 """What several programs answer to the wet benchmark problems, and their scores: scores.csv and docs/wet_benchmarks.md.
 
 python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/wet/, minutes for each engine
-python benchmarks/wet/programs.py page                     scores.csv and the page from all answers there are
+python benchmarks/wet/programs.py page                     scores.csv and the page from the answers there are
+
+Any program can have its answers in results/wet/PROGRAM/PROBLEM.csv: `page` puts their scores in the place of the kept ones, and
+leaves those of programs without new answers. What runs of beds and drums gave stands in seeds.csv.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ import csv
 import math
 import runpy
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,17 +21,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.bench import bridge_engine, bridge_query
+from pywet.bench import bodies, bridge_engine, bridge_query, small
 from pywet.bench.pair import Pair
 from pywet.collisions.spheres import command as davis
 from pywet.engines.stock.liggghts import liggghts_force
 from pywet.engines.stock.yade import yade_force
-from pywet.files import atomic_write, read_json, write_csv
+from pywet.files import atomic_write, read_json, read_table, write_csv
 from pywet.laws import registry
+from pywet.laws.kinds import SWITCHED
 
 HERE = Path(__file__).resolve().parent
 ANSWERS = Path("results") / "wet"
-SCORE = runpy.run_path(str(HERE / "score.py"))
+SCORE, MAKE = (runpy.run_path(str(HERE / name)) for name in ("score.py", "make.py"))
 BRIDGES = ("pair_at_rest", "unequal_pair", "sphere_and_plate")
 STOKES_FORCE = "adams_perchard"
 BEGIN, END = "<!-- scores -->", "<!-- end of scores -->"
@@ -67,9 +72,11 @@ def row(problem: str, case: str, quantity: str, at: float, value: float | None) 
     return {"problem": problem, "case": case, "quantity": quantity, "at": at, "value": None if none else value}
 
 
-def by_law(capillary: str, rupture: str, measured: bool) -> Callable[[], Iterator[Row]]:
-    """pywet's laws, called from Python, or `measured` in LIGGGHTS."""
-    ask = bridge_engine.measured if measured else bridge_query.answer
+def by_law(capillary: str, rupture: str, engine: str | None = None) -> Callable[[], Iterator[Row]]:
+    """pywet's laws, called from Python, or measured in an engine."""
+
+    def ask(query: bridge_query.Query) -> dict[str, Any]:
+        return bridge_engine.measured(query, engine) if engine else bridge_query.answer(query)
 
     def forces(two: Pair, gaps: list[float]) -> dict[str, Any]:
         answer = ask(two.query(gaps, laws=list(dict.fromkeys((capillary, rupture)))))
@@ -77,7 +84,7 @@ def by_law(capillary: str, rupture: str, measured: bool) -> Callable[[], Iterato
 
     def answers() -> Iterator[Row]:
         yield from bridges(forces)
-        if not measured:
+        if engine is None:
             yield from drags()
             yield from splits(capillary, rupture)
 
@@ -102,7 +109,16 @@ def splits(capillary: str, rupture: str) -> Iterator[Row]:
 def drags() -> Iterator[Row]:
     """Lubrication by the law for full immersion, with the least gap that all viscous laws add."""
     law = registry.get("viscous_normal", STOKES_FORCE).functions[0]
+    stretch = registry.get("dynamic_rupture", "pitois").functions[0]
     for case, given, wanted in asked("viscous_pull"):
+        if case == "drawn apart":
+            slow, fast = (
+                stretch(v, given["viscosity_Pa_s"], given["surface_tension_N_per_m"]) - 1.0
+                for v in given["speeds_m_per_s"]
+            )
+            power = math.log(fast / slow) / math.log(given["speeds_m_per_s"][1] / given["speeds_m_per_s"][0])
+            yield row("viscous_pull", case, wanted[0]["quantity"], wanted[0]["at"], power)
+            continue
         r, second = given["radius_m"], math.inf if case == "plate" else given["radius_m"]
         for a in wanted:
             force = -law(a["at"], 1e-9, r, second, given["speed_m_per_s"], given["viscosity_Pa_s"])
@@ -169,17 +185,86 @@ def rebound(given: dict[str, Any], stokes: float) -> float:
     return 0.0 if answer["stuck_pairs"] else (two - one) / speed
 
 
+def walls() -> Iterator[Row]:
+    """`pywet collide wall`, the model of Buck et al. (2018): how straight restitution is over 1/St."""
+    model = runpy.run_path(str(HERE / "measured.py"))
+    for case, _, wanted in asked("wet_rebound"):
+        for a in (a for a in wanted if a["quantity"] == "straightness over 1/St"):
+            yield row("wet_rebound", case, a["quantity"], a["at"], 1.0 - model["bend"](*model["restitution"](a["at"])))
+
+
+RADIUS, SPEED, STIFFNESS, LONG = 1e-3, 0.01, 1e5, 60.0
+"""Of the spheres that rebound in the engine [m, m/s, N/m], and how many passages of the film are waited for."""
+
+
+def rebounds(laws: dict[str, str]) -> Iterator[Row]:
+    """Restitution in LIGGGHTS with a drag for each way to read the film, one run a case; `outward` -> law."""
+    for case, given, wanted in asked("wet_rebound"):
+        if given.get("outward") in laws:
+            values = engine_rebounds(given, [a["at"] for a in wanted], laws[given["outward"]])
+            yield from (
+                row("wet_rebound", case, a["quantity"], a["at"], v) for a, v in zip(wanted, values, strict=True)
+            )
+
+
+def engine_rebounds(given: dict[str, Any], stokes: list[float], law: str) -> list[float]:
+    """Spheres side by side, as heavy as their Stokes number wants, thrown at a plate or at their like at rest; no capillarity.
+
+    In lubrication the speed is a straight line over ln h, by which it is read where the sphere leaves the film.
+    """
+    pairs, rough, film = given["outward"] == "thinning film", given["roughness_m"], given["film_m"]
+    classes = bodies.sphere_classes(*[RADIUS] * len(stokes), counts=1 + pairs, density=[50.0 * st for st in stokes])
+    reduced, mass = RADIUS * (0.5 if pairs else 1.0), classes[0].mass_kg * (0.5 if pairs else 1.0)
+    viscosity = mass * SPEED / (6.0 * math.pi * reduced**2 * stokes[0])
+    touch, gap = (2.0 if pairs else 1.0) * RADIUS, film - rough
+    thrown = []
+    for k in range(len(stokes)):
+        x = 6.0 * RADIUS * (k - 0.5 * len(stokes))
+        thrown += [small.Sphere(k + 1, (x, 0.0, 0.0))] if pairs else []
+        thrown.append(small.Sphere(k + 1, (x, 0.0, touch + 1.001 * gap), (0.0, 0.0, -SPEED)))
+    step = 0.04 * math.pi * math.sqrt(mass / STIFFNESS)
+    steps = round(LONG * film / SPEED / step)
+    drag = small.PAPER.model_copy(update={**dict.fromkeys(SWITCHED), "viscous_normal": law, "rolling": False})
+    with tempfile.TemporaryDirectory(prefix="pywet-wet-") as name:
+        folder = Path(name)
+        small.prepare(
+            folder, classes, thrown, bodies.contacts(len(stokes), STIFFNESS, friction=0.0, restitution=given["dry_restitution"]),
+            liquid=bodies.water((0.5 if pairs else 1.0) * gap, viscosity), effects=drag, time_step_s=step, steps=steps,
+            walls=() if pairs else (small.floor(),), log_every_step=False, output_interval_s=max(1, steps // 4000) * step,
+        )  # fmt: skip
+        small.run(folder, thrown)
+        way = read_table(folder / "trajectory.parquet")
+    return [left(way[way["type"] == k + 1], touch - rough, film) for k in range(len(stokes))]
+
+
+def left(way: pd.DataFrame, apart: float, film: float) -> float:
+    """Speed where the film is left over the first, of the way of a sphere (or two); 0 where it is not left."""
+    z, v = (way.pivot_table(name, "step", "id").to_numpy() for name in ("z", "vz"))
+    h, speed = (c[:, -1] - (c[:, 0] if c.shape[1] > 1 else 0.0) for c in (z - [0.0, apart][-z.shape[1] :], v))
+    out = np.flatnonzero((h[1:] >= film) & (speed[1:] > 0.0))
+    if len(out) == 0:
+        return 0.0
+    two = slice(out[0], out[0] + 2)
+    return float(np.interp(math.log(film), np.log(h[two]), speed[two])) / SPEED
+
+
 PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
-    "pywet laws, preset exact": by_law("young_laplace", "young_laplace", measured=False),
-    "pywet laws, preset paper": by_law("rabinovich", "willett_unequal", measured=False),
-    "pywet laws, Willett": by_law("willett", "willett", measured=False),
-    "LIGGGHTS + pywet, exact": by_law("young_laplace", "young_laplace", measured=True),
-    "LIGGGHTS + pywet, paper": by_law("rabinovich", "willett_unequal", measured=True),
+    "pywet laws, preset exact": by_law("young_laplace", "young_laplace"),
+    "pywet laws, preset paper": by_law("rabinovich", "willett_unequal"),
+    "pywet laws, Willett": by_law("willett", "willett"),
+    "LIGGGHTS + pywet, exact": by_law("young_laplace", "young_laplace", "liggghts"),
+    "LIGGGHTS + pywet, paper": by_law("rabinovich", "willett_unequal", "liggghts"),
+    "LAMMPS + pywet, exact": by_law("young_laplace", "young_laplace", "lammps"),
+    "LAMMPS + pywet, paper": by_law("rabinovich", "willett_unequal", "lammps"),
     "LIGGGHTS, washino": stock(lambda points: liggghts_force(points, "washino")),
     "LIGGGHTS, easo": stock(lambda points: liggghts_force(points, "easo")),
     "YADE, Rabinovich": stock(lambda points: yade_force(points, "Rabinovich")),
     "YADE, Willett": stock(lambda points: yade_force(points, "Willett_numeric")),
     "pywet collide spheres": collisions,
+    "pywet collide wall": walls,
+    "LIGGGHTS + pywet, laws of one's own": lambda: rebounds(
+        {way: f"{HERE / 'rebound_laws.py'}:{way.partition(' ')[0]}" for way in ("holds", "cavitates", "thinning film")}
+    ),
 }
 
 
@@ -200,18 +285,29 @@ def measure(names: list[str]) -> None:
 
 
 def scores() -> Iterator[Row]:
-    """A row for each quantity of each case that a program answered."""
-    for name in PROGRAMS:
-        for path in sorted((ANSWERS / name).glob("*.csv")):
-            for line in SCORE["scored"](path.stem, SCORE["read"](path)):
-                yield {"program": name, "problem": path.stem, **line}
+    """A row for each quantity of each case that a program answered, by runs of whole beds in seeds.csv too."""
+    for path in sorted(ANSWERS.glob("*/*.csv")):
+        for line in SCORE["scored"](path.stem, SCORE["read"](path)):
+            yield {"program": path.parent.name, "problem": path.stem, **line}
+    runs = pd.read_csv(HERE / "seeds.csv")
+    for (name, problem), of in runs[runs["program"] != MAKE["SEEDED"]].groupby(["program", "problem"], sort=False):
+        given = of.rename(columns={"mean": "value"}).assign(at=0.0).to_dict("records")
+        for line in SCORE["scored"](problem, given):
+            yield {"program": name, "problem": problem, **line}
 
 
 def page() -> None:
-    """Write scores.csv and the page's tables."""
-    table = pd.DataFrame(scores())
-    table["asked"] = table["asked"].astype(int)
-    write_csv(table.round({"largest": 6, "rms": 6}), HERE / "scores.csv")
+    """Write scores.csv, new scores in the place of kept ones, and the page's tables."""
+    new, kept = pd.DataFrame(scores()), pd.read_csv(HERE / "scores.csv")
+    again = pd.MultiIndex.from_frame(kept[["program", "problem"]]).isin(
+        pd.MultiIndex.from_frame(new[["program", "problem"]])
+    )
+    table = pd.concat([kept[~again], new], ignore_index=True)
+    order = {name: k for k, name in enumerate(PROGRAMS)}
+    table = table.sort_values("program", key=lambda names: names.map(order).fillna(len(order)), kind="stable")
+    for column in ("largest", "rms", "uncertainty"):
+        table[column] = [float(f"{value:.3g}") for value in table[column]]
+    write_csv(table, HERE / "scores.csv")
     path = HERE.parents[1] / "docs" / "wet_benchmarks.md"
     head, _, rest = path.read_text().partition(BEGIN)
     with atomic_write(path) as temporary:
@@ -227,7 +323,9 @@ def tables(table: pd.DataFrame) -> Iterator[str]:
             yield "No program of this page answers it."
             continue
         quantities = list(dict.fromkeys(of["quantity"]))
-        yield "| program | " + " | ".join(quantities) + " | answered |"
+        tiers = of.drop_duplicates("quantity").set_index("quantity")["tier"]
+        names = [q if tiers[q] == "exact" else f"{q} ({tiers[q]})" for q in quantities]
+        yield "| program | " + " | ".join(names) + " | answered |"
         yield "|---" * (len(quantities) + 2) + "|"
         for name in dict.fromkeys(of["program"]):
             mine = of[of["program"] == name]

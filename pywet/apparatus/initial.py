@@ -12,7 +12,21 @@ import pandas as pd
 from pywet.apparatus import Surface, write_stl
 from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
-from pywet.scene import Scene
+from pywet.scene import Scene, WallMesh
+
+
+def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
+    """The scene's description of a surface; `prisms`: dry contacts with its parts as prisms."""
+    return WallMesh(
+        name=surface.name,
+        holder=surface.holder,
+        stl=Path("stl") / f"{surface.name}.stl",
+        contact_angle_rad=contact_angle_rad,
+        motion=surface.motion,
+        triangle_part=tuple(int(p) for p in surface.part),
+        part_half_width_m=surface.part_half_width,
+        prisms=prisms,
+    )
 
 
 def sphere_table(scene: Scene, spheres: pd.DataFrame) -> pd.DataFrame:

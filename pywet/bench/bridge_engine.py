@@ -25,8 +25,8 @@ STEPS = 4000
 """Steps from touch to the largest separation; the log is interpolated between them by a cubic spline."""
 
 
-def measured(query: Query) -> dict[str, Any]:
-    """The answer with force, viscous force and rupture distance as the engine gives them."""
+def measured(query: Query, engine: str = "liggghts") -> dict[str, Any]:
+    """The answer with force, viscous force and rupture distance as the engine gives them: liggghts or lammps."""
     answered = answer(query)
     forces: dict[str, list[float | None]] = {}
     viscous: dict[str, list[float | None]] = {}
@@ -37,18 +37,20 @@ def measured(query: Query) -> dict[str, Any]:
     runs += [(runs[0][0], runs[0][1], name) for name in normal[1:]]
     for capillary, limit, drag in runs:
         with tempfile.TemporaryDirectory(prefix="pywet-bridge-") as folder:
-            log, events = _pull(Path(folder), query, capillary, limit, drag)
+            log, events = _pull(Path(folder), query, capillary, limit, drag, engine)
         forces.setdefault(capillary, _at(query, log, "capillary"))
         viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
         broken = events[events["kind"] == RUPTURE]
         distances.setdefault(limit, float(broken["separation"].iloc[0]) if len(broken) else None)
     answered.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances)
     answered["volume_m3"] = float(events.loc[events["kind"] == FORMATION, "volume"].iloc[0])
-    answered["measured_in"] = "liggghts"
+    answered["measured_in"] = engine
     return answered
 
 
-def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+def _pull(
+    folder: Path, query: Query, capillary: str, rupture: str, drag: str, engine: str = "liggghts"
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Run the two bodies; contact log and events."""
     ri, rj, ti, tj = query.pair
     wall = query.bodies[1].wall is not None
@@ -79,7 +81,7 @@ def _pull(folder: Path, query: Query, capillary: str, rupture: str, drag: str) -
         walls=[small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [], output_interval_s=STEPS * step,
         box=20 * max(radii) + 2 * far,
     )  # fmt: skip
-    small.run(folder, bodies)
+    small.run(folder, bodies, engine=engine)
     history = folder / "history"
     return read_table(history / "contacts.parquet"), read_table(history / "events.parquet")
 

@@ -21,7 +21,7 @@ from pywet.bench.bodies import last
 from pywet.errors import PywetError
 from pywet.files import read_table, write_json
 from pywet.ranges import SCENE
-from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
+from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
@@ -44,6 +44,8 @@ class Choice:
     ranks: int = 1
     seed: int = 1
     viscous_integration: str = "semi_implicit"
+    engine: str = "liggghts"
+    """Or lammps, without rolling resistance."""
 
     def __post_init__(self) -> None:
         for name, limits in SCENE.items():
@@ -64,9 +66,9 @@ class Choice:
         return bodies.packed_step((sphere,), springs(stiffness), 0.1, drag)
 
 
-def springs(stiffness: float) -> tuple[ContactPair, ...]:
+def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...]:
     """Glass on itself and on the walls; soft springs, as long as overlaps stay below some per cent of the radius."""
-    return bodies.contacts(1, stiffness, rolling_m=2e-5)
+    return bodies.contacts(1, stiffness, rolling_m=rolling_m)
 
 
 def pull(run_dir: Path, choice: Choice) -> dict[str, float]:
@@ -148,10 +150,16 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def bed_angles(run_dir: Path) -> bodies.Floats:
-    """Angle [deg] of the line from the axis to the bed's centre of mass against gravity, which is the slope of a flat surface, at
-    the outputs of the second half of the run."""
-    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
-    angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))
+    """Angle [deg] by which a turning wall has carried the bed: of the line from its axis to the spheres' centre against gravity,
+    which is the slope of a flat surface, at the outputs of the second half of the run."""
+    scene = Scene.read(Path(run_dir) / "scene.json")
+    turning = (scene.motion_of(wall) for wall in scene.walls)
+    motion = next((m for m in turning if isinstance(m, Rotation)), None)
+    if motion is None:
+        raise PywetError(f"no wall of {run_dir} turns; expected a drum for the angle of its bed")
+    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[[*"xyz"]].mean().to_numpy() - motion.origin_m
+    down, axis = np.array(scene.gravity_m_per_s2), np.array(motion.axis) / np.linalg.norm(motion.axis)
+    angle = np.degrees(np.arctan2(centre @ np.cross(axis, down), centre @ (down - (down @ axis) * axis)))
     return np.asarray(angle[len(angle) // 2 :])
 
 
@@ -200,10 +208,11 @@ def _run(
         contact_window_steps=2 * steps if log_every_step else 20,
         checkpoints=0 if steps < 5000 else 20,
     )
+    dry = springs(stiffness, 0.0) if choice.engine == "lammps" else springs(stiffness)
     small.prepare(
-        run_dir, [sphere], spheres, springs(stiffness), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
+        run_dir, [sphere], spheres, dry, liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
         box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
         viscous_integration=choice.viscous_integration, **more,
     )  # fmt: skip
-    small.run(run_dir, spheres, choice.ranks)
+    small.run(run_dir, spheres, choice.ranks, engine=choice.engine)

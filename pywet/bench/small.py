@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.initial import write_initial
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.apparatus.initial import wall_mesh, write_initial
+from pywet.apparatus.solids import plate, square
+from pywet.apparatus.surface import Surface, make_surface
+from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
-from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, WallMesh
+from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass
 
 PAPER, EXACT = (Effects.model_validate({"bridges": True, **laws}) for laws in PRESETS.values())
 DRY = Effects(bridges=False)
@@ -41,28 +42,9 @@ class Sphere:
     """Liquid on it [m3], where that is not what the scene's film thickness gives."""
 
 
-def square(half_side: float) -> Floats:
-    """Corners of a square about the origin, shape (4, 2) [m]."""
-    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-
-
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:
     """A large flat plate whose upper face lies at `top`."""
     return make_surface("floor", "wall", plate(square(half_side), top - thickness, top))
-
-
-def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
-    """The scene's description of a surface; `prisms`: dry contacts with its parts as prisms."""
-    return WallMesh(
-        name=surface.name,
-        holder=surface.holder,
-        stl=Path("stl") / f"{surface.name}.stl",
-        contact_angle_rad=contact_angle_rad,
-        motion=surface.motion,
-        triangle_part=tuple(int(p) for p in surface.part),
-        part_half_width_m=surface.part_half_width,
-        prisms=prisms,
-    )
 
 
 def prepare(
@@ -145,7 +127,10 @@ def drive(spheres: Sequence[Sphere]) -> tuple[tuple[str, ...], str]:
     return tuple(lines), "free"
 
 
-def run(run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
-    """Run a prepared small scene."""
+def run(
+    run_dir: Path, spheres: Sequence[Sphere], ranks: int = 1, allow_unstable: bool = False, engine: str = "liggghts"
+) -> driver.RunInfo:
+    """Run a prepared small scene in `engine`, liggghts or lammps."""
     extra, free = drive(spheres)
-    return driver.run(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)
+    start = lammps.run if engine == "lammps" else driver.run
+    return start(run_dir, ranks, progress=False, extra=extra, integrate=free, allow_unstable=allow_unstable)

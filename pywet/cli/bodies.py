@@ -78,7 +78,7 @@ def run_scene(
 @app.command()
 def bridge(
     file: JsonFile,
-    engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts.")] = None,
+    engine: Annotated[str | None, typer.Option(help="Measure inside this engine: liggghts or lammps.")] = None,
     trust: Trust = False,
     as_table: Annotated[
         bool, typer.Option("--table", help="A table with deviations from the exact bridge, not JSON.")
@@ -97,18 +97,38 @@ def bridge(
     machine_code.say_wait()
     if engine is None:
         answer = bridge_query.answer(query)
-    elif engine == "liggghts":
+    elif engine in ("liggghts", "lammps"):
         from pywet.bench import bridge_engine
 
-        answer = bridge_engine.measured(query)
+        answer = bridge_engine.measured(query, engine)
     else:
-        raise PywetError(f"there is no engine {engine}; expected liggghts")
+        raise PywetError(f"there is no engine {engine}; expected liggghts or lammps")
     if plot is not None:
         showing.bridge_plot(query, answer, plot)
     if as_table:
         showing.bridge_table(query, answer)
     else:
         typer.echo(json.dumps(answer, indent=2, allow_nan=False))
+
+
+@app.command()
+def calibrate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see docs/calibrate.md.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Find surface tension, friction, film … that reproduce what was measured, and say how well they are known."""
+    from pywet import machine_code
+    from pywet.calibration.answer import calibrate
+
+    folder = out_dir or Path("results") / "calibrations" / file.stem
+    machine_code.say_wait()
+    answer = calibrate(file, folder, ranks, lambda line: err.print(line, soft_wrap=True, markup=False))
+    for line in answer["sentences"]:
+        out.print(line, soft_wrap=True, markup=False)
+    out.print(f"calibration.json and calibration.svg are in {folder}", soft_wrap=True, markup=False)
+    if not answer["reached"]:
+        raise typer.Exit(1)
 
 
 @app.command()

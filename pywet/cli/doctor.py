@@ -14,6 +14,7 @@ from pathlib import Path
 
 from pywet import caches
 from pywet.engines import process
+from pywet.engines.lammps import build as lammps
 from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 
@@ -54,6 +55,7 @@ def checks() -> list[Check]:
         _python(),
         *(_python_package(name, version) for name, version in pinned().items() if name in MAIN_PACKAGES),
         _plugin(),
+        _lammps(),
         _disk(),
     ]
 
@@ -133,6 +135,16 @@ def _plugin() -> Check:
     except PywetError as error:
         return Check("plugin", None, None, "a built one", False, str(error))
     return Check("plugin", str(path) if path.exists() else None, None, "a built one", caches.whole(path))
+
+
+def _lammps() -> Check:
+    """Nobody needs it; where it is there, it is to be the one that the plugin is written for."""
+    needed = f"{lammps.VERSION} or none (`make peers`)"
+    try:
+        return Check("lammps", str(lammps.packages()), lammps.engine_version(), needed, True)
+    except PywetError as error:
+        there = lammps.libraries()[0].exists()
+        return Check("lammps", str(lammps.PREFIX) if there else None, None, needed, not there, str(error))
 
 
 def _disk() -> Check:

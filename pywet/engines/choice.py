@@ -35,9 +35,19 @@ def _yade(run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
     driver.run(run_dir, progress)
 
 
+def _lammps(run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
+    from pywet.engines.lammps import driver
+
+    driver.run(run_dir, ranks, progress)
+
+
 ENGINES = {
     engine.name: engine
-    for engine in (Engine("liggghts", _liggghts), Engine("yade", _yade, rolling=False, parallel=False))
+    for engine in (
+        Engine("liggghts", _liggghts),
+        Engine("yade", _yade, rolling=False, parallel=False),
+        Engine("lammps", _lammps, rolling=False, parallel=False),
+    )
 }
 
 

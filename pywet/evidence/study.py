@@ -104,7 +104,7 @@ class Study(ABC):
         for k, run in enumerate(runs):
             if self.kept(run) is None:
                 report(run.name, k / len(runs))
-                rows = [{name: _plain(value) for name, value in row.items()} for row in run.make()]
+                rows = [plain(row) for row in run.make()]
                 write_json(self.file(run), {"key": run.key, "rows": rows})
 
     def gather(self, jobs: Iterable[str] | None = None) -> pd.DataFrame:
@@ -120,9 +120,9 @@ class Study(ABC):
         return self.show()
 
 
-def _plain(value: Any) -> Any:
-    """A value as JSON can hold it: a number that is not finite is missing."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def plain(row: Row) -> Row:
+    """A row as JSON can hold it: a number that is not finite is missing."""
+    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
 
 
 def configured(config: Config, number: int, scale: str) -> dict[str, Any]:

@@ -16,11 +16,10 @@ from scipy.spatial import cKDTree
 
 from pywet import scene as typed
 from pywet.apparatus import Surface, fill
-from pywet.apparatus.initial import write_initial
+from pywet.apparatus.initial import wall_mesh, write_initial
 from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Floats
 from pywet.bench import bodies
-from pywet.bench.small import wall_mesh
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
 from pywet.errors import ConfigError

@@ -15,8 +15,7 @@ from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
-from pywet.own_scene.choices import chosen
-from pywet.own_scene.walls import MM, Wall
+from pywet.own_scene.walls import MM, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"

@@ -19,7 +19,6 @@ CURVES = {
     "overlap / radius": ("mean_overlap", "largest_overlap"),
     "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
 }
-Row = list[page.Cell | str]
 DEEP = 0.05
 """Overlap over the radius from which on springs are said to be soft."""
 
@@ -45,19 +44,18 @@ def write(folder: Path, picture: Path) -> Path:
 
 def _cards(run: Run, wrong: bool) -> list[page.Card]:
     said, events = run.summary, run.summary["events"]
-    error, moist = said["ledger_error"], events is not None
     replayed = "no" if wrong else "yes" if run.replay else "–"
-    return [
+    cards = [
         page.Card(replayed, "may be believed", "bad" if wrong else "good" if run.replay else ""),
         page.Card(str(sum(said["spheres"].values())), "spheres"),
         page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {said['wall_s']:.0f} s of computing"),
-        *(
-            [page.Card(str(events["formations"]), f"bridges formed, {events['standing_bridges']} stand")]
-            if moist
-            else []
-        ),
-        *([page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if not wrong else "")] if moist else []),
     ]
+    if events is not None:
+        cards += [
+            page.Card(str(events["formations"]), f"bridges formed, {events['standing_bridges']} stand"),
+            page.Card(f"{said['ledger_error']:.1g}", "of the liquid lost or made", "" if wrong else "good"),
+        ]
+    return cards
 
 
 def _liquid(run: Run) -> str:
@@ -107,42 +105,35 @@ def _finish(axes: Axes, label: str) -> None:
 
 
 def _effects(run: Run) -> str:
-    rows: list[Row] = [
-        [
-            page.Cell(row["effect"], left=True),
-            page.Cell("on" if row["on"] else "off", "good" if row["on"] else "none"),
-            page.Cell(row["law"] or "", left=True),
-            f"{row['number']:.3g}",
-            page.Cell(f"{row['quantity']}; {row['why']}", left=True),
-        ]
-        for row in run.plan
-    ]
-    return page.table(["effect", "", "law", "number", "what it is, and why"], rows)
+    return page.table_of(run.plan, {
+        "effect": lambda row: page.left(row["effect"]),
+        "": lambda row: page.Cell("on", "good") if row["on"] else page.Cell("off", "none"),
+        "law": lambda row: page.left(row["law"] or ""),
+        "number": lambda row: f"{row['number']:.3g}",
+        "what it is, and why": lambda row: page.left(f"{row['quantity']}; {row['why']}"),
+    })  # fmt: skip
 
 
 def _replay(run: Run) -> str:
     said: dict[str, Any] = run.replay
     if not said:
         return page.paragraph("Nothing of this run could be replayed.")
-    rows: list[Row] = [
-        [
-            page.Cell(r.quantity, left=True), str(r.count), page.Cell(f"{r.largest:.2g}", "good" if r.ok else "bad"),
-            f"{r.limit:g}", page.Cell(r.scale, left=True),
-        ]
-        for r in verdict.agreement(said)
-    ]  # fmt: skip
+    compared = page.table_of(verdict.agreement(said), {
+        "quantity": lambda r: page.left(r.quantity),
+        "values": lambda r: str(r.count),
+        "largest deviation": lambda r: page.Cell(f"{r.largest:.2g}", "good" if r.ok else "bad"),
+        "allowed": lambda r: f"{r.limit:g}",
+        "relative to": lambda r: page.left(r.scale),
+    })  # fmt: skip
     text = page.paragraph(
         "Recomputed by a second program that shares no code with the first, from what the engine logged."
     )
-    amber: list[Row] = [[page.Cell(what, "fair", left=True)] for what in (*said["unchecked"], *said["not_checked"])]
-    unchecked = page.table(["not checked"], amber) if amber else ""
-    return text + page.table(["quantity", "values", "largest deviation", "allowed", "relative to"], rows) + unchecked
+    amber = [[page.left(what, "fair")] for what in (*said["unchecked"], *said["not_checked"])]
+    return text + compared + (page.table(["not checked"], amber) if amber else "")
 
 
 def _ledger(run: Run) -> str:
-    energies: list[Row] = [
-        [page.Cell(k, left=True), f"{v:.4g}"] for k, v in run.summary["energy_J"].items() if v is not None
-    ]
+    energies: page.Rows = [[page.left(k), f"{v:.4g}"] for k, v in run.summary["energy_J"].items() if v is not None]
     if run.summary["events"] is None:
         return page.table(["energy", "J"], energies)
     table = run.ledger.iloc[[0, len(run.ledger) // 2, -1]]
@@ -163,9 +154,7 @@ def _files(folder: Path) -> str:
         "vtk/particles.pvd": "time series for ParaView: spheres", "vtk/bridges.pvd": "bridges", "vtk/walls.pvd": "walls",
         "trajectory.parquet": "places and speeds", "history/events.parquet": "bridges that formed and broke",
     }  # fmt: skip
-    rows: list[Row] = [
-        [page.Cell(name, link=name, left=True), page.Cell(text, left=True)] for name, text in said.items()
-    ]
-    return page.table(
-        ["file", "what it holds"], [row for row, name in zip(rows, said, strict=True) if (folder / name).exists()]
-    )
+    there = [name for name in said if (folder / name).exists()]
+    return page.table_of(there, {
+        "file": lambda name: page.Cell(name, link=name, left=True), "what it holds": lambda name: page.left(said[name]),
+    })  # fmt: skip

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from pywet.files import write_json, write_table
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.summary import general
-from pywet.screening.results import LIQUID_TOLERANCE, Check, at_end, column
+from pywet.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
 
 
 def liquid_by_wall(run: RunDir) -> pd.DataFrame:
@@ -94,15 +94,12 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     missing = int((~line.present).sum(axis=1).max())
     error = float((liquid["total_m3"] - liquid["initial_m3"]).abs().max()) / initial if initial > 0 else 0.0
     return [
-        Check("no_particle_lost", missing == 0, missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
-        Check(
-            "liquid_accounted_for",
-            error <= LIQUID_TOLERANCE,
-            error,
-            LIQUID_TOLERANCE,
+        at_most("no_particle_lost", missing, 0, f"{len(line.ids)} spheres in, {missing} missing at most"),
+        at_most(
+            "liquid_accounted_for", error, LIQUID_TOLERANCE,
             f"spheres and walls together differ from the liquid put in by {error:.3g} of it at most",
         ),
-    ]
+    ]  # fmt: skip
 
 
 def write(run_dir: Path) -> dict[str, Any]:

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from pywet.apparatus.solids import Part, bin_solid, plate, polygon, tube, wire
 from pywet.apparatus.stl import read_stl
 from pywet.apparatus.surface import Floats, Motion, Surface, make_surface
 from pywet.config.entries import Excusable
-from pywet.own_scene.choices import chosen
 from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
 
 MM = 1e-3
@@ -242,6 +241,16 @@ class Wall(Excusable):
         shape = self.block or self.tube or self.disc or self.vessel or self.bars
         assert shape is not None
         return make_surface(self.name, "wall", shape.parts(), self.motion)
+
+
+def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:
+    """The one key that is given; more than one, or none where one is `needed`, is refused."""
+    given = [key for key in keys if getattr(of, key) is not None]
+    if len(given) > 1 or (needed and not given):
+        raise ValueError(
+            f"{'one' if needed else 'at most one'} of {', '.join(keys)}, not {' and '.join(given) or 'none'}"
+        )
+    return given[0] if given else None
 
 
 def _placed(parts: Sequence[Part], axis: Axis, origin_mm: Vector) -> list[Part]:

@@ -11,8 +11,9 @@ import pandas as pd
 
 from pywet.config.cases import Case
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_if_there, read_table
+from pywet.files import read_table
 from pywet.planning import audit
+from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Plan, Replay, Summary
 from pywet.screening import status, verdict
 
@@ -78,26 +79,26 @@ def collect_run(run_dir: Path, case: Case) -> CaseResult:
 
 
 def _collect_run(run_dir: Path, case: Case) -> CaseResult:
-    found = tuple(status.problems(run_dir))
-    summary = _json(run_dir / "summary.json", Summary)
+    found, run = tuple(status.problems(run_dir)), RunDir(run_dir)
+    summary, plan = run.json("summary.json", Summary), run.json("plan.json", Plan)
     if summary is None or not status.results_made(run_dir):
-        return CaseResult(case, found, plan=_json(run_dir / "plan.json", Plan), folder=run_dir)
+        return CaseResult(case, found, plan=plan, folder=run_dir)
     if case.liquid_percent > 0 and (
         not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
     ):
         raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
-    replay = _json(run_dir / "replay.json", Replay)
+    replay = run.json("replay.json", Replay)
     return CaseResult(
         case,
         found,
         summary=summary,
-        plan=_json(run_dir / "plan.json", Plan),
+        plan=plan,
         agreement=tuple(verdict.agreement(replay)) if replay else (),
         unchecked=tuple(verdict.unchecked_laws(replay)) if replay else (),
         second=tuple(replay.get("second") or ()) if replay else (),
-        retained=_table(run_dir / "results" / "fraction_retained.parquet"),
-        liquid=_table(run_dir / "results" / "liquid_by_holder.parquet"),
-        contributions=_json(run_dir / "contributions.json", Contributions),
+        retained=run.table_if_there("results/fraction_retained"),
+        liquid=run.table_if_there("results/liquid_by_holder"),
+        contributions=run.json("contributions.json", Contributions),
         audit=tuple(audit.read(run_dir) or ()),
         seeds=tuple(read_table(path) for path in _other_seeds(run_dir)),
         folder=run_dir,
@@ -107,11 +108,3 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
 def _other_seeds(run_dir: Path) -> list[Path]:
     tables = run_dir.parent.glob(f"{run_dir.name}-*/results/fraction_retained.parquet")
     return sorted(t for t in tables if t.parent.parent.name.removeprefix(f"{run_dir.name}-").isdigit())
-
-
-def _json(path: Path, shape: Any) -> Any:
-    return read_if_there(path, AGAIN, shape)
-
-
-def _table(path: Path) -> pd.DataFrame | None:
-    return read_table(path) if path.exists() else None

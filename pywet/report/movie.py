@@ -5,11 +5,9 @@ The camera and the colours are the same in all frames. Frames are drawn in a chi
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +33,8 @@ def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = l
     run = RunDir(Path(run_dir))
     _ffmpeg()  # before the work, not after it
     with tempfile.TemporaryDirectory() as folder:
-        for done in _drawn(run, frames, Path(folder)):
-            progress(done)
+        for share in render.in_child("pywet.report.movie", str(run.path), folder, str(frames)):
+            progress(float(share))
         pictures = [Image.open(path).convert("RGB") for path in sorted(Path(folder).glob("*.png"))]
         return [_mp4(pictures, run.path / "movie.mp4"), _loop(pictures, run.path / "movie.webp")]
 
@@ -44,25 +42,6 @@ def write(run_dir: Path, frames: int = 48, progress: Callable[[float], None] = l
 def spread(count: int, most: int) -> list[int]:
     """At most so many of `count` places, evenly spread, the first and the last included."""
     return [int(k) for k in np.unique(np.linspace(0, count - 1, min(most, count)).round())]
-
-
-def _drawn(run: RunDir, frames: int, folder: Path) -> Iterator[float]:
-    """Draw in a child process; gives the part that is done as frames appear."""
-    command, said = [sys.executable, "-P", "-m", "pywet.report.movie", str(run.path), str(folder), str(frames)], ""
-    for extra in render.WINDOWS:
-        environment = {**os.environ, **extra}
-        with (
-            tempfile.TemporaryFile("w+") as messages,
-            subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=messages, text=True) as child,
-        ):
-            assert child.stdout is not None
-            yield from map(float, child.stdout)
-            child.wait()
-            messages.seek(0)
-            said = messages.read()
-        if child.returncode == 0:
-            return
-    raise PywetError(f"VTK cannot draw on this machine ({said.strip()[-200:]}); install libosmesa6 for movies")
 
 
 def draw(run: RunDir, frames: int, folder: Path) -> None:

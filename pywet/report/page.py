@@ -9,10 +9,10 @@ import base64
 import html
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import jinja2
 from matplotlib.figure import Figure
@@ -67,6 +67,14 @@ class Cell:
         return f'<td class="{names}"{hint}>{inner}</td>' if names else f"<td{hint}>{inner}</td>"
 
 
+Rows = list[list[Cell | str]]
+
+
+def left(text: object, grade: Grade = "") -> Cell:
+    """A cell of words."""
+    return Cell(str(text), grade, left=True)
+
+
 def paragraph(text: str, soft: bool = False) -> str:
     """A paragraph of plain text."""
     return f'<p class="soft">{marked(text)}</p>' if soft else f"<p>{marked(text)}</p>"
@@ -84,6 +92,11 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Cell | str]]) -> str:
         "<tr>" + "".join((c if isinstance(c, Cell) else Cell(c)).html for c in row) + "</tr>\n" for row in rows
     )
     return f'<div class="scroll"><table><tr>{head}</tr>\n{body}</table></div>'
+
+
+def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], Cell | str]]) -> str:
+    """A table with a row for each of `rows`; `columns`: what stands above a column -> what stands in it."""
+    return table(list(columns), [[cell(row) for cell in columns.values()] for row in rows])
 
 
 def picture(figure: Figure, caption: str, vector: bool = True, dpi: int = 130) -> str:

@@ -16,22 +16,7 @@ from matplotlib.figure import Figure
 
 from pywet.files import atomic_write
 
-__all__ = [
-    "GREEN",
-    "GRID",
-    "INK",
-    "NAVY",
-    "ORANGE",
-    "RED",
-    "SKY",
-    "STYLE",
-    "VIOLET",
-    "inline",
-    "panels",
-    "plt",
-    "save_png",
-    "svg",
-]
+__all__ = ["plt"]
 INK, GRID = "#27323d", "#dfe4e9"
 NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
 """Colours of lines, in the order in which they are taken."""

@@ -87,26 +87,6 @@ def liquid(results: Sequence[CaseResult]) -> Sheet:
     return Sheet(panels, _draw_liquid, 2, _label_liquid)
 
 
-def dry_curves(results: Sequence[CaseResult]) -> str:
-    """Fig. 10 as one SVG."""
-    return _grid(dry(results))
-
-
-def moisture_curves(results: Sequence[CaseResult]) -> str:
-    """Fig. 12 as one SVG."""
-    return _grid(moisture(results))
-
-
-def class_curves(results: Sequence[CaseResult]) -> str:
-    """Fig. 13 as one SVG."""
-    return _grid(classes(results))
-
-
-def liquid_curves(results: Sequence[CaseResult]) -> str:
-    """Fig. 15 as one SVG."""
-    return _grid(liquid(results))
-
-
 def apart(sheet: Sheet) -> list[Drawn]:
     """Every panel as a picture of its own, so that a narrow screen shows them one below the other."""
     found = []
@@ -147,7 +127,7 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> str:
             _curve(axes, result, "fraction_retained_small", color=colour, linestyle=(0, (4, 2)), label=f"{name}, small")
         _end(axes, group)
 
-    return _grid(Sheet([(title(usual), [usual, twin])], draw, 1, _label_fraction), width=6.4)
+    return grid(Sheet([(title(usual), [usual, twin])], draw, 1, _label_fraction), width=6.4)
 
 
 def title(result: CaseResult) -> str:
@@ -180,7 +160,7 @@ def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> 
     sheet.label(axes)
 
 
-def _grid(sheet: Sheet, width: float = 12.0) -> str:
+def grid(sheet: Sheet, width: float = 12.0) -> str:
     """All panels on a shared scale, so many inches wide. Empty text without panels."""
     if not sheet.panels:
         return ""

@@ -9,6 +9,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,10 +52,12 @@ def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
     run = RunDir(Path(run_dir))
     chosen = output_step(run, step)
     with atomic_write(Path(picture)) as temporary:
-        if drawn_in_child("pywet.report.render", temporary, str(run.path), str(temporary), str(chosen)):
-            return "vtk"
-        sketch.draw(run, chosen, temporary)
-    return "matplotlib"
+        try:
+            list(in_child("pywet.report.render", str(run.path), str(temporary), str(chosen)))
+        except PywetError:
+            sketch.draw(run, chosen, temporary)
+            return "matplotlib"
+    return "vtk"
 
 
 def output_step(run: RunDir, step: int | None) -> int:
@@ -66,14 +70,26 @@ def output_step(run: RunDir, step: int | None) -> int:
     return chosen
 
 
-def drawn_in_child(module: str, picture: Path, *arguments: str) -> bool:
-    """Whether VTK could draw the picture in a process of its own, by a module that takes these arguments."""
+def in_child(module: str, *arguments: str) -> Iterator[str]:
+    """Draw with VTK in a process of its own, by a module that takes these arguments; gives the lines that it prints.
+
+    Raises `PywetError` where VTK cannot draw.
+    """
+    command, said = [sys.executable, "-P", "-m", module, *arguments], ""
     for extra in WINDOWS:
-        command = [sys.executable, "-P", "-m", module, *arguments]
-        drawn = subprocess.run(command, env={**os.environ, **extra}, capture_output=True, check=False)
-        if drawn.returncode == 0 and picture.exists():
-            return True
-    return False
+        environment = {**os.environ, **extra}
+        with (
+            tempfile.TemporaryFile("w+") as messages,
+            subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=messages, text=True) as child,
+        ):
+            assert child.stdout is not None
+            yield from child.stdout
+            child.wait()
+            messages.seek(0)
+            said = messages.read()
+        if child.returncode == 0:
+            return
+    raise PywetError(f"VTK cannot draw on this machine ({said.strip()[-200:]}); install libosmesa6")
 
 
 def telling_step(run: RunDir) -> int:

@@ -20,7 +20,7 @@ from pywet.files import atomic_write
 from pywet.report import answer, browser, contributed, page, pictures, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
 from pywet.runs.rundir import RunDir
-from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE, Agreement
+from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 
 TEMPLATE = "report.html.j2"
 SCENES = 60_000_000
@@ -149,15 +149,15 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
         "ledger_tolerance": LEDGER_TOLERANCE,
         "replay_tolerance": REPLAY_TOLERANCE,
-        "quantities": _quantities(replayed),
+        "quantities": list({a.quantity: a for r in replayed for a in r.agreement}.values()),
         "contributed": contributed.rows(results),
         "wrong_plans": contributed.wrong(results),
         "effects": _effects(results),
         "statement": scale_statement(config, scale),
         "assumptions": list(assumptions(config, scale)),
         "figures": _figures(results),
-        "picture": _picture(picture),
-        "movie": _movie(results),
+        "picture": _embedded([picture]),
+        "movie": _embedded([r.folder / "movie.webp" for r in results if r.folder]),
         "scenes": _scenes(results),
         "versions": next((r.summary["versions"] for r in results if r.summary), {}),
         "version": pywet.__version__,
@@ -221,11 +221,6 @@ def _assumed(name: str, data: Any) -> Iterator[Assumption]:
             yield from _assumed(f"{name} {k + 1}", value)
 
 
-def _quantities(replayed: Sequence[CaseResult]) -> list[Agreement]:
-    """The replayed quantities in the order they first appear, each by one of its rows."""
-    return list({a.quantity: a for r in replayed for a in r.agreement}.values())
-
-
 def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
     """One row per effect: what is compared, threshold, and per case the plan's row (None where there is no plan)."""
     plans = [{row["effect"]: row for row in r.plan["rows"]} if r.plan else {} for r in results]
@@ -258,8 +253,12 @@ def _said(panel: plots.Drawn) -> str:
     return f"{panel.title}: {'; '.join(ends) or 'nothing to show'}"
 
 
-def _picture(path: Path | None) -> str | None:
-    return page.uri(path.read_bytes(), "png") if path is not None and path.exists() and path.stat().st_size else None
+def _embedded(files: Sequence[Path | None]) -> str | None:
+    """The first of these pictures that is there, as the address of itself."""
+    for file in files:
+        if file is not None and file.exists() and file.stat().st_size:
+            return page.uri(file.read_bytes(), file.suffix.removeprefix("."))
+    return None
 
 
 def _significant(value: float | None, digits: int = 3) -> str:
@@ -272,12 +271,6 @@ def _power(value: float | None) -> str:
     if value is None:
         return "–"
     return "0" if value == 0 else f"{value:.1e}".replace("e-0", "e-").replace("-", "−")
-
-
-def _movie(results: Sequence[CaseResult]) -> str | None:
-    """The loop of the first case that has one, as `pywet view --movie` makes it."""
-    loops = [r.folder / "movie.webp" for r in results if r.folder is not None]
-    return next((page.uri(loop.read_bytes(), "webp") for loop in loops if loop.exists()), None)
 
 
 def _scenes(results: Sequence[CaseResult]) -> str:

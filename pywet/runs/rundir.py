@@ -60,6 +60,11 @@ class RunDir:
             raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
         return read_table(path)
 
+    def table_if_there(self, name: str) -> pd.DataFrame | None:
+        """`table`, None where there is no such file."""
+        path = self.path / f"{name}.parquet"
+        return read_table(path) if path.exists() else None
+
     def json(self, name: str, shape: Any) -> Any:
         """A JSON file by its path with suffix, that fits the type `shape`; None where it does not exist."""
         return read_if_there(self.path / name, AGAIN, shape)

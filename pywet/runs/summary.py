@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import platform
+import shutil
+import subprocess
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +32,14 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             installed[name] = "not installed as a package"
     return installed
+
+
+def commit() -> str:
+    """State of the checkout that this program is; empty outside one."""
+    git = shutil.which("git")
+    command = [str(git), "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude", "*"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False) if git else None
+    return done.stdout.strip() if done and done.returncode == 0 else ""
 
 
 def general(run: RunDir) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.apparatus import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
-from pywet.apparatus.initial import write_initial
+from pywet.apparatus.initial import wall_mesh, write_initial
 from pywet.apparatus.motion import peak_speed
 from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
@@ -114,7 +114,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         classes=made.classes,
         pairs=made.pairs,
         liquid=made.liquid,
-        walls=tuple(wall_mesh(config, scale, surface) for surface in apparatus.surfaces),
+        walls=tuple(mesh_of(config, scale, surface) for surface in apparatus.surfaces),
         vibration=made.vibration,
         slide=Slide(
             velocity_m_per_s=(speed, 0.0, 0.0),
@@ -237,16 +237,8 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
     )
 
 
-def wall_mesh(config: Config, scale: Scale, surface: Surface) -> WallMesh:
+def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
     """The scene's description of a surface, with the contact angle of what its holder is made of."""
-    material = getattr(config.materials.wall_materials, surface.holder).material
-    return WallMesh(
-        name=surface.name,
-        holder=surface.holder,
-        stl=Path("stl") / f"{surface.name}.stl",
-        contact_angle_rad=math.radians(config.materials.walls[material].contact_angle_deg.value),
-        motion=surface.motion,
-        triangle_part=tuple(int(p) for p in surface.part),
-        part_half_width_m=surface.part_half_width,
-        prisms=surface.holder == "wires" and scale.wires == "prism",
-    )
+    material = config.materials.walls[getattr(config.materials.wall_materials, surface.holder).material]
+    angle = math.radians(material.contact_angle_deg.value)
+    return wall_mesh(surface, angle, prisms=surface.holder == "wires" and scale.wires == "prism")

@@ -59,6 +59,11 @@ class Check:
     text: str
 
 
+def at_most(name: str, value: float, limit: float, text: str) -> Check:
+    """A check that a value is no more than its limit."""
+    return Check(name, value <= limit, value, limit, text)
+
+
 def column(prefix: str, class_name: str, unit: str = "") -> str:
     """Name of a column of one size class, such as `fraction_retained_pom_5_mm`."""
     slug = re.sub(r"[^a-z0-9]+", "_", class_name.lower()).strip("_")
@@ -142,28 +147,19 @@ def checks(run: RunDir, retained: pd.DataFrame, liquid: pd.DataFrame) -> list[Ch
     limit = 1e-12 + 1e-3 * liquid_mass / (float(start.mass.sum()) + liquid_mass)
     error = float((liquid["total_m3"] - initial).abs().max()) / initial if initial > 0 else 0.0
     return [
-        Check(
-            "no_particle_lost",
-            missing == 0,
-            missing,
-            0,
+        at_most(
+            "no_particle_lost", missing, 0,
             f"{count} spheres in, {int(counted[-1])} on the screen or in the bin at the end, {missing} missing at most",
         ),
-        Check(
-            "fraction_retained_monotone",
-            rise <= limit,
-            rise,
-            limit,
+        at_most(
+            "fraction_retained_monotone", rise, limit,
             f"largest rise of the fraction retained from one output to the next: {rise:.3g}",
         ),
-        Check(
-            "liquid_accounted_for",
-            error <= LIQUID_TOLERANCE,
-            error,
-            LIQUID_TOLERANCE,
+        at_most(
+            "liquid_accounted_for", error, LIQUID_TOLERANCE,
             f"all holders together differ from the liquid put in by {error:.3g} of it at most",
         ),
-    ]
+    ]  # fmt: skip
 
 
 def write_results(run: RunDir) -> Results:

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay.compare import Floats
-from reference_impl.replay.io import ReplayError, vectors
+from reference_impl.replay.io import ReplayError, masses, vectors
 from reference_impl.replay.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
@@ -130,11 +130,8 @@ def read(run_dir: Path) -> Setup:
     scene = read_scene(folder)
     spheres = pd.read_parquet(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
-    classes = {c["type"]: c for c in scene["classes"]}
-    mass_of = {t: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for t, c in classes.items()}
-    mass, radius = (
-        np.array([table[t] for t in kind]) for table in (mass_of, {t: c["radius_m"] for t, c in classes.items()})
-    )
+    mass_of, radius_of = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
+    mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
     walls, corners, part = _walls(folder, scene)
     return Setup(
@@ -209,8 +206,8 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
 
 def _driven(folder: Path) -> set[int]:
     """Spheres that the deck moves whatever acts on them."""
-    deck = folder / "engine" / "setup.liggghts"
-    found = re.search(r"^group driven id (.*)$", deck.read_text(), re.MULTILINE) if deck.exists() else None
+    decks = [deck for name in ("setup.liggghts", "in.lammps") if (deck := folder / "engine" / name).exists()]
+    found = re.search(r"^group driven id (.*)$", decks[0].read_text(), re.MULTILINE) if decks else None
     return {int(word) for word in found.group(1).split()} if found else set()
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+import re
 import runpy
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pywet.collisions.spheres import command as davis
@@ -171,21 +173,63 @@ def test_the_command_is_the_script(tmp_path: Path) -> None:
     assert one == two and json.loads(one)["score"][0]["largest"] < 1e-12
 
 
-def test_the_page_of_measurements_says_what_the_model_gives() -> None:
-    """Restitution of the wall model over 1/St and how far it is from a straight line, as docs/measured.md prints it."""
-    measured = runpy.run_path(str(WET / "measured.py"))
+def test_no_measurement_without_a_source() -> None:
+    """Every sentence says where it was read, how, and how sure it is; every one is on the page."""
     page = (WET.parents[1] / "docs" / "measured.md").read_text()
-    for viscosity in measured["VISCOSITIES"]:
-        inverse, kept = measured["restitution"](viscosity)
-        cells = [cell.strip() for cell in page.split(f"| {1e3 * viscosity:g} mPa s |")[1].split("|")[:4]]
-        stokes, e_n, bend, quick = cells
-        assert [float(v) for v in stokes.split(" to ")] == pytest.approx(
-            [1 / inverse.max(), 1 / inverse.min()], abs=0.6
+    with open(WET / "measured.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len({row["key"] for row in rows}) == len(rows) > 10
+    for row in rows:
+        assert (
+            all(row.values())
+            and f"| {row['measured']} | {row['source']}; {row['read']}; {row['uncertainty']} |" in page
         )
-        assert [float(v) for v in e_n.split(" to ")] == pytest.approx([kept.min(), kept.max()], abs=6e-4)
-        half = inverse < np.median(inverse)
-        for cell, bent in (
-            (bend, measured["bend"](inverse, kept)),
-            (quick, measured["bend"](inverse[half], kept[half])),
-        ):
-            assert float(cell.strip(" %")) == pytest.approx(100.0 * bent, abs=0.6)
+    for problem in SCORE["problems"]():
+        for a in of(problem)[1]:
+            if a["tier"] == "measured":
+                text = (WET / problem / "README.md").read_text()
+                assert a["case"] in text and "abstract" in text
+
+
+def test_the_page_of_measurements_says_what_is_computed() -> None:
+    """Its tables, made again; words exactly, numbers to what another processor may round."""
+    page = (WET.parents[1] / "docs" / "measured.md").read_text()
+    number = re.compile(r"[-+]?[0-9]+\.?[0-9]*")
+    for name, lines in runpy.run_path(str(WET / "measured.py"))["tables"]().items():
+        shown = page.split(f"<!-- {name} -->\n")[1].split(f"\n<!-- end of {name} -->")[0]
+        made = "\n".join(lines)
+        assert number.sub("#", made) == number.sub("#", shown)
+        for one, two in zip(number.findall(made), number.findall(shown), strict=True):
+            assert float(one) == pytest.approx(float(two), rel=0.02, abs=1.01 * 10.0 ** -len(two.partition(".")[2]))
+
+
+def test_scores_on_the_page_are_the_kept_ones() -> None:
+    """The page's tables follow from scores.csv; the drum alone is without a program."""
+    programs = runpy.run_path(str(WET / "programs.py"))
+    page = (WET.parents[1] / "docs" / "wet_benchmarks.md").read_text()
+    lines = list(programs["tables"](pd.read_csv(WET / "scores.csv")))
+    assert "\n".join(lines) in page and sum("No program" in line for line in lines) <= 1
+
+
+def test_new_answers_take_the_place_of_kept_scores(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any program's file is scored under the name of its folder."""
+    (tmp_path / "results" / "wet" / "another").mkdir(parents=True)
+    (tmp_path / "results" / "wet" / "another" / "drum.csv").write_text(filled("drum", 1.1))
+    monkeypatch.chdir(tmp_path)
+    rows = [r for r in runpy.run_path(str(WET / "programs.py"))["scores"]() if r["program"] == "another"]
+    assert [(r["problem"], r["case"]) for r in rows] == [("drum", "moist"), ("drum", "dry")]
+    assert all(r["largest"] == pytest.approx(0.1) for r in rows)
+
+
+def test_speed_is_read_where_the_film_is_left() -> None:
+    """Two spheres whose relative speed is a straight line over ln h: exact between any two outputs; 0 where none leaves."""
+    left = runpy.run_path(str(WET / "programs.py"))["left"]
+    h = np.array([1.001e-4, 1e-5, 3e-5, 2.5e-4])
+    speed = np.array([-0.01, 0.008, 0.006, 0.0])
+    speed[1:] = 0.008 - 0.001 * np.log(h[1:] / 1e-5)
+    way = pd.DataFrame(
+        {"step": [s for s in range(4) for _ in "ab"], "id": [1, 2] * 4, "z": np.ravel([[0.5, 0.5 + 1e-3 + x] for x in h]),
+         "vz": np.ravel([[0.1, 0.1 + v] for v in speed])}
+    )  # fmt: skip
+    assert left(way, 1e-3, 1e-4) == pytest.approx((0.008 - 0.001 * math.log(10.0)) / 0.01, rel=1e-6)
+    assert left(way[way["step"] < 3], 1e-3, 1e-4) == 0.0

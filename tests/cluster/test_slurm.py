@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import signal
 import subprocess
@@ -17,6 +18,7 @@ import pytest
 from pywet.engines.liggghts import driver
 from tests.cluster import local_slurm
 from tests.cluster.local_slurm import Job, ask, jobs, until
+from tests.engines.liggghts import beds
 
 ROOT = Path(__file__).parent.parent.parent
 RANKS = 2
@@ -43,6 +45,25 @@ def folder(tmp_path: Path) -> Path:
     scales.write_text(text)
     settings.write_text(settings.read_text().replace("checkpoints: 20", "checkpoints: 4"))
     return tmp_path
+
+
+def test_srun_starts_the_ranks_of_a_run_on_two_nodes(tmp_path: Path) -> None:
+    """One rank a node, started by `srun --mpi=pmix`: the very events and ways of the run that mpirun starts."""
+    spheres, runs = beds.bed((4, 4, 3)), [tmp_path / "srun", tmp_path / "mpirun"]
+    for run_dir in runs:
+        beds.prepare(run_dir, spheres, 400)
+    code = f"from pywet.engines.liggghts import driver; driver.run({str(runs[0])!r}, 2, progress=False, mpi='srun --mpi=pmix')"
+    job = ["sbatch", "--wait", "--nodes=2", "--ntasks-per-node=1", f"--output={tmp_path}/job.log", "--wrap"]
+    with local_slurm.running():
+        done = subprocess.run(
+            [*job, shlex.join([sys.executable, "-c", code])], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr + (tmp_path / "job.log").read_text()
+    driver.run(runs[1], 2, progress=False)
+    for name in ("history/events", "history/films", "trajectory"):
+        one, two = (pd.read_parquet(run_dir / f"{name}.parquet") for run_dir in runs)
+        assert len(one)
+        pd.testing.assert_frame_equal(one, two, check_exact=True)
 
 
 def _snakemake(folder: Path) -> subprocess.Popen[str]:

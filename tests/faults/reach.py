@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -14,12 +15,15 @@ from typing import Any
 
 Lines = dict[str, set[int]]
 """File below the package -> lines."""
+_open: list[Lines] = []
+"""Those that are being looked at."""
 
 
 @contextmanager
 def traced(package: Path) -> Iterator[Lines]:
     """Lines of Python below `package` that are executed meanwhile, those of what is imported anew included."""
     lines: Lines = {}
+    _open.append(lines)
     start = f"{package}/"
 
     def look(frame: FrameType, event: str, _: Any) -> Any:
@@ -42,6 +46,22 @@ def traced(package: Path) -> Iterator[Lines]:
     finally:
         sys.settrace(None)
         threading.settrace(None)  # type: ignore[arg-type]
+        _open.remove(lines)
+
+
+def keep(path: Path) -> None:
+    """Write down what a copy of this process has come to, for that which it is a copy of."""
+    sys.settrace(None)
+    path.write_text(json.dumps([{name: sorted(numbers) for name, numbers in lines.items()} for lines in _open]))
+
+
+def kept(path: Path) -> Lines:
+    """What a copy of this process has written down."""
+    lines: Lines = {}
+    for part in json.loads(path.read_text()):
+        for name, numbers in part.items():
+            lines.setdefault(name, set()).update(numbers)
+    return lines
 
 
 def counted(sources: Path, objects: Path) -> Lines:

@@ -56,11 +56,23 @@ def reached(lines: set[int], mutant: Mutant) -> bool:
 
 
 def law_of(mutant: Mutant) -> tuple[str, str] | None:
-    """Kind and name of the law whose function holds the fault."""
-    for node in ast.parse(mutant.path.read_text()).body:
-        if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line <= (node.end_lineno or 0):
-            for mark in node.decorator_list:
-                if isinstance(mark, ast.Call) and ast.unparse(mark.func) == "force_law" and mark.args:
-                    words = [str(ast.literal_eval(a)) for a in mark.args]
-                    return words[0], words[1] if len(words) > 1 else node.name
+    """Kind and name of the law whose function holds the fault, or that calls the one that does."""
+    functions = {n.name: n for n in ast.parse(mutant.path.read_text()).body if isinstance(n, ast.FunctionDef)}
+    ahead = [name for name, f in functions.items() if f.lineno <= mutant.line <= (f.end_lineno or 0)]
+    for name in ahead:  # grows
+        if law := _law(functions[name]):
+            return law
+        ahead += [other for other, f in functions.items() if other not in ahead and _names(f, name)]
     return None
+
+
+def _law(function: ast.FunctionDef) -> tuple[str, str] | None:
+    for mark in function.decorator_list:
+        if isinstance(mark, ast.Call) and ast.unparse(mark.func) == "force_law" and mark.args:
+            words = [str(ast.literal_eval(a)) for a in mark.args]
+            return words[0], words[1] if len(words) > 1 else function.name
+    return None
+
+
+def _names(function: ast.FunctionDef, name: str) -> bool:
+    return any(isinstance(n, ast.Name) and n.id == name for n in ast.walk(function))

@@ -20,10 +20,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tests.faults import reach
 from tests.import_graph import modules
 
 CRASH = "crash.txt"
 """Beside the engine's messages: how its process ended, where that was no sentence of the program's own."""
+REACHED = "reached.json"
+"""There too: the lines that it came to, where they are asked for."""
 
 
 def in_copy(work: Callable[[], dict[str, Any]], limit_s: float) -> dict[str, Any]:
@@ -137,5 +140,6 @@ def _worker(arguments: list[str], folder: Path, keep_counts: bool) -> None:
         (folder / CRASH).write_text(f"{type(error).__name__}: {error}"[:200])
     sys.stdout.flush()
     if keep_counts:
+        reach.keep(folder / REACHED)
         ctypes.CDLL(None).exit(code)
     os._exit(code)

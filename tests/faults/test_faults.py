@@ -59,6 +59,12 @@ def test_every_room_has_files_and_their_tests() -> None:
     assert asked.tests_of("report/vtk.py")[0] == "tests/report/test_vtk.py"
 
 
+def test_a_fault_of_a_helper_is_one_of_the_law_that_calls_it(tmp_path: Path) -> None:
+    path = tmp_path / "laws.py"
+    path.write_text("def one(x):\n    return x\n\n\n@force_law('capillary')\ndef two(x):\n    return one(x)\n")
+    assert [rooms.law_of(Mutant(path, line, "", "")) for line in (2, 7, 4)] == [("capillary", "two")] * 2 + [None]
+
+
 def test_crashes_and_faults_without_effect_do_not_count() -> None:
     rows = [{"room": "plugin", "by": by} for by in ("replay", "replay", "tests", "survives", "no effect", "crash")]
     assert score(rows)[1].split() == ["plugin", "6", "1", "1", "2", "0", "1", "0", "1", "75%"]
@@ -101,7 +107,8 @@ def test_lines_that_a_run_comes_to(tmp_path: Path) -> None:
     exec(compile(path.read_text(), str(path), "exec"), space)
     with reach.traced(tmp_path) as lines:
         space["way"](False)
-    assert lines == {"way.py": {1, 2, 4}}
+        reach.keep(tmp_path / "kept.json")
+    assert lines == reach.kept(tmp_path / "kept.json") == {"way.py": {1, 2, 4}}
     assert [rooms.reached(lines["way.py"], Mutant(path, line, "", "")) for line in (2, 3, 4)] == [True, False, True]
 
 

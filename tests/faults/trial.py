@@ -113,8 +113,10 @@ class Bench:
         answer = server.in_copy(work, LIMIT_S)
         if answer.get("by") != "survives":
             raise SystemExit(f"the counting run of scene {scene}: {answer}")
-        python = {name: set(numbers) for name, numbers in answer["lines"].items()}
-        return python | reach.counted(self.objects.sources, self.counting.folder)
+        lines = reach.kept(self.run / "engine" / server.REACHED)
+        for name, numbers in answer["lines"].items():
+            lines.setdefault(name, set()).update(numbers)
+        return lines | reach.counted(self.objects.sources, self.counting.folder)
 
     def scene_for(self, mutant: Mutant) -> str | None:
         """The first scene that comes to the line; for a law that none uses one with it; None where there is none."""

@@ -7,6 +7,7 @@ import pytest
 from numpy.random import default_rng
 
 from pywet.laws.capillary import rabinovich
+from pywet.laws.capillary_fits import willett
 from pywet.laws.formation import formation_sphere
 from pywet.laws.rupture import pitois_dynamic, willett_unequal
 from pywet.laws.viscous import goldman_rotation, goldman_translation, pitois
@@ -24,6 +25,14 @@ def test_small_volume_limit_at_touch(ri: float, rj: float) -> None:
     assert rabinovich(0.0, 1e-24, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(limit, rel=4 * phi)
     assert rabinovich(0.0, 0.0, ri, rj, 0.3, 0.5, SIGMA) == pytest.approx(limit, rel=1e-15)
     assert rabinovich(1e-5, 0.0, ri, rj, 0.3, 0.5, SIGMA) == 0.0  # no liquid, no bridge, once apart
+
+
+def test_willetts_fit_ends_where_his_volumes_do() -> None:
+    """At touch the force depends on V* alone, and V* counts as 1e-3 below and as 0.1 above his range."""
+    for end, beyond, inside in ((0.1, 0.2, 0.099), (1e-3, 5e-4, 1.01e-3)):
+        at_end, further, before = (willett(0.0, v * 8e-9, 2e-3, 2e-3, 0.3, 0.3, SIGMA) for v in (end, beyond, inside))
+        assert further == pytest.approx(at_end, rel=1e-14)
+        assert abs(before / at_end - 1.0) > 1e-5
 
 
 @pytest.mark.parametrize(("ri", "rj"), PAIRS)

@@ -32,6 +32,12 @@ def test_series_names_every_output_with_its_time(folder: Path) -> None:
         assert all((folder / s.attrib["file"]).exists() for s in sets)
 
 
+def test_a_series_takes_the_place_of_an_earlier_one(folder: Path) -> None:
+    (folder / "particles_000000999.vtu").write_text("of another run")
+    vtk.write(folder.parent)
+    assert sorted(p.name for p in folder.glob("particles_*")) == [f"particles_{step:09d}.vtu" for step in (0, 100, 200)]
+
+
 def test_particles_carry_radius_film_and_place(folder: Path) -> None:
     mesh = pyvista.read(folder / "particles_000000200.vtu")
     assert mesh.point_data["in_bin"].tolist() == [0, 1, 1]

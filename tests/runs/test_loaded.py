@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pywet.runs.loaded import heap_angle, unit
+from pywet.runs.loaded import Run, heap_angle, unit
+from tests.screening import synthetic
 
 
 @pytest.mark.parametrize("angle", [15.0, 30.0, 45.0])
@@ -31,3 +33,11 @@ def test_units_are_told_by_the_end_of_a_name() -> None:
         "m/s",
         "-",
     ]
+
+
+def test_a_table_that_is_loaded_tells_its_units(tmp_path: Path) -> None:
+    """Those of the schema, in the attributes of the table; codes of its numbers as well."""
+    run = Run(synthetic.make(tmp_path / "run"))
+    events, places = run.events.attrs, run.trajectory.attrs["units"]
+    assert (events["units"]["volume"], places["vx"], places["id"]) == ("m3", "m/s", "-")
+    assert "volume" in events["meanings"] and "kind" in events["codes"]

@@ -125,6 +125,12 @@ def test_collision_time_is_half_a_damped_period() -> None:
     assert amounts.time_step([pair], [sphere], 0.05) == pytest.approx(0.05 * expected, rel=0.01)
     assert amounts.time_step([pair], [sphere], 0.05) <= 0.05 * expected
     assert amounts.time_step([pair], [sphere], 0.05, 1.0) == pytest.approx(0.05 * m_eff / drag / 10, rel=0.01)
+    # a class without spheres meets none, however stiff its contacts are
+    none = sphere.model_copy(update={"type": 2, "count": 0})
+    stiff = [
+        pair.model_copy(update={"a": a, "b": b, "normal_stiffness_N_per_m": 1e6}) for a, b in ((2, 0), (1, 2), (2, 2))
+    ]
+    assert amounts.time_step([pair, *stiff], [sphere, none], 0.05) == amounts.time_step([pair], [sphere], 0.05)
 
 
 @pytest.mark.parametrize("number", CONFIG.cases)

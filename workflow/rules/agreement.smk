@@ -31,7 +31,9 @@ rule agreement:
     output:
         page=f"{AGREEMENT}/index.html",
         table=f"{AGREEMENT}/table.json",
+    params:
+        module="pywet.evidence.agreement.page",
     log:
         f"{AGREEMENT}/logs/page.log",
     script:
-        "../scripts/agreement.py"
+        "../scripts/page.py"

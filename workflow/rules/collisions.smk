@@ -26,7 +26,9 @@ rule wall_collision:
         tables=expand(rules.wall_collision_item.output.table, item=ITEMS),
     output:
         page=f"{COLLISIONS}/index.html",
+    params:
+        module="pywet.collisions.wall.buck_page",
     log:
         f"{COLLISIONS}/logs/page.log",
     script:
-        "../scripts/wall_collision.py"
+        "../scripts/page.py"

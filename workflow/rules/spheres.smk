@@ -58,7 +58,9 @@ rule sphere_collisions:
     output:
         page=f"{SPHERES}/index.html",
         numbers=f"{SPHERES}/numbers.json",
+    params:
+        module="pywet.collisions.spheres.davis_page",
     log:
         f"{SPHERES}/logs/page.log",
     script:
-        "../scripts/sphere_page.py"
+        "../scripts/page.py"

@@ -75,15 +75,20 @@ def plugin_path() -> Path:
 
 def _compile(target: Path) -> None:
     mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+    before = [f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}", f"-I{INCLUDE}", *mpi[0]]
+    after = ["-l:libliggghts.so.3", *mpi[1]]
+    compile_to(target, before, sorted(SOURCES.glob("*.cpp")), after, f"LIGGGHTS {ENGINE_VERSION}")
+
+
+def compile_to(target: Path, before: list[str], sources: list[Path], after: list[str], of: str) -> None:
+    """Compile sources into a sealed library of the cache; compiler's words before and after them, `of` an engine's headers."""
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         built = Path(folder) / target.name
-        command = ["g++", *FLAGS, *LOOPS, *VISIBILITY, f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}"]
-        command += [f"-I{INCLUDE}", *mpi[0], *map(str, sorted(SOURCES.glob("*.cpp"))), "-o", str(built)]
-        command += ["-l:libliggghts.so.3", *mpi[1]]
+        command = ["g++", *FLAGS, *LOOPS, *VISIBILITY, *before, *map(str, sources), "-o", str(built), *after]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:300])
-            raise EngineError(f"the plugin does not compile: {first}; expected headers of LIGGGHTS {ENGINE_VERSION}")
+            raise EngineError(f"the plugin does not compile: {first}; expected headers of {of}")
         built.rename(target)
         caches.seal(target)
 

@@ -266,7 +266,8 @@ def write_deck(
     spheres = read_table(run_dir / scene.spheres_file)
     context = {
         "scene": scene,
-        "columns": " ".join(map(str, grid.chosen(scene, spheres[["x", "y"]], ranks))),
+        # the plugin's worker says them, at each checkpoint anew
+        "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
         "types": len(scene.classes) + 1,
         "properties": property_matrices(scene),
         "rolling": " rolling_friction cdt" if scene.effects.rolling else "",

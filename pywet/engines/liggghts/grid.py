@@ -1,4 +1,5 @@
-"""How the box is shared among ranks: columns of equal width in x and in y, chosen from where the spheres are.
+"""How the box is shared among ranks: columns of equal width in x and in y, chosen from where the spheres are, at the start and
+at each checkpoint of a run with the plugin.
 
 The engine cuts evenly and, left alone, makes the shortest cuts: across the longer side of the box. Where a slide is drawn out to
 one side of a tower, all spheres are then on one rank.
@@ -7,12 +8,16 @@ one side of a tower, all spheres are then on one rank.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pywet.scene import Scene
 
+STATE_HEAD_B = 96
+STATE = np.dtype([("id", "<i8"), ("place", "<f8", (2,)), ("rest", "<f8", (9,))])
+"""Of the plugin's states: bytes before the number of spheres, and a sphere (checkpoint.h)."""
 RESOLVED = 20
 """Grids are equally good where the spheres of their fullest columns differ by less than the mean over this."""
 
@@ -36,6 +41,17 @@ def chosen(scene: Scene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
         return round(RESOLVED * fullest(scene, xy, columns)), (columns[0] - 1) * depth + (columns[1] - 1) * width
 
     return min(_grids(ranks), key=price)
+
+
+def words(scene: Scene, xy: ArrayLike, ranks: int) -> str:
+    """The chosen columns as the engine's script says them."""
+    return " ".join(map(str, chosen(scene, xy, ranks)))
+
+
+def places(state: Path) -> np.ndarray:
+    """Where the spheres of a checkpoint are in the plan view, (n, 2): from the plugin's state of it."""
+    count = int(np.fromfile(state, "<i8", 1, offset=STATE_HEAD_B)[0])
+    return np.asarray(np.fromfile(state, STATE, count, offset=STATE_HEAD_B + 8)["place"])
 
 
 def _grids(ranks: int) -> Iterator[tuple[int, int]]:

@@ -44,16 +44,17 @@ def _pointer(array: np.ndarray) -> C.c_void_p:
 
 
 class Plugin:
-    """The loaded plugin. Load the engine's library with RTLD_GLOBAL before."""
+    """The loaded plugin, that of LIGGGHTS or another's with its version. Load the engine's library with RTLD_GLOBAL before."""
 
-    def __init__(self, path: Path | None = None) -> None:
+    def __init__(self, path: Path | None = None, version: str | None = None) -> None:
         self._library = C.CDLL(str(path or plugin_path()), mode=C.RTLD_GLOBAL)
         for name in ("pywet_version", "pywet_set_law", "pywet_add_mesh", "pywet_attach", "pywet_resume"):
             getattr(self._library, name).restype = C.c_char_p
         built_for = self._library.pywet_version().decode()
-        if built_for != engine_version():
+        installed = version or engine_version()
+        if built_for != installed:
             raise EngineError(
-                f"the plugin was built for LIGGGHTS {built_for}, {engine_version()} is installed: run `make setup`"
+                f"the plugin was built for engine {built_for}, {installed} is installed: run `make setup`"
             )
         self._keep: list[Any] = []
 
@@ -195,6 +196,16 @@ class Plugin:
     def resume(self, state: Path) -> None:
         """Go on from a checkpoint's state file."""
         self._check(self._library.pywet_resume(os.fsencode(state)))
+
+    def wait(self) -> None:
+        """Until all ranks are here."""
+        self._library.pywet_wait()
+
+    def held(self) -> dict[str, int]:
+        """What a rank holds, the most of all ranks; known to the first one. Every rank takes part."""
+        most = (C.c_int64 * 3)()
+        self._library.pywet_held(most)
+        return dict(zip(("spheres_and_ghosts", "bridges", "wall_pairs"), most, strict=True))
 
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""

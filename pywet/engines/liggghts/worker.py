@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import deck
+from pywet.engines.liggghts import deck, grid
 from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
@@ -37,14 +37,12 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
     return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
 
 
-def run(run_dir: Path, folder: Path, done: int = 0) -> None:
+def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     """Read the scene, set the engine up, attach the plugin, run what is left after the checkpoint at step `done` (0: all)."""
     scene = Scene.read(run_dir / "scene.json")
     history = run_dir / "history"
     library = C.CDLL(LIBRARY, mode=C.RTLD_GLOBAL)
     plugin = Plugin()
-    nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
-    spheres = read_table(history / "spheres.parquet")
     transfer = read_table(history / "transfer.parquet") if scene.effects.bridges else pd.DataFrame()
     os.chdir(folder)
     libc = C.CDLL(None)
@@ -53,20 +51,29 @@ def run(run_dir: Path, folder: Path, done: int = 0) -> None:
     engine = C.c_void_p()
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
 
-    def begin(script: bytes, step: int) -> None:
-        """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on."""
+    def begin(script: bytes, step: int) -> int:
+        """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on. Returns how many spheres.
+
+        The tables are read anew: a rank keeps nothing of the whole bed.
+        """
+        spheres = read_table(history / "spheres.parquet")
+        nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
+        begun = run_dir / scene.spheres_file
+        places = grid.places(Path(saved("state", step))) if step else read_table(begun)[["x", "y"]]
+        tell(f'variable columns string "{grid.words(scene, places, ranks)}"')
         library.lammps_file(engine, script)
         plugin.configure(scene, spheres, transfer, nodes)
         plugin.set_output(scene.output_steps, schedule.windows(scene))
         plugin.attach(engine, folder)
         if step:
             plugin.resume(Path(saved("state", step)))
+        return len(spheres)
 
     def tell(*lines: str) -> None:
         for line in lines:
             library.lammps_command(engine, line.encode())
 
-    begin(b"setup.liggghts", done)
+    count = begin(b"setup.liggghts", done)
     spent = []
     for piece in deck.runs(scene, done):
         began = time.process_time()
@@ -74,12 +81,15 @@ def run(run_dir: Path, folder: Path, done: int = 0) -> None:
         ran = time.process_time()
         if piece.checkpoint:
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
-            name_checkpoint(piece.checkpoint, len(spheres))
+            name_checkpoint(piece.checkpoint, count)
+            plugin.wait()
             tell("clear", f"variable at string {piece.checkpoint}")
             begin(b"again.liggghts", piece.checkpoint)
         spent.append({"steps": piece.steps, "run_s": ran - began, "checkpoint_s": time.process_time() - ran})
+    held = plugin.held()
     if plugin_rank() == 0:
         write_json(Path(LOOP_TIME), spent)
+        write_json(Path("held.json"), held)
     library.lammps_close(engine)
     plugin.finish()
 
@@ -103,10 +113,10 @@ def plugin_rank() -> int:
 
 
 def main() -> int:
-    """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP`; STEP of the checkpoint to go on from, or 0."""
+    """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP RANKS`; STEP of the checkpoint to go on from, or 0."""
     die_with_parent()
     try:
-        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), int(sys.argv[3]))
+        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), int(sys.argv[3]), int(sys.argv[4]))
     except PywetError as error:
         print(f"ERROR: {error}", file=sys.stderr, flush=True)
         return 1

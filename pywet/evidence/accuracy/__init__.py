@@ -2,5 +2,6 @@
 
 `knobs.py` says what is varied, `bodies.py` and `sieve.py` are the scenes, `measure.py` does one run, `study.py` all of them;
 `errors.py` tells errors from chance, `result.py` makes the table, `front.py` and `choice.py` choose from it, `cost.py` predicts
-times; `page.py`, `blocks.py`, `figures.py` show. `table.json` is the stored result that `pywet plan CASE --accuracy` reads.
+times; `page.py`, `blocks.py`, `figures.py` show; `scatter.py`: the scatter of inputs beside settings.
+`table.json` is the stored result that `pywet plan CASE --accuracy` reads.
 """

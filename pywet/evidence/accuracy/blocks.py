@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import choice, figures, front
+from pywet.evidence.accuracy import choice, figures, front, scatter
 from pywet.evidence.accuracy.errors import GROUPS
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.page import Cell, paragraph, picture
@@ -27,7 +27,7 @@ def all_standings(table: dict[str, Any]) -> list[front.Standing]:
     """Where the defaults stand, for every knob, kind of case and group that was measured."""
     standings = [
         front.standing(table, knob, kind, group, scenes)
-        for kind, scenes in figures.SCENES.items()
+        for kind, scenes in choice.SCENES.items()
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
@@ -106,7 +106,7 @@ def _standing_cell(standing: front.Standing) -> Cell:
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
     sentences = []
-    for kind, scenes in figures.SCENES.items():
+    for kind, scenes in choice.SCENES.items():
         for knob in KNOBS:
             for group in GROUPS:
                 text = front.bargain(table, knob, kind, group, scenes)
@@ -150,6 +150,40 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         for t in others
     )
     return text + html_table(header, rows) + chosen
+
+
+BESIDE = (("fraction", 0.1), ("fraction", 0.05), ("stiffness", 0.003), ("stiffness", 0.01))
+"""Settings that the scatter of inputs is laid beside."""
+
+
+def scatter_rows(table: dict[str, Any]) -> list[list[str]]:
+    """Effect of the inputs' scatter on the fraction retained [% of the feed], then errors of settings of the table."""
+    columns = [(scene, quantity) for scene in ("dry", "moist") for quantity in scatter.QUANTITIES]
+    made = scatter.effects(scatter.stored(), table).set_index(["input", "level"])
+    names = {(n, 1): f"{i.title} ± {100 * i.between:.2g} %" for n, i in scatter.INPUTS.items()}
+    names |= {("bridges_every", n): f"{KNOBS['bridges_every'].title} {n}" for n in scatter.STEPS}
+    of = {name: made.loc[[key]].to_dict("records") for key, name in names.items()}
+    for knob, level in BESIDE:
+        (row,) = (r for r in table["knobs"][knob] if r["level"] == level)
+        of[f"{KNOBS[knob].title} {level}"] = row["errors"]
+    cells = {
+        name: {(e["scene"], e["quantity"]): f"{100 * e['value']:+.2g} ± {100 * e['limit']:.2g}" for e in errors}
+        for name, errors in of.items()
+    }
+    return [[name, *(own.get(column, "–") for column in columns)] for name, own in cells.items()]
+
+
+def scattered(table: dict[str, Any]) -> str:
+    """The same as a part of the page."""
+    made = scatter.stored()
+    text = paragraph(
+        f"Each input one standard deviation up and down, half of what that changes, {made['seed'].nunique()} seeds; then "
+        "settings against their finest level. In % of the feed, ± the 99 % limit of chance. Where the numbers are from: "
+        + "; ".join(f"{i.title}: {i.source}" for i in scatter.INPUTS.values())
+        + ". That POM scatters as glass does is an assumption."
+    )
+    header = ["input or setting", "dry: mean", "dry: at the end", "moist: mean", "moist: at the end"]
+    return text + html_table(header, [[Cell(first), *rest] for first, *rest in scatter_rows(table)])
 
 
 def seeds_said(made: dict[str, Any]) -> str:

@@ -16,6 +16,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import knobs
 from pywet.evidence.accuracy.errors import GROUPS, WET_SCENES
@@ -25,6 +27,8 @@ from pywet.files import read_json
 STORED = Path(__file__).with_name("table.json")
 WANTED = ("fraction retained", "liquid shares", "force", "restitution")
 """Groups that count unless others are named."""
+SCENES = {"moist": WET_SCENES, "dry": ("dry", "pair_dry")}
+"""Kind of case -> scenes of the study that speak for it."""
 NEAREST = ("reduced", "smoke")
 """Whose table is taken for a scale without one."""
 
@@ -91,8 +95,8 @@ def options(
     `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
     have the same step; with a thicker one the longer step divides the price.
     """
-    scenes = WET_SCENES if moist else ("dry", "pair_dry")
     kind = "moist" if moist else "dry"
+    scenes = SCENES[kind]
     by_knob: dict[str, list[Option]] = {}
     for knob, rows in table["knobs"].items():
         for row in rows:
@@ -145,23 +149,11 @@ def combinations(by_knob: dict[str, list[Option]], wanted: Sequence[str]) -> Ite
 
 
 def _worth(levels: list[Option], wanted: Sequence[str]) -> list[Option]:
-    """Levels that no other of the same knob beats in everything; of equal ones the default's neighbour listed first."""
-    kept: list[Option] = []
-    for one in levels:
-        beaten = any(_beats(other, one, wanted) for other in levels if other is not one)
-        twin = any(_same(other, one, wanted) for other in kept)
-        if not beaten and not twin:
-            kept.append(one)
-    return kept
-
-
-def _beats(one: Option, other: Option, wanted: Sequence[str]) -> bool:
-    no_worse = one.price <= other.price and all(one.charge[g] <= other.charge[g] for g in wanted)
-    return no_worse and not _same(one, other, wanted)
-
-
-def _same(one: Option, other: Option, wanted: Sequence[str]) -> bool:
-    return one.price == other.price and all(one.charge[g] == other.charge[g] for g in wanted)
+    """Levels that no other of the same knob beats in everything; of equal ones the first listed."""
+    rows = np.array([[o.price, *(o.charge[g] for g in wanted)] for o in levels])
+    beaten = [bool(((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any()) for row in rows]
+    _, first = np.unique(rows, axis=0, return_index=True)
+    return [o for k, o in enumerate(levels) if k in first and not beaten[k]]
 
 
 def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTED) -> Chosen:
@@ -174,7 +166,7 @@ def of_default(table: dict[str, Any], moist: bool, wanted: Sequence[str] = WANTE
 
 def resolution(table: dict[str, Any], moist: bool) -> dict[str, float]:
     """Group -> the largest error of any level that chance alone may make: what the study can tell apart."""
-    scenes = WET_SCENES if moist else ("dry", "pair_dry")
+    scenes = SCENES["moist" if moist else "dry"]
     largest = dict.fromkeys(GROUPS, 0.0)
     for rows in table["knobs"].values():
         for error in (e for row in rows for e in row["errors"] if e["scene"] in scenes):

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel
 from ruamel.yaml import YAML
@@ -69,28 +69,41 @@ def new_folder(target: Path) -> None:
         raise PywetError(f"{target} is {what}; expected a new folder for the configuration: name another")
 
 
-def write(source: Path, target: Path, scale: str, levels: Levels) -> None:
-    """Copy a configuration folder and put the levels in; comments and the order of keys stay."""
+def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
+    """Copy a configuration folder and put the levels in, and `more` as `put_into` takes it."""
     new_folder(target)
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
         shutil.copyfile(source / name, target / name)
+    places = {
+        "fraction": "config.yaml: time_step fraction value",
+        "integration": "config.yaml: time_step viscous_integration",
+        "bridges_every": "config.yaml: time_step bridges_every",
+        "stiffness": f"scales.yaml: scales {scale} stiffness_factor value",
+        "wire_sides": f"scales.yaml: scales {scale} wire_sides value",
+    }
+    values: dict[str, Any] = {places[knob]: level for knob, level in levels.items() if knob in places}
+    if "capillary" in levels:
+        values |= {f"config.yaml: laws {key}": law for key, law in law_names(str(levels["capillary"])).items()}
+    put_into(target, {**values, **(more or {})})
+
+
+def put_into(folder: Path, values: Mapping[str, Any]) -> None:
+    """Put entries into the files of a configuration; comments and the order of keys stay.
+
+    An entry is named by its file and the path to it, `config.yaml: time_step fraction value`; None takes it away.
+    """
     yaml = YAML()
     yaml.preserve_quotes, yaml.width = True, 10_000
-    main, scales = ((yaml.load(target / name)) for name in ("config.yaml", "scales.yaml"))
-    if "fraction" in levels:
-        main["time_step"]["fraction"]["value"] = levels["fraction"]
-    if "integration" in levels:
-        main["time_step"]["viscous_integration"] = levels["integration"]
-    if "bridges_every" in levels:
-        main["time_step"]["bridges_every"] = levels["bridges_every"]
-    if "capillary" in levels:
-        laws = main.setdefault("laws", {})
-        for key, law in law_names(str(levels["capillary"])).items():
-            laws.pop(key, None) if law is None else laws.update({key: law})
-    for knob, key in (("stiffness", "stiffness_factor"), ("wire_sides", "wire_sides")):
-        if knob in levels:
-            scales["scales"][scale][key]["value"] = levels[knob]
-    for name, content in (("config.yaml", main), ("scales.yaml", scales)):
-        with atomic_write(target / name) as temporary:
+    for file in dict.fromkeys(place.partition(": ")[0] for place in values):
+        content = yaml.load(folder / file)
+        for place, value in values.items():
+            of, _, path = place.partition(": ")
+            if of != file:
+                continue
+            entry, (*above, last) = content, path.split()
+            for key in above:
+                entry = entry.setdefault(key, {})
+            entry.pop(last, None) if value is None else entry.update({last: value})
+        with atomic_write(folder / file) as temporary:
             yaml.dump(content, temporary)

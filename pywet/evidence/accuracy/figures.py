@@ -11,12 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pywet.evidence.accuracy import choice, front
-from pywet.evidence.accuracy.errors import WET_SCENES
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.pictures import INK, STYLE, panels, plt
 
-DRY_SCENES = ("dry", "pair_dry")
-SCENES = {"moist": WET_SCENES, "dry": DRY_SCENES}
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
 KNOB_COLOUR = dict(
     zip(
@@ -50,7 +47,7 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a knob for a moist and for a dry case, where they differ at all."""
-    by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in SCENES.items()}
+    by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in choice.SCENES.items()}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 
@@ -75,16 +72,13 @@ def _draw_levels(ax: Axes, levels: list[dict[str, Any]], base: Any, kind: str) -
 
 
 def _dress(ax: Axes, title: str, kinds: dict[str, Any]) -> None:
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    ax.set(xscale="log", yscale="log", title=title, xlabel="price, default = 1")
     prices = [p["price"] for levels in kinds.values() for p in levels]
     ax.set_xlim(min(0.7, 0.8 * min(prices)), max(1.6, 1.9 * max(prices)))
     ticks = [t for t in (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20) if ax.get_xlim()[0] <= t <= ax.get_xlim()[1]]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
     ax.minorticks_off()
     ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    ax.set_title(title)
-    ax.set_xlabel("price, default = 1")
     for k, kind in enumerate(kinds):
         ax.text(
             0.98, 0.97 - 0.09 * k, kind, transform=ax.transAxes, ha="right", va="top", fontsize=8,
@@ -117,15 +111,11 @@ def fronts(table: dict[str, Any]) -> Figure:
                 base = choice.of_default(table, kind == "moist", groups)
                 ax.plot(1.0, 100.0 * max(max(base.error.values()), FLOOR), "o", ms=11, mfc="none", mec=colour, mew=1.8)
             _label_ends(ax, ends)
-            ax.set_xscale("log")
-            ax.set_yscale("log")
-            ax.set_xlim(0.08, 20.0)
-            ax.set_ylim(0.7 * 100.0 * FLOOR, 150.0)
+            ax.set(xscale="log", yscale="log", xlim=(0.08, 20.0), ylim=(0.7 * 100.0 * FLOOR, 150.0))
             ax.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], ["0.1", "0.2", "0.5", "1", "2", "5", "10"])
             ax.minorticks_off()
             ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-            ax.set_title(f"{kind} screening")
-            ax.set_xlabel("price, default = 1")
+            ax.set(title=f"{kind} screening", xlabel="price, default = 1")
         axes[0].set_ylabel("error, sum over the settings [%]")
     return figure
 
@@ -167,8 +157,7 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
                         mean = np.mean([curve["retained"] for curve in curves], axis=0)
                         text = f"{KNOBS[knob].title} {SHORT.get(str(level), level)}"
                         ax.plot(curves[0]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
-            ax.set_title(f"{scene}: the seeds beside the settings")
-            ax.set_xlabel("time since the slide opened [s]")
+            ax.set(title=f"{scene}: the seeds beside the settings", xlabel="time since the slide opened [s]")
             ax.set_xlim(left=0.0)
             if ax.get_legend_handles_labels()[0]:
                 ax.legend(loc="lower left", fontsize=7)
@@ -198,6 +187,5 @@ def times(runs: pd.DataFrame) -> Figure:
         ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
         ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
-        ax.set_xlabel("measured, processor time [s]")
-        ax.set_ylabel("predicted [s]")
+        ax.set(xlabel="measured, processor time [s]", ylabel="predicted [s]")
     return figure

@@ -21,8 +21,13 @@ from pywet.files import read_table
 from pywet.scene import Scene
 
 
-def rows_of(scene: str, seed: int, knob: str, setting: Setting, size: str, config_dir: Path) -> list[Row]:
-    """Do a run: a row, of colliding pairs one for each; of one that the engine refuses or that fails the reason, in `failed`."""
+def rows_of(
+    scene: str, seed: int, knob: str, setting: Setting, size: str, config_dir: Path, vary: sieve.Vary = lambda same: same
+) -> list[Row]:  # fmt: skip
+    """Do a run: a row, of colliding pairs one for each; of one that the engine refuses or that fails the reason, in `failed`.
+
+    `vary` changes what a screening scene is made from.
+    """
     if scene == "laws":
         errors = {} if knob == "transfer_nodes" else bodies.law_errors(setting)
         if knob in ("default", "transfer_nodes"):
@@ -33,7 +38,7 @@ def rows_of(scene: str, seed: int, knob: str, setting: Setting, size: str, confi
         begin: Callable[[], driver.RunInfo]
         try:
             if scene in SCREENING:
-                sieve.prepare(folder, scene, setting, sieve.SIZES[size], seed, config_dir)
+                sieve.prepare(folder, scene, setting, sieve.SIZES[size], seed, config_dir, vary)
                 begin = lambda: driver.run(folder, setting.ranks, progress=False)  # noqa: E731
             else:
                 spheres = bodies.prepare(scene, folder, setting, seed)

@@ -15,6 +15,7 @@ from typing import Any
 from pywet.config import Config, twins
 from pywet.evidence.accuracy import choice, cost
 from pywet.evidence.accuracy.command import duration, habit
+from pywet.evidence.accuracy.counts import Load
 from pywet.evidence.accuracy.trial import Costs
 from pywet.files import read_json
 
@@ -26,8 +27,10 @@ SPHERE_B = 20e3
 REPLAY_B = 500e6
 REPLAY_SPHERE_B = 60e3
 """Memory of the replay, at rest and for each sphere."""
-EVENT_B, CONTACT_B, SNAPSHOT_BRIDGE_B, SNAPSHOT_SPHERE_B, WINDOW_SPHERE_B = 82.0, 209.0, 25.0, 75.0, 190.0
-"""Tables on disk: an event, a bridge in a step of a window, a bridge and a sphere at an output, a sphere in a step there."""
+SNAPSHOT_SPHERE_B, SNAPSHOT_BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
+"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
+WINDOW_SPHERE_B, CONTACT_B = 140.0, 240.0
+"""The same of a sphere and of a bridge at a step of a window."""
 RAW = 3.0
 """Disk while tables are made, over that of the tables: the raw logs lie beside them until all are whole."""
 SAFE = 3.0
@@ -39,7 +42,7 @@ LEAST_MIN = 10
 class Need:
     """What one run takes; time is processor time of one core."""
 
-    spheres: float
+    load: Load
     seconds: float
     memory_B: float
     """Of all ranks together."""
@@ -65,16 +68,16 @@ def _machine() -> cost.Coefficients:
     return cost.Coefficients(Costs(**stored["few"]), Costs(**stored["many"]))
 
 
-def need(config: Config, case: int, scale: str, ranks: int = 1) -> Need:
+def need(config: Config, case: int, scale: str, ranks: int = 1, machine: cost.Coefficients | None = None) -> Need:
     """What a case takes, from its configuration alone; raises `PywetError` where its scene cannot be built."""
-    seconds, load = cost.predict(config, case, scale, _machine(), habit(choice.for_scale(scale)[0]))
+    seconds, load = cost.predict(config, case, scale, machine or _machine(), habit(choice.for_scale(scale)[0]))
     size, output = config.scale(scale), config.settings.output
     outputs = size.duration_s.value / size.output_interval_s.value
     logged = output.contact_windows * output.contact_window_steps
     tables = EVENT_B * load.events + load.bridges * (CONTACT_B * logged + SNAPSHOT_BRIDGE_B * outputs)
     tables += load.spheres * (SNAPSHOT_SPHERE_B * outputs + WINDOW_SPHERE_B * logged)
     return Need(
-        spheres=load.spheres,
+        load=load,
         seconds=seconds,
         memory_B=ranks * RANK_B + SPHERE_B * load.spheres,
         disk_B=tables,
@@ -91,7 +94,7 @@ def campaign(config: Config, scale: str) -> list[str]:
     needs = {name: need(configured, number, scale, chosen.ranks) for name, (configured, number) in runs.items()}
     rows = [f"{'':<14}{'spheres':>8}{'a run':>10}{'memory':>10}{'disk':>10}"]
     rows += [
-        f"{name:<14}{n.spheres:>8.0f}{duration(n.seconds):>10}{n.memory_B / 1e9:>7.2f} GB{n.disk_B / 1e9:>7.2f} GB"
+        f"{name:<14}{n.load.spheres:>8.0f}{duration(n.seconds):>10}{n.memory_B / 1e9:>7.2f} GB{n.disk_B / 1e9:>7.2f} GB"
         for name, n in needs.items()
     ]
     memory, replays = (max(getattr(n, name) for n in needs.values()) / 1e9 for name in ("memory_B", "replay_B"))

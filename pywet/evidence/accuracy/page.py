@@ -52,6 +52,7 @@ def write_page(
         Section("Where the defaults stand", blocks.standing_table(table, standings), "defaults"),
         *(_knobs(table, group) for group in GROUPS),
         *([Section("Larger studies, stored", blocks.beside(table, others), "stored")] if others else []),
+        Section("What scatter of the inputs does", blocks.scattered(choice.stored()["scales"]["smoke"]), "inputs"),
         Section("What chance alone does", _seeds(table, runs, size), "seeds"),
         Section("How long a run takes", _times(times), "times"),
         Section("Every number", _numbers(table), "numbers"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ CASE = {"dry": 1, "moist": 2}
 SCREENING = tuple(CASE)
 SEEDS = (10007, 10009, 10037, 10039, 10061, 10067)
 """Seeds of the engine are primes above 10000."""
+Vary = Callable[[Config], Config]
 PLACES = ("coarse_material", "fines")
 LIQUID = ("coarse_material_m3", "fines_m3", "standing_bridges_m3")
 
@@ -78,9 +80,11 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     return changed(replace(config, settings=settled, scales=scales), SCALE, levels)
 
 
-def prepare(folder: Path, kind: str, setting: Setting, size: Size, seed: int, config_dir: Path) -> Scene:
-    """Write the run directory of a screening scene."""
-    config = with_setting(settings.load(config_dir), setting, size, seed)
+def prepare(
+    folder: Path, kind: str, setting: Setting, size: Size, seed: int, config_dir: Path, vary: Vary = lambda same: same
+) -> Scene:  # fmt: skip
+    """Write the run directory of a screening scene, of the configuration as `vary` changes it."""
+    config = vary(with_setting(settings.load(config_dir), setting, size, seed))
     scene = cases.build(config, CASE[kind], SCALE, folder)
     scene = scene.model_copy(update={"transfer_nodes": setting.transfer_nodes})
     (folder / "scene.json").write_text(scene.model_dump_json(indent=1))

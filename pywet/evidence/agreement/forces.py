@@ -84,11 +84,11 @@ def _stock_forces() -> Stock:
     return stock
 
 
-def _drawn(pair: Pair, preset: str, folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+def _drawn(pair: Pair, preset: str, folder: Path, engine: str = "liggghts") -> tuple[pd.DataFrame, pd.DataFrame]:
     """Contact log and events of the two bodies drawn apart in the engine, from a small overlap."""
     query = pair.query([1.2 * min(OVERLAPS) * R, 1e-4], viscosity_Pa_s=0.0, velocity_m_per_s=0.05)
     law, rupture = CAPILLARY[preset]
-    return bridge_engine._pull(folder, query, law, rupture, "pitois")
+    return bridge_engine._pull(folder, query, law, rupture, "pitois", engine)
 
 
 def _at(log: pd.DataFrame, wanted: Floats) -> pd.DataFrame:

@@ -104,7 +104,7 @@ def _place(quantity: dict[str, Any]) -> str:
     return f"step {worst.get('step', 0):.0f}, bridge {worst['i']:.0f}-{worst['j']:.0f}"
 
 
-def _pair(folder: Path) -> dict[str, Any]:
+def _pair(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     """Two spheres 1 : 2 drawn apart, sideways and spinning, every step logged."""
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
@@ -114,33 +114,33 @@ def _pair(folder: Path) -> dict[str, Any]:
         folder, sphere_classes(R, 2.0 * R), bodies, contacts(2, 1e5, **ROUGH), liquid=WATER, effects=small.PAPER,
         time_step_s=2e-5, steps=1500,
     )  # fmt: skip
-    small.run(folder, bodies)
+    small.run(folder, bodies, engine=engine)
     return replay(folder)
 
 
-def _wall(folder: Path) -> dict[str, Any]:
+def _wall(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     """A sphere drawn from a plate, sideways and spinning."""
     bodies = [small.Sphere(1, (0.0, 0.0, R), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True)]
     small.prepare(
         folder, sphere_classes(R), bodies, contacts(1, 1e5, **ROUGH), liquid=WATER, effects=small.PAPER,
         walls=[small.floor()], wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=1500,
     )  # fmt: skip
-    small.run(folder, bodies)
+    small.run(folder, bodies, engine=engine)
     return replay(folder)
 
 
-def _bed(folder: Path) -> dict[str, Any]:
+def _bed(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     """Forty moist spheres that come to rest in a box."""
-    scenes.run("bed", folder, scenes.Choice(spheres=40, seconds=0.12))
+    scenes.run("bed", folder, scenes.Choice(spheres=40, seconds=0.12, engine=engine))
     return replay(folder)
 
 
-def _cluster(folder: Path) -> Iterator[Cell]:
+def _cluster(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
     """Three wet spheres thrown together, free: momentum, angular momentum, energy; again without the tangential drag."""
     kinds, link = sphere_classes(R, 2e-3), "runs/cluster/"
     plain = folder.with_name("cluster_no_tangential")
-    _throw(folder, kinds, small.PAPER)
-    _throw(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}))
+    _throw(folder, kinds, small.PAPER, engine)
+    _throw(plain, kinds, small.PAPER.model_copy(update={"viscous_tangential": None}), engine)
     note = "largest change over the run; formations, ruptures and impacts happen in it"
     arm = f"{note}; the tangential drag acts at each sphere's radius as lever arm, which leaves out the gap"
     yield from _kept("momentum_wet", folder, kinds, 0, note, link)
@@ -149,7 +149,7 @@ def _cluster(folder: Path) -> Iterator[Cell]:
     yield from _energy("energy_wet", folder, link)
 
 
-def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects) -> None:
+def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine: str) -> None:
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
         small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
@@ -159,7 +159,7 @@ def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects) -> None
         folder, kinds, bodies, contacts(2, 1e4, **ROUGH), liquid=WATER, effects=effects, time_step_s=1e-5, steps=3000,
         output_interval_s=1e-3,
     )  # fmt: skip
-    small.run(folder, bodies)
+    small.run(folder, bodies, engine=engine)
 
 
 def _kept(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
@@ -199,7 +199,7 @@ def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
 
 def _empty(row: str) -> Iterator[Cell]:
     for column in COLUMNS:
-        if column != LIGGGHTS:
+        if column in OTHER_PROGRAMS:
             yield impossible(row, column, OTHER_PROGRAMS[column])
 
 

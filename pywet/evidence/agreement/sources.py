@@ -23,6 +23,7 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
     "replayed": _of("replayed"),
     "dry": _of("dry"),
     "single": _of("single"),
+    "lammps": _of("lammps", beside="runs/lammps"),
     "screening": _of("replayed", "screening", ".."),
     "engines": _of("engines", beside="../crosscheck"),
 }

@@ -11,8 +11,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pywet.evidence.atlas.errors import RUPTURE
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import registry
+from pywet.report.bridge import short
 from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt, svg
 from pywet.schema import LARGE_WALL, SPHERE
 
@@ -20,16 +22,8 @@ SHOWN = ("rabinovich", "lambert", "willett", "willett_simple", "weigert", "souli
 """Closed forms that are drawn."""
 COLOURS = dict(zip(SHOWN, ("#c0392b", "#d98032", "#0b3c78", "#4a9bd4", "#8b5fa5", "#5d8a3a", "#2aa198"), strict=True))
 EXACT: Any = {"color": "#27323d", "lw": 2.2, "label": "exact (Young-Laplace)"}
-FORCE = ("separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
-
-
 OWN = ("#000000", "#6b7680", "#b58900", "#d33682")
 """Colours of a user's own laws, drawn dashed."""
-
-
-def short(law: str) -> str:
-    """A law's name without the folder of its file."""
-    return law.rpartition("/")[2]
 
 
 def _text(figure: Figure) -> str:
@@ -100,7 +94,7 @@ def rupture_curves(limits: pd.DataFrame, own: Sequence[str] = ()) -> str:
                 part = limits[
                     (limits["ratio"] == q) & (limits["angle_i_deg"] == degrees) & (limits["angle_j_deg"] == degrees)
                 ]
-                given = [part[n].to_numpy(float) for n in FORCE[1:]]
+                given = [part[n].to_numpy(float) for n in RUPTURE]
                 for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *OWN), strict=False):
                     values = registry.get("rupture", law).functions[0](*given) / part["rupture"].to_numpy()
                     axis.plot(

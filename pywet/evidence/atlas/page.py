@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +10,11 @@ import pandas as pd
 
 from pywet.errors import LawError
 from pywet.evidence.atlas import cost, errors, figures, points, stock
+from pywet.evidence.study import Report
 from pywet.files import atomic_write, write_csv
 from pywet.laws import own as files_of_laws
 from pywet.report import page
+from pywet.report.bridge import short
 from pywet.report.page import Cell, Section, drawing, paragraph, table
 
 LEAD = (
@@ -22,8 +24,6 @@ LEAD = (
 FOOTER = "pywet laws --atlas; the numbers are beside this page as CSV, the pictures as SVG"
 Frame = Any
 """A table, of whose columns pandas' types know nothing."""
-Report = Callable[[str, float], None]
-"""Called with what is being done and the share that is done."""
 
 
 def write_page(
@@ -119,14 +119,14 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
     """Every law by bodies and gap, the most accurate between equal spheres first; cost beside."""
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
     cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.REGIONS for g in errors.GAPS]
-    rows: list[list[Cell | str]] = []
+    rows: page.Rows = []
     for law, own in sorted(by_law.items(), key=lambda item: float(item[1].loc[("equal spheres", "gap"), "median"])):
         hints = {p: f"95 %: {_percent(own.loc[p, 'p95'])} %, worst {_percent(own.loc[p, 'worst'])} % at {own.loc[p, 'where']}"
                  for p in own.index}  # fmt: skip
         cells = [_graded(own.loc[p, "median"], hints[p]) if p in hints else Cell("") for p in places]
         equal = _graded(own.loc[("equal spheres", "gap"), "p95"], hints["equal spheres", "gap"])
         price = [f"{cost.loc[law, 'ns']:.0f}", f"{cost.loc[law, 'ratio']:.2f}"]
-        rows.append([Cell(f"`{figures.short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
+        rows.append([Cell(f"`{short(law)}`", "good" if law == "young_laplace" else ""), *cells, equal, *price])
     header = ["law", *(f"{b}: {g}" for b, g in places), "95 %, all gaps, equal spheres", "ns per call", "× rabinovich"]
     return (
         paragraph(
@@ -147,62 +147,59 @@ def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
 
 
 def _rupture(rupture: Frame, pictures: dict[str, str]) -> str:
-    rows: list[list[Cell | str]] = [
-        [
-            f"`{figures.short(str(r.law))}`",
-            str(r.bodies),
-            _graded(float(r.median)),
-            _percent(float(r.p95)),
-            _percent(float(r.worst)),
-        ]
-        for r in rupture[~rupture["law"].isin(cost.LEFT_OUT)].itertuples()
-    ]
-    return table(["law", "bodies", "median |error| %", "95 % %", "worst %"], rows) + drawing(pictures["rupture"])
+    return page.table_of(rupture[~rupture["law"].isin(cost.LEFT_OUT)].itertuples(), {
+        "law": lambda r: f"`{short(r.law)}`",
+        "bodies": lambda r: r.bodies,
+        "median |error| %": lambda r: _graded(r.median),
+        "95 % %": lambda r: _percent(r.p95),
+        "worst %": lambda r: _percent(r.worst),
+    }) + drawing(pictures["rupture"])  # fmt: skip
 
 
 def _sharing(transfer: Frame, pictures: dict[str, str]) -> str:
     """Parabola against exact, per pair of bodies."""
-    rows: list[list[Cell | str]] = []
-    for (q, small, large), part in transfer.groupby(["ratio", "angle_i_deg", "angle_j_deg"], sort=False):
-        worst = part.loc[part["difference"].abs().idxmax()]
-        middle, exact = f"{part['difference'].abs().median():.3f}", f"{worst['transfer_i']:.3f}"
-        rows.append(
-            [
-                f"{q:g}",
-                f"{small:g}° / {large:g}°",
-                middle,
-                f"{worst['difference']:+.3f}",
-                f"{worst['v_star']:.0e}",
-                exact,
-            ]
-        )
-    header = ["radius small/large (0: wall)", "θ small / large", "median |difference| of T", "largest difference", "at V*",
-              "exact T there"]  # fmt: skip
-    caption = "Fig. 7 of Elskamp & Kruggel-Emden 2018: parabola solid, exact dashed."
-    return table(header, rows) + drawing(pictures["fig7"], caption)
+    pairs = transfer.assign(size=transfer["difference"].abs()).groupby(
+        ["ratio", "angle_i_deg", "angle_j_deg"], sort=False
+    )
+    worst = transfer.loc[pairs["size"].idxmax()].assign(middle=pairs["size"].median().to_numpy())
+    return page.table_of(worst.itertuples(), {
+        "radius small/large (0: wall)": lambda r: f"{r.ratio:g}",
+        "θ small / large": lambda r: f"{r.angle_i_deg:g}° / {r.angle_j_deg:g}°",
+        "median |difference| of T": lambda r: f"{r.middle:.3f}",
+        "largest difference": lambda r: f"{r.difference:+.3f}",
+        "at V*": lambda r: f"{r.v_star:.0e}",
+        "exact T there": lambda r: f"{r.transfer_i:.3f}",
+    }) + drawing(pictures["fig7"], "Fig. 7 of Elskamp & Kruggel-Emden 2018: parabola solid, exact dashed.")  # fmt: skip
 
 
 def _misprints(misprints: Frame) -> str:
-    rows: list[list[Cell | str]] = [
-        [f"`{r.printed}`", f"`{r.mended}`", str(r.bodies), f"{r.smallest:.0f}", f"{r.median:.0f}", f"{r.largest:.0f}"]
-        for r in misprints.itertuples()
-    ]
-    return table(["as printed", "against", "bodies", "smallest %", "median %", "largest %"], rows)
+    return page.table_of(misprints.itertuples(), {
+        "as printed": lambda r: f"`{r.printed}`",
+        "against": lambda r: f"`{r.mended}`",
+        "bodies": lambda r: r.bodies,
+        "smallest %": lambda r: f"{r.smallest:.0f}",
+        "median %": lambda r: f"{r.median:.0f}",
+        "largest %": lambda r: f"{r.largest:.0f}",
+    })  # fmt: skip
 
 
 def _stock(stock_errors: Frame, missing: list[str]) -> str:
-    rows: list[list[Cell | str]] = [
-        [*map(str, (r.program, r.law, r.bodies)), f"{r.share:g}", _percent(float(r.low)), _percent(float(r.high)), str(r.bridges)]
-        for r in stock_errors.itertuples()
-    ]  # fmt: skip
     said = paragraph(
         "Two bodies inside Debian's LIGGGHTS 3.8.0 and YADE 2023.02a; range of F/F exact − 1 in per cent over V* = 1e-3 and 1e-2 "
         "and contact angles 0, 20, 40°.",
         soft=True,
     )
-    header = ["program", "law", "bodies", "S / S_rup", "smallest %", "largest %", "bridges"]
+    measured = page.table_of(stock_errors.itertuples(), {
+        "program": lambda r: r.program,
+        "law": lambda r: r.law,
+        "bodies": lambda r: r.bodies,
+        "S / S_rup": lambda r: f"{r.share:g}",
+        "smallest %": lambda r: _percent(r.low),
+        "largest %": lambda r: _percent(r.high),
+        "bridges": lambda r: str(r.bridges),
+    })  # fmt: skip
     lines = "".join(paragraph(f"Not measured: {line}", soft=True) for line in missing)
-    return said + (table(header, rows) if rows else "") + lines
+    return said + (measured if len(stock_errors) else "") + lines
 
 
 def _percent(value: float) -> str:

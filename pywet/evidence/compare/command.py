@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import typer
@@ -11,6 +12,7 @@ from rich.table import Table
 
 from pywet.errors import PywetError
 from pywet.evidence.compare import digest, references, verdict
+from pywet.files import write_json
 
 SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off"}
 SAME, DIFFERENT, NOT_COMPARABLE = 0, 1, 2
@@ -38,9 +40,7 @@ def compare(
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
     if json_file is not None:
-        from pywet.files import write_json
-
-        write_json(json_file, comparison.as_dict())
+        write_json(json_file, asdict(comparison))
     show(comparison)
     return DIFFERENT if comparison.different else SAME
 

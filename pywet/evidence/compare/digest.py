@@ -8,8 +8,6 @@ tolerance of the quantity's scale.
 from __future__ import annotations
 
 import platform
-import shutil
-import subprocess
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import date
@@ -21,8 +19,9 @@ from scipy import stats
 
 from pywet.bench.scenes import RESULT
 from pywet.errors import PywetError
-from pywet.evidence.compare.quantities import RunData, facts, read_run
+from pywet.evidence.compare.quantities import RunData, facts, read_run, unlike
 from pywet.files import read_if_there, read_model, write_json
+from pywet.runs.summary import commit, versions
 from pywet.scene import Scene
 
 TIMES = 5
@@ -143,31 +142,17 @@ def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) ->
 
 def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
     """Refuse runs of different scenes."""
-    found = facts(scene)
-    differs = [name for name in wanted if wanted[name] != found.get(name)]
+    differs = unlike(wanted, scene)
     if differs:
         raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")
 
 
 def provenance() -> dict[str, str]:
     """Versions that the numbers depend on, and the commit."""
-    import numba
-    import scipy
-
     from pywet.engines.liggghts.build import engine_version
 
-    git = shutil.which("git")
-    command = [str(git), "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--exclude", "*"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False) if git else None
-    return {
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "numba": numba.__version__,
-        "liggghts": engine_version(),
-        "machine": platform.machine(),
-        "commit": done.stdout.strip() if done and done.returncode == 0 else "unknown",
-    }
+    made_by = {"liggghts": engine_version(), "machine": platform.machine(), "commit": commit() or "unknown"}
+    return {**versions(), **made_by}
 
 
 def save(digest: Digest, path: Path) -> Path:

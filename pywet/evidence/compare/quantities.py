@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from pywet.bench.bodies import coordination, last
 from pywet.errors import PywetError
-from pywet.files import read_if_there, read_table
+from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, Summary
+from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
+from pywet.screening.verdict import LEDGER_TOLERANCE
 from reference_impl.replay import whole
 from reference_impl.replay.io import ReplayError
 
@@ -61,7 +63,7 @@ class RunData:
         """Hash of the content of each table (not of its file)."""
         hashes = {}
         for name in HASHED:
-            table = _table(self.path, name)
+            table = RunDir(self.path).table_if_there(name)
             if table is not None:
                 rows = pd.util.hash_pandas_object(table, index=False).to_numpy()
                 hashes[name] = hashlib.sha256(rows.tobytes()).hexdigest()[:16]
@@ -83,50 +85,36 @@ def facts(scene: Scene) -> dict[str, Any]:
     return dict(json.loads(json.dumps(said)))
 
 
+def unlike(wanted: dict[str, Any], scene: Scene) -> list[str]:
+    """What a scene does not share of the `facts` of another."""
+    there = facts(scene)
+    return [name for name in wanted if wanted[name] != there.get(name)]
+
+
 def read_run(run_dir: Path) -> RunData:
     """Read a finished run."""
-    run_dir = Path(run_dir)
-    if not (run_dir / "scene.json").exists():
-        raise PywetError(
-            f"no scene.json in {run_dir}; expected a run directory as `pywet run CASE --out DIR` writes it"
-        )
-    scene = Scene.read(run_dir / "scene.json")
-    held = _whole(run_dir)
-    quantities = [
-        *_retained(run_dir),
-        *_liquid(run_dir, scene),
-        *_counts(run_dir),
-        *_energies(run_dir),
-        *_bed(run_dir, scene),
-    ]
+    run = RunDir(Path(run_dir))
+    scene, held = run.scene, _whole(run)
+    quantities = [*_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
     if not quantities:
-        raise PywetError(f"{run_dir} has no results; expected a finished run: run it again")
-    return RunData(run_dir, scene, {q.name: q for q in quantities}, dict(_checks(run_dir)), held)
+        raise PywetError(f"{run.path} has no results; expected a finished run: run it again")
+    return RunData(run.path, scene, {q.name: q for q in quantities}, dict(_checks(run)), held)
 
 
-def _whole(run_dir: Path) -> dict[str, Any]:
+def _whole(run: RunDir) -> dict[str, Any]:
     """What the run holds; refused where its scene planned more, or its results are of fewer outputs."""
     try:
-        held = whole.check(run_dir)
+        held = whole.check(run.path)
     except ReplayError as error:
         raise PywetError(str(error)) from error
     for name in RESULTS:
-        table = _table(run_dir, name)
+        table = run.table_if_there(name)
         if table is not None:
             held["rows"][name] = len(table)
             if len(table) != held["outputs"]:
-                raise PywetError(f"{run_dir / name}.parquet holds {len(table)} rows; expected one for each of the "
+                raise PywetError(f"{run.path / name}.parquet holds {len(table)} rows; expected one for each of the "
                                  f"{held['outputs']} output steps: run the case again")  # fmt: skip
     return held
-
-
-def _table(run_dir: Path, name: str) -> pd.DataFrame | None:
-    path = run_dir / f"{name}.parquet"
-    return read_table(path) if path.exists() else None
-
-
-def _json(run_dir: Path, name: str) -> Any:
-    return read_if_there(run_dir / name, shape={"summary.json": Summary, "replay.json": Replay}[name])
 
 
 def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
@@ -137,9 +125,9 @@ def _curve(name: str, unit: str, table: pd.DataFrame, column: str, time: str, sc
     return Quantity(name, unit, table[column].to_numpy(float), table[time].to_numpy(float), max(abs(scale), 1e-300))
 
 
-def _retained(run_dir: Path) -> Iterator[Quantity]:
+def _retained(run: RunDir) -> Iterator[Quantity]:
     """Fraction retained over time, in all and per class."""
-    table = _table(run_dir, "results/fraction_retained")
+    table = run.table_if_there("results/fraction_retained")
     if table is None:
         return
     for column in table.columns:
@@ -147,10 +135,10 @@ def _retained(run_dir: Path) -> Iterator[Quantity]:
             yield _curve(column.replace("_", " "), "1", table, column, "time_s", 1.0)
 
 
-def _liquid(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
+def _liquid(run: RunDir) -> Iterator[Quantity]:
     """Liquid by holder over time, over the liquid put in; of a small scene films, bridges and walls from the ledger."""
-    table, ledger = _table(run_dir, "results/liquid_by_holder"), _table(run_dir, "history/ledger")
-    if not scene.effects.bridges:
+    table, ledger = run.table_if_there("results/liquid_by_holder"), run.table_if_there("history/ledger")
+    if not run.moist:
         return
     if table is not None:
         for column in table.columns:
@@ -163,9 +151,9 @@ def _liquid(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
             yield _curve(f"liquid {column}", "of all", share, "v", "t", 1.0)
 
 
-def _counts(run_dir: Path) -> Iterator[Quantity]:
+def _counts(run: RunDir) -> Iterator[Quantity]:
     """Formations and ruptures in all, standing bridges over time."""
-    ledger = _table(run_dir, "history/ledger")
+    ledger = run.table_if_there("history/ledger")
     if ledger is None:
         return
     end = ledger.sort_values("step").iloc[-1]
@@ -174,9 +162,9 @@ def _counts(run_dir: Path) -> Iterator[Quantity]:
     yield _curve("standing bridges", "bridges", ledger, "bridge_count", "time", max(ledger["bridge_count"].max(), 1.0))
 
 
-def _energies(run_dir: Path) -> Iterator[Quantity]:
+def _energies(run: RunDir) -> Iterator[Quantity]:
     """Energies and works at the end, over the largest of them."""
-    table, summary = _table(run_dir, "history/energy"), _json(run_dir, "summary.json")
+    table, summary = run.table_if_there("history/energy"), run.json("summary.json", Summary)
     if table is not None and not table.empty:
         end = table.sort_values("step").iloc[-1].drop(["step", "time"])
         values = {str(k): float(v) for k, v in end.items() if k != "half_kick"}
@@ -189,15 +177,15 @@ def _energies(run_dir: Path) -> Iterator[Quantity]:
         yield _number(f"energy {name.replace('_', ' ')}", "J", value, scale)
 
 
-def _bed(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
+def _bed(run: RunDir) -> Iterator[Quantity]:
     """Where the spheres are at the end: mean height, height of the upper tenth, neighbours in touch per sphere."""
-    if not (run_dir / "trajectory.parquet").exists():
+    if not (run.path / "trajectory.parquet").exists():
         return
-    end = last(run_dir)
+    end = last(run.path)
     if end.empty:
         return
-    radius = end["type"].map({c.type: c.radius_m for c in scene.classes}).to_numpy(float)
-    up = -np.asarray(scene.gravity_m_per_s2)
+    radius = end["type"].map({c.type: c.radius_m for c in run.scene.classes}).to_numpy(float)
+    up = -np.asarray(run.scene.gravity_m_per_s2)
     up = up / np.linalg.norm(up) if up.any() else np.array([0.0, 0.0, 1.0])
     at = end[["x", "y", "z"]].to_numpy(float)
     height = at @ up
@@ -206,16 +194,15 @@ def _bed(run_dir: Path, scene: Scene) -> Iterator[Quantity]:
     yield _number("neighbours per sphere at the end", "1", coordination(at, radius), 1.0)
 
 
-def _checks(run_dir: Path) -> Iterator[tuple[str, tuple[bool, float]]]:
+def _checks(run: RunDir) -> Iterator[tuple[str, tuple[bool, float]]]:
     """Liquid ledger and replay: each run passes or not, whatever the other does."""
-    ledger = _table(run_dir, "history/ledger")
+    ledger = run.table_if_there("history/ledger")
     if ledger is not None:
-        held = ledger[["films", "bridges", "walls", "left"]].sum(axis=1)
-        error = float(((held - ledger["initial"]).abs() / ledger["initial"].clip(lower=1e-300)).max())
-        yield "liquid ledger", (error <= 1e-12, error)
-    replay = _json(run_dir, "replay.json")
+        error = ledger_error(ledger)
+        yield "liquid ledger", (error <= LEDGER_TOLERANCE, error)
+    replay = run.json("replay.json", Replay)
     if replay is not None:
         worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
         yield "replay", (bool(replay.get("ok")), float(worst))
-    for check in (_json(run_dir, "summary.json") or {}).get("checks", []):
+    for check in (run.json("summary.json", Summary) or {}).get("checks", []):
         yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,8 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.evidence.compare import statistics
-from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData, facts, read_run
+from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData, facts, read_run, unlike
 from pywet.evidence.compare.statistics import LEVEL, ROUND_OFF, Sample
-from pywet.scene import Scene
 from reference_impl.replay import whole
 
 
@@ -57,10 +56,6 @@ class Comparison:
     left_out: list[str]
     """Quantities that only some of the runs have."""
 
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
-
 
 def runs_in(folder: Path) -> list[Path]:
     """The folder itself when it is a run directory, else the run directories directly inside it."""
@@ -73,12 +68,6 @@ def runs_in(folder: Path) -> list[Path]:
             f"{folder} is no run directory and holds none; expected one with scene.json, or a folder of seeds"
         )
     return run_dirs
-
-
-def unlike(a: Scene, b: Scene) -> list[str]:
-    """What two scenes do not share of the things that make them the same case; laws, time step, engine and seed may differ."""
-    one, other = facts(a), facts(b)
-    return [name for name in one if one[name] != other[name]]
 
 
 def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: float = LEVEL) -> Comparison:
@@ -124,7 +113,7 @@ def _comparable(groups: list[list[RunData]]) -> None:
     first = groups[0][0]
     for group in groups:
         for run in group:
-            differs = unlike(first.scene, run.scene)
+            differs = unlike(facts(first.scene), run.scene)
             if differs:
                 raise NotComparable(
                     f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"

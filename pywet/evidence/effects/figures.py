@@ -72,8 +72,7 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
             axes.add_patch(Rectangle((column, row), 0.96, 0.92, facecolor=face))
             look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9.5, "color": ink, "linespacing": 1.35}
             axes.text(column + 0.48, row + 0.46, text, **look)
-    axes.set_xlim(0, len(SWITCHED))
-    axes.set_ylim(len(names), 0)
+    axes.set(xlim=(0, len(SWITCHED)), ylim=(len(names), 0))
     axes.set_xticks(np.arange(len(SWITCHED)) + 0.48, [WORDS[e] for e in SWITCHED], fontsize=9.5)
     axes.set_yticks(np.arange(len(names)) + 0.46, [SCENES[n].title for n in names], fontsize=11)
     axes.xaxis.tick_top()
@@ -85,14 +84,8 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
         (WRONG, "left out, wrongly"), (ABSENT, "not in this scene"),
     ]  # fmt: skip
     handles = [Rectangle((0, 0), 1, 1, facecolor=c) for c, _ in keys]
-    place: dict[str, Any] = {
-        "loc": "upper center",
-        "bbox_to_anchor": (0.46, -0.01),
-        "ncol": 5,
-        "frameon": False,
-        "fontsize": 9.5,
-    }
-    axes.legend(handles, [t for _, t in keys], **place)
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.46, -0.01), "ncol": 5}
+    axes.legend(handles, [t for _, t in keys], frameon=False, fontsize=9.5, **place)
     return figure
 
 
@@ -145,10 +138,8 @@ def shares(runs: dict[str, pd.DataFrame]) -> Figure:
         axes.plot([], [], mark, color="#5c6b79", label=WORDS[effect].replace("\n", " "))
     for name in measured:
         axes.plot([], [], "o", color=colours[name], label=SCENES[name].title)
-    axes.set_xlim(3e-5, 1.5)
-    axes.set_ylim(3e-6, 1.5)
-    axes.set_xlabel("predicted share of impulse")
-    axes.set_ylabel("share in the log of all bridges")
+    axes.set(xlim=(3e-5, 1.5), ylim=(3e-6, 1.5))
+    axes.set(xlabel="predicted share of impulse", ylabel="share in the log of all bridges")
     axes.legend(fontsize=8.5, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     axes.spines[["top", "right"]].set_visible(False)
     return figure

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -56,24 +55,18 @@ def _matrix(runs: Runs, judged: Judged) -> str:
     )
 
 
-def left(text: str) -> page.Cell:
-    """A cell of words."""
-    return page.Cell(text, left=True)
-
-
 def _plan(runs: Runs, judged: Judged) -> str:
-    rows: list[list[page.Cell | str]] = []
+    rows: page.Rows = []
     for name, choices in judged.items():
         plan = planned(choices)
         out = ", ".join(figures.WORDS[e].replace("\n", " ") for e in left_out(runs[name])) or "nothing"
-        worst = plan.worst
-        changed = ["–", "same run", "–"]
+        worst, changed = plan.worst, ["–", "same run", "–"]
         if not plan.same_as_everything:
             changed = [WORDS[worst.quantity], f"{100 * worst.change:+.2f} %", f"± {100 * worst.spread:.2f} %"]
         rows.append([
-            left(SCENES[name].title), left(out), left(changed[0]), *changed[1:], _saved(plan),
+            page.left(SCENES[name].title), page.left(out), page.left(changed[0]), *changed[1:], _saved(plan),
             f"{plan.cpu_s[0]:.1f} → {plan.cpu_s[1]:.1f} s",
-            page.Cell("right" if plan.harmless else "wrong", "good" if plan.harmless else "bad"),
+            page.Cell("right", "good") if plan.harmless else page.Cell("wrong", "bad"),
         ])  # fmt: skip
     header = ["scene", "the plan leaves out", "quantity that changes most", "change", "scatter", "steps' time saved",
               "whole run", "plan"]  # fmt: skip
@@ -101,26 +94,18 @@ def _saved(choice: Choice) -> str:
 
 
 def _unused(runs: Runs) -> str:
-    unused: Any = figures.unused(runs)
-    rows: list[list[page.Cell | str]] = [
-        [left(SCENES[str(r.scene)].title), left(NAMES[str(r.variant)]), f"{r.step_ms:.3f}",
-         "–" if math.isnan(r.ratio) else f"{r.ratio:.2f}", f"{r.memory_MB:.0f}",
-         page.Cell(f"{r.arrays_B / 1e3:.0f}") if r.loaded else page.Cell("not loaded", "good")]
-        for r in unused.itertuples()
-    ]  # fmt: skip
-    header = [
-        "scene",
-        "effects",
-        "ms a step",
-        "time / everything on",
-        "memory of the engine [MB]",
-        "plugin's arrays [kB]",
-    ]
     return page.paragraph(
         "A dry scene runs on the stock program: no plugin, no film, no list of bridges. “Plugin without work” is the same "
         "dry scene with the plugin loaded and no liquid. The memory of a moist run is mostly Python, which compiles the force "
         "laws; what the plugin itself keeps is in the last column."
-    ) + page.table(header, rows)
+    ) + page.table_of(figures.unused(runs).itertuples(), {
+        "scene": lambda r: page.left(SCENES[r.scene].title),
+        "effects": lambda r: page.left(NAMES[r.variant]),
+        "ms a step": lambda r: f"{r.step_ms:.3f}",
+        "time / everything on": lambda r: "–" if math.isnan(r.ratio) else f"{r.ratio:.2f}",
+        "memory of the engine [MB]": lambda r: f"{r.memory_MB:.0f}",
+        "plugin's arrays [kB]": lambda r: f"{r.arrays_B / 1e3:.0f}" if r.loaded else page.Cell("not loaded", "good"),
+    })  # fmt: skip
 
 
 def _shares(runs: Runs) -> str:
@@ -137,14 +122,15 @@ def _shares(runs: Runs) -> str:
 
 
 def _scenes(runs: Runs) -> str:
-    rows: list[list[page.Cell | str]] = []
-    for name, of in runs.items():
-        full = of[of["variant"] == EVERYTHING]
-        wanted = ", ".join(WORDS[q] for q in of if q in WORDS)
-        cells = [left(SCENES[name].title), left(SCENES[name].story), left(wanted)]
-        spheres, steps = (str(full[column].iloc[0]) for column in ("spheres", "steps"))
-        rows.append([*cells, spheres, steps, f"{full['cpu_s'].mean():.1f} s"])
-    return page.table(["scene", "what happens", "what is wanted", "spheres", "steps", "processor time"], rows)
+    full = {name: of[of["variant"] == EVERYTHING] for name, of in runs.items()}
+    return page.table_of(full, {
+        "scene": lambda name: page.left(SCENES[name].title),
+        "what happens": lambda name: page.left(SCENES[name].story),
+        "what is wanted": lambda name: page.left(", ".join(WORDS[q] for q in runs[name] if q in WORDS)),
+        "spheres": lambda name: str(full[name]["spheres"].iloc[0]),
+        "steps": lambda name: str(full[name]["steps"].iloc[0]),
+        "processor time": lambda name: f"{full[name]['cpu_s'].mean():.1f} s",
+    })  # fmt: skip
 
 
 def _notes(judged: Judged) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,19 +94,18 @@ def result(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> di
     """The study's result as plain data."""
     scenes = {
         name: {"left_out": verdict.left_out(runs[name]), "plan_right": verdict.planned(choices).harmless,
-               "choices": [_plain(c) for c in choices]}
+               "choices": [_told(c) for c in choices]}
         for name, choices in judged.items()
     }  # fmt: skip
     return {"tolerance": TOLERANCE, "scenes": scenes, "added": verdict.costs(judged)}
 
 
-def _plain(c: Choice) -> dict[str, Any]:
-    timed = not math.isnan(c.saving)
-    return {
+def _told(c: Choice) -> dict[str, Any]:
+    return study.plain({
         "variant": c.variant, "quantity": c.worst.quantity, "change": c.worst.change, "spread": c.worst.spread,
-        "harmless": c.harmless, "saving": c.saving if timed else None, "saving_spread": c.saving_spread if timed else None,
+        "harmless": c.harmless, "saving": c.saving, "saving_spread": c.saving_spread,
         "cpu_s_everything": c.cpu_s[0], "cpu_s": c.cpu_s[1],
-    }  # fmt: skip
+    })  # fmt: skip
 
 
 def line(name: str, runs: pd.DataFrame, plan: Choice) -> str:

@@ -6,7 +6,7 @@ both engines start from the same places; contacts make the two courses independe
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet import config as settings
 from pywet.apparatus.surface import Floats
 from pywet.errors import PywetError
 from pywet.evidence.compare import statistics
@@ -58,11 +57,10 @@ class Verdict:
 
 def prepare(config_dir: Path, case: int, scale: str, seed: int, run_dir: Path) -> Scene:
     """The case without rolling resistance, with this seed of the first arrangement; writes the run directory."""
+    from pywet import stages
     from pywet.screening import cases
 
-    loaded = settings.load(config_dir).without_rolling()
-    seeded = replace(loaded, settings=loaded.settings.model_copy(update={"seed": seed}))
-    return cases.build(seeded, case, scale, run_dir)
+    return cases.build(stages.resolved(config_dir, engine="yade", seed=seed), case, scale, run_dir)
 
 
 def simulate(run_dir: Path, engine: str, progress: bool = True) -> None:

@@ -22,12 +22,13 @@ from pywet.config import Config
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError, one_line
-from pywet.evidence.accuracy import choice, edit
-from pywet.evidence.accuracy.command import calibrated, habit
-from pywet.evidence.accuracy.cost import Coefficients, predict
-from pywet.evidence.accuracy.counts import Load
+from pywet.evidence.accuracy import edit
+from pywet.evidence.accuracy.command import calibrated
+from pywet.evidence.accuracy.cost import Coefficients
 from pywet.evidence.accuracy.knobs import Level
+from pywet.evidence.accuracy.needs import Need, need
 from pywet.evidence.full_scale import kept
+from pywet.runs.summary import commit
 
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
 SETTINGS: dict[float, dict[str, Level]] = {
@@ -38,10 +39,6 @@ SETTINGS: dict[float, dict[str, Level]] = {
 times as many and their springs softer; docs/full_scale.md says on what grounds."""
 BELIEVED_S = 600.0
 """Predicted time [s] that must be done until the time to go follows as much from what was measured as from the prediction."""
-SPHERE_B, BRIDGE_B, EVENT_B = 110.0, 50.0, 105.0
-"""Bytes that a finished run keeps of a sphere and of a bridge at an output, and of an event."""
-STATE_B, CONTACT_B = 140.0, 240.0
-"""The same of a sphere and of a bridge at a step of a window."""
 EVERY_S = 30.0
 """Time between two lines of progress [s]."""
 
@@ -54,11 +51,8 @@ class Job:
     seed: int
     folder: Path
     name: str
-    steps: int
-    seconds: float
-    """Processor time it is predicted to take on this machine, by the study of accuracy."""
-    load: Load
-    disk_B: float
+    need: Need
+    """What it is predicted to take on this machine."""
     config: Path
     """Folder of its configuration."""
     settings: dict[str, float]
@@ -68,6 +62,11 @@ class Job:
     """Time and step at which this process began."""
     failed: str | None = None
     done: bool = False
+
+    @property
+    def steps(self) -> int:
+        """Of the whole run."""
+        return round(self.need.load.steps)
 
     @property
     def step(self) -> int:
@@ -123,35 +122,19 @@ class Campaign:
                 job.done = True
             except PywetError as error:
                 job.failed = str(error)
-        print(f"{job.name}: {job.failed or f'kept in {self.data / job.name}'}", flush=True)
+        typer.echo(f"{job.name}: {job.failed or f'kept in {self.data / job.name}'}")
 
     def _say(self, waiting: Sequence[Job], running: Sequence[Job]) -> None:
         for job in running:
-            print(f"{job.name}: {100.0 * job.step / job.steps:5.1f} %", flush=True)
-        print(f"{len(waiting)} cases wait; about {self.to_go(waiting, running) / 3600.0:.1f} h to go", flush=True)
+            typer.echo(f"{job.name}: {100.0 * job.step / job.steps:5.1f} %")
+        typer.echo(f"{len(waiting)} cases wait; about {self.to_go(waiting, running) / 3600.0:.1f} h to go")
 
     def to_go(self, waiting: Sequence[Job], running: Sequence[Job]) -> float:
         """Time to go [s]: what is predicted, at the pace of what has been done of it in this call."""
-        moved = sum(j.seconds * (j.step - j.begun[1]) / j.steps for j in running) + BELIEVED_S
+        moved = sum(j.need.seconds * (j.step - j.begun[1]) / j.steps for j in running) + BELIEVED_S
         spent = sum(time.monotonic() - j.begun[0] for j in running) + BELIEVED_S
-        left = [j.seconds for j in waiting] + [j.seconds * (1.0 - j.step / j.steps) for j in running]
+        left = [j.need.seconds for j in waiting] + [j.need.seconds * (1.0 - j.step / j.steps) for j in running]
         return max([sum(left) / self.cores, *left]) * spent / moved
-
-
-def plan_job(config: Config, number: int, seed: int, scale: str, out: Path, name: str, machine: Coefficients) -> Job:
-    """What a case will ask for, from its configuration alone."""
-    seconds, load = predict(config, number, scale, machine, habit(choice.for_scale(scale)[0]))
-    size, windows = config.scale(scale), config.settings.output
-    outputs = size.duration_s.value / size.output_interval_s.value
-    disk = outputs * (SPHERE_B * load.spheres + BRIDGE_B * load.bridges) + EVENT_B * load.events
-    disk += windows.contact_windows * windows.contact_window_steps * (STATE_B * load.spheres + CONTACT_B * load.bridges)
-    step = config.settings.time_step
-    chosen = {
-        "fraction": step.fraction.value,
-        "stiffness": size.stiffness_factor.value,
-        "bridges_every": step.bridges_every,
-    }
-    return Job(number, seed, out / name, name, round(load.steps), seconds, load, disk, config.folder, chosen)
 
 
 def prepare(
@@ -163,22 +146,29 @@ def prepare(
     machine: Coefficients,
 ) -> list[Job]:
     """The jobs of a campaign, each case with its configuration: all with the first seed, then with the others."""
-    tail = f"-{variant}" if variant else ""
-    name = "{case}{tail}-{seed}"
-    return [
-        plan_job(config, n, seed, scale, out, name.format(case=config.case(n).name, tail=tail, seed=seed), machine)
-        for seed in seeds
-        for n, config in configs.items()
-    ]
+    jobs = []
+    for seed in seeds:
+        for number, config in configs.items():
+            name = f"{config.case(number).name}{f'-{variant}' if variant else ''}-{seed}"
+            step = config.settings.time_step
+            chosen = {
+                "fraction": step.fraction.value,
+                "stiffness": config.scale(scale).stiffness_factor.value,
+                "bridges_every": step.bridges_every,
+            }
+            needed = need(config, number, scale, machine=machine)
+            jobs.append(Job(number, seed, out / name, name, needed, config.folder, chosen))
+    return jobs
 
 
 def table(jobs: Sequence[Job]) -> list[str]:
     """What each case asks for and takes, as lines."""
+    needed = [j.need for j in jobs]
     lines = ["case    spheres    steps [1e6]    lists    bridges    processor time [h]    disk [GB]"]
-    for j in jobs:
-        lines.append(f"{j.number:4d}{j.load.spheres:11.0f}{1e-6 * j.load.steps:15.2f}{j.load.lists:9.0f}{j.load.bridges:11.0f}"
-                     f"{j.seconds / 3600.0:22.2f}{1e-9 * j.disk_B:13.2f}")  # fmt: skip
-    total = sum(j.seconds for j in jobs) / 3600.0, 1e-9 * sum(j.disk_B for j in jobs)
+    for j, n in zip(jobs, needed, strict=True):
+        lines.append(f"{j.number:4d}{n.load.spheres:11.0f}{1e-6 * n.load.steps:15.2f}{n.load.lists:9.0f}{n.load.bridges:11.0f}"
+                     f"{n.seconds / 3600.0:22.2f}{1e-9 * n.disk_B:13.2f}")  # fmt: skip
+    total = sum(n.seconds for n in needed) / 3600.0, 1e-9 * sum(n.disk_B for n in needed)
     return [*lines, f" all{total[0]:68.1f}{total[1]:13.1f}"]
 
 
@@ -201,18 +191,18 @@ def main(
     jobs = prepare(configs, seed or [config.settings.seed], scale, out, variant, calibrated(config_dir))
     for job in jobs:
         job.done = (data / job.name / "run.json").exists()
-    todo = [j for j in jobs if not j.done]
-    print(f"{len(jobs) - len(todo)} of {len(jobs)} runs are kept; the others take {sum(j.disk_B for j in todo) / 1e9:.1f} GB "
-          f"of disk, the largest {max((j.disk_B for j in todo), default=0.0) / 1e9:.1f} GB and, while it is made, three times "
-          "as much", flush=True)  # fmt: skip
+    disk = [1e-9 * j.need.disk_B for j in jobs if not j.done]
+    typer.echo(f"{len(jobs) - len(disk)} of {len(jobs)} runs are kept; the others take {sum(disk):.1f} GB "
+          f"of disk, the largest {max(disk, default=0.0):.1f} GB and, while it is made, three times "
+          "as much")  # fmt: skip
     if dry_run:
-        print("\n".join(table(jobs)))
+        typer.echo("\n".join(table(jobs)))
         return
     command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", scale]
-    about = {"variant": variant, "scale": scale, "commit": _commit()}
+    about = {"variant": variant, "scale": scale, "commit": commit()}
     failed = Campaign(jobs, data, command, about, cores).run()
     for job in failed:
-        print(f"{job.name} failed: {job.failed}", file=sys.stderr)
+        typer.echo(f"{job.name} failed: {job.failed}", err=True)
     raise typer.Exit(1 if failed else 0)
 
 
@@ -225,12 +215,6 @@ def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config
         edit.write(config.folder, target, "full", SETTINGS.get(aperture, {}))
         made[aperture] = settings.load(target)
     return {n: made[config.case(n).aperture_mm] for n in wanted}
-
-
-def _commit() -> str:
-    """State of the checkout the runs came from; empty outside one."""
-    found = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False)
-    return found.stdout.strip()
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import typer
 
 from pywet import config as settings
 from pywet.config import Config
@@ -23,10 +24,10 @@ FOLDER = Path("docs/full_scale")
 SEEDED, SEEDS = (1, 2, 10, 11), 3
 """Cases that are to have so many seeds, and a run with the paper's stiffness."""
 FIGURES = {
-    "fig10": ("Fig. 10: dry, fraction retained", plots.dry_curves),
-    "fig12": ("Fig. 12: fraction retained and liquid", plots.moisture_curves),
-    "fig13": ("Fig. 13: by size class", plots.class_curves),
-    "fig15": ("Fig. 15: where the liquid is", plots.liquid_curves),
+    "fig10": ("Fig. 10: dry, fraction retained", plots.dry),
+    "fig12": ("Fig. 12: fraction retained and liquid", plots.moisture),
+    "fig13": ("Fig. 13: by size class", plots.classes),
+    "fig15": ("Fig. 15: where the liquid is", plots.liquid),
 }
 PICTURES = {
     "fig11a": "Fig. 11a: case 3 three seconds after the opening; darker spheres have thicker films",
@@ -204,7 +205,7 @@ def _figures(folder: Path, config: Config, runs: Mapping[int, Sequence[Kept]]) -
     results = [_result(config, number, runs[number][0]) for number in sorted(runs)]
     lines = []
     for name, (title, draw) in FIGURES.items():
-        lines += _figure(folder, name, title, draw(results))
+        lines += _figure(folder, name, title, plots.grid(draw(results)))
     lines += [
         f"![{title}](full_scale/{name}.webp)\n"
         for name, title in PICTURES.items()
@@ -252,7 +253,7 @@ def main() -> None:
     text = page_text()
     with atomic_write(FOLDER.with_suffix(".md")) as partial:
         partial.write_text(text)
-    print(f"{FOLDER.with_suffix('.md')} is written")
+    typer.echo(f"{FOLDER.with_suffix('.md')} is written")
 
 
 if __name__ == "__main__":

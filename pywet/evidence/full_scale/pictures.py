@@ -31,11 +31,7 @@ def draw(run_dir: Path, folder: Path) -> list[Path]:
     slide, line = run.scene.slide, run.timeline
     step = int(line.steps[int(np.argmin(np.abs(line.times - TIME_S - (slide.opens_at_s if slide else 0.0))))])
     centre, width = render.view(run, step)
-    front = np.array([0.0, -0.35 * run.scene.box_high_m[1], run.scene.screen_z_m - centre[2] + 0.15 * CLOSE_M]) * [
-        1,
-        1,
-        1,
-    ]
+    front = np.array([0.0, -0.35 * run.scene.box_high_m[1], run.scene.screen_z_m - centre[2] + 0.15 * CLOSE_M])
     limit, made = colour_limit(run, step), []
     for name, seen in (("fig11a", (centre, width)), ("fig11b", (centre + front, CLOSE_M))):
         image, mm = render.scene(run, step, seen, limit, SIZE)
@@ -50,7 +46,7 @@ def draw(run_dir: Path, folder: Path) -> list[Path]:
 def main(run_dir: Annotated[Path, typer.Argument(help="Run of case 3 at full scale.")]) -> None:
     """Draw figures 11a and 11b of a run."""
     for path in draw(run_dir, Path("docs/full_scale")):
-        print(path)
+        typer.echo(str(path))
 
 
 if __name__ == "__main__":

@@ -195,7 +195,7 @@ def main(
         raise PywetError(f"statement {statement} has no reason that runs test; expected one of {sorted(TESTS)}")
     with atomic_write(FOLDER / f"{statement}.csv") as partial:
         TESTS[statement]([RunDir(d) for d in run_dirs]).to_csv(partial, index=False, float_format=DIGITS)
-    print(f"{FOLDER / f'{statement}.csv'} is written")
+    typer.echo(f"{FOLDER / f'{statement}.csv'} is written")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 
 import pandas as pd
 import typer
-from ruamel.yaml import YAML
 
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import edit
@@ -54,18 +53,7 @@ def configure(source: Path, target: Path, name: str) -> Path:
     """A copy of the configuration as a trial has it; its folder."""
     if name not in TRIALS:
         raise PywetError(f"there is no trial {name}, expected one of {', '.join(TRIALS)}")
-    edit.write(source, target, SCALE, {"fraction": 0.1})
-    yaml = YAML()
-    yaml.preserve_quotes, yaml.width = True, 10_000
-    for place, value in {**LONG, **TRIALS[name]}.items():
-        file, _, path = place.partition(": ")
-        content = yaml.load(target / file)
-        *folders, last = path.split()
-        entry = content
-        for key in folders:
-            entry = entry[key]
-        entry[last] = value
-        yaml.dump(content, target / file)
+    edit.write(source, target, SCALE, {"fraction": 0.1}, {**LONG, **TRIALS[name]})
     return target
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pywet.apparatus.initial import wall_mesh
 from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
@@ -168,7 +169,7 @@ def advised(batch: Batch, film: float) -> Sequence[advisor.Limit]:
     scene = Scene(
         name=batch.name, seed=0, classes=tuple(counted(batch.classes, batch.cells) if batch.cells else batch.classes),
         pairs=batch.pairs, liquid=batch.liquid.model_copy(update={"initial_film_thickness_m": film}),
-        walls=tuple(small.wall_mesh(w, batch.wall_angle) for w in surface_of(batch)) if batch.cells else (),
+        walls=tuple(wall_mesh(w, batch.wall_angle) for w in surface_of(batch)) if batch.cells else (),
         vibration=None, slide=None, effects=batch.effects, viscous_integration=batch.how,  # type: ignore[arg-type]
         box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
         time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pywet.bench import small
 from pywet.bench.bodies import water
 from pywet.bench.small import Sphere
-from pywet.evidence.stability import outcome
+from pywet.evidence.stability import running
 from pywet.evidence.stability.cells import FCC, Batch, Cell, ball
 from pywet.evidence.stability.maps import DRAWN, spheres, springs
 from pywet.evidence.stability.random_cases import bar, slab
@@ -224,6 +224,6 @@ MEANT_TO_STOP = ("too fast for the step", "pressed too deep", "angles of 0 and 8
 def judged(name: str, run_dir: Path) -> pd.DataFrame:
     """Run a batch of hard scenes and judge every cell of it."""
     batch = SCENES[name]()
-    table = outcome.judged(batch, run_dir, allow_unstable=name == "guards")
+    table = running.judged(batch, run_dir, allow_unstable=name == "guards")
     table["expected"] = ["stopped" if c in MEANT_TO_STOP else "stable" for c in table["case"]]
     return table

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from pywet.bench import small
 from pywet.bench.bodies import WETTED, contacts, sphere_classes, water
-from pywet.errors import StoppedRun
 from pywet.evidence.stability import cells, judge, running
 from pywet.evidence.stability.cells import Batch, Cell, ball
 from pywet.laws import registry
@@ -129,17 +128,6 @@ def stepping(viscosity: float, step: float, how: str) -> Batch:
     )  # fmt: skip
 
 
-def point(batch: Batch, run_dir: Path) -> dict[str, Any]:
-    """State of a point judged by all cells of one run: the worst of them."""
-    try:
-        cells.prepare(batch, run_dir)
-        running.launch(run_dir, allow_unstable=True)
-    except StoppedRun as error:
-        return {"state": "stopped", "said": error.reason, "made": math.nan}
-    verdicts = judge.verdicts(batch, run_dir)
-    return worst([state_of(v) for v in verdicts])
-
-
 ORDER = ("stable", "energy", "ledger", "not finite", "stopped")
 
 
@@ -149,9 +137,19 @@ def state_of(v: judge.Verdict) -> dict[str, Any]:
     return {"state": state, "said": v.said, "made": v.raw}
 
 
-def worst(states: list[dict[str, Any]]) -> dict[str, Any]:
+def states(batch: Batch, run_dir: Path) -> list[dict[str, Any]]:
+    """Run a job; the state of each of its cells."""
+    left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
+    made: dict[str, dict[str, Any]] = {}
+    if len(stopped) < len(batch.cells):
+        made = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)}
+    made |= {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
+    return [made[c.name] for c in batch.cells]
+
+
+def worst(of_cells: list[dict[str, Any]]) -> dict[str, Any]:
     """The state that comes last in the order, and the most energy made."""
-    return max(states, key=lambda s: (ORDER.index(s["state"]), s["made"]))
+    return max(of_cells, key=lambda s: (ORDER.index(s["state"]), s["made"]))
 
 
 def time_step_map(how: str) -> Map:
@@ -264,16 +262,10 @@ def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
     limits = [chart.limit(float(x), y) for x in chart.x[1]]
     if chart.name.startswith("step_"):
         how = chart.name.removeprefix("step_")
-        states = [point(stepping(y, float(x), how), run_dir / str(n)) for n, x in enumerate(chart.x[1])]
+        judged = [worst(states(stepping(y, float(x), how), run_dir / str(n))) for n, x in enumerate(chart.x[1])]
     else:
-        batch = chart.batch(y)
-        left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
-        judged: dict[str, dict[str, Any]] = {}
-        if len(stopped) < len(batch.cells):
-            judged = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)}
-        lost = {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
-        states = [lost.get(c.name) or judged[c.name] for c in batch.cells]
-    table = pd.DataFrame(states)
+        judged = states(chart.batch(y), run_dir)
+    table = pd.DataFrame(judged)
     table.insert(0, "x", chart.x[1])
     table.insert(1, "y", y)
     table["limit"] = limits

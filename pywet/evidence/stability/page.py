@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -38,23 +39,14 @@ READS = {
 }
 
 
-def score(table: pd.DataFrame) -> dict[str, int]:
-    """Points inside and outside the advisor's line, and how many of each are stable."""
-    inside = table["limit"].astype(float) >= 1.0
-    good = table["state"] == "stable"
-    return {
-        "inside": int(inside.sum()), "inside_stable": int((inside & good).sum()),
-        "inside_stopped": int((inside & ~table["state"].isin(["stable", "energy"])).sum()),
-        "outside": int((~inside).sum()), "outside_stable": int((~inside & good).sum()),
-    }  # fmt: skip
-
-
-def said_of(score_: dict[str, int]) -> str:
-    """The score in one sentence."""
+def score(table: pd.DataFrame) -> str:
+    """How many points inside and outside the advisor's line are stable, in one sentence."""
+    inside, state = table["limit"].astype(float) >= 1.0, table["state"]
+    stable, more = state == "stable", (inside & (state == "energy")).sum()
+    stopped = (inside & ~state.isin(["stable", "energy"])).sum()
     return (
-        f"Within the line {score_['inside_stable']} of {score_['inside']} points are stable to 1 % of energy, "
-        f"{score_['inside'] - score_['inside_stable'] - score_['inside_stopped']} make more, {score_['inside_stopped']} stop; "
-        f"beyond it {score_['outside_stable']} of {score_['outside']} are still stable."
+        f"Within the line {(inside & stable).sum()} of {inside.sum()} points are stable to 1 % of energy, {more} make more, "
+        f"{stopped} stop; beyond it {(~inside & stable).sum()} of {(~inside).sum()} are still stable."
     )
 
 
@@ -70,38 +62,39 @@ def map_sections(maps: dict[str, pd.DataFrame]) -> list[page.Section]:
         charts = [(MAPS[n], maps[n]) for n in names]
         drawn = figures.maps_figure(charts, len(charts))
         picture = page.picture(drawn, "Each field is one point, judged in the engine")
-        words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + said_of(score(maps[n]))) for n in names]
+        words = [page.paragraph(f"{MAPS[n].title}. " + READS[n] + score(maps[n])) for n in names]
         sections.append(page.Section(heading, picture + "".join(words), short))
     return sections
 
 
 def hard_section(table: pd.DataFrame) -> page.Section:
     """Hard scenes, one row each."""
-    rows: list[list[page.Cell | str]] = []
-    for r in table.itertuples():
-        fine = str(r.state) in ("stable", "law", str(r.expected))
-        words = {"stable": "stable", "law": "energy by the tangential law", "stopped": "stopped by name"}
-        rows.append([
-            page.Cell(str(r.case), left=True),
-            page.Cell(words.get(str(r.state), str(r.state)), "bad" if not fine else "fair" if r.state == "law" else "good"),
-            f"{r.ledger:.0e}" if r.state != "stopped" else "", str(r.events), str(r.replay),
-            page.Cell(str(r.said), left=True),
-        ])  # fmt: skip
     body = page.paragraph(
         "What a scene may meet on a bad day, at small size; the same run in the tests. Each is finite, keeps its "
         "liquid to round-off, makes no energy beyond the order of the method, and is recomputed by the independent "
         "replay, or stops by a sentence that names the sphere and the cause."
     )
-    body += page.table(["scene", "outcome", "ledger error", "events", "replay", "sentence of the guard"], rows)
+    body += page.table_of(table.itertuples(), {
+        "scene": lambda r: page.left(r.case),
+        "outcome": _outcome,
+        "ledger error": lambda r: f"{r.ledger:.0e}" if r.state != "stopped" else "",
+        "events": lambda r: str(r.events),
+        "replay": lambda r: r.replay,
+        "sentence of the guard": lambda r: page.left(r.said),
+    })  # fmt: skip
     return page.Section("Hard scenes", body, "Hard scenes")
+
+
+def _outcome(r: Any) -> page.Cell:
+    words = {"stable": "stable", "law": "energy by the tangential law", "stopped": "stopped by name"}
+    fine = r.state in ("stable", "law", r.expected)
+    return page.Cell(words.get(r.state, r.state), "bad" if not fine else "fair" if r.state == "law" else "good")
 
 
 def case_section(cases: pd.DataFrame) -> page.Section:
     """The random cases."""
     counts = pd.crosstab(cases["kind"], cases["state"])
-    rows: list[list[page.Cell | str]] = [
-        [page.Cell(str(k), left=True), *(str(v) if v else "" for v in counts.loc[k])] for k in counts.index
-    ]
+    rows: page.Rows = [[page.left(k), *(str(v) if v else "" for v in counts.loc[k])] for k in counts.index]
     body = page.picture(figures.field(cases), "The cases: each point is one", vector=False)
     body += page.paragraph(
         "Random pairs, chains, packings, and spheres at plates, edges and wires: radii 20 µm to 10 mm, size ratio "
@@ -118,10 +111,10 @@ def case_section(cases: pd.DataFrame) -> page.Section:
     body += page.table(["what", *map(str, counts.columns)], rows)
     bad = cases[~cases["state"].isin(["stable", "law"])]
     if len(bad):
-        listed: list[list[page.Cell | str]] = [
-            [str(r.case), str(r.kind), page.Cell(str(r.state), "bad"), str(r.said), str(r.replay)] for r in bad.itertuples()
-        ]  # fmt: skip
-        body += page.table(["case", "what", "state", "sentence", "replay"], listed)
+        body += page.table_of(bad.itertuples(), {
+            "case": lambda r: r.case, "what": lambda r: r.kind, "state": lambda r: page.Cell(r.state, "bad"),
+            "sentence": lambda r: r.said, "replay": lambda r: r.replay,
+        })  # fmt: skip
     return page.Section(f"{len(cases)} hard cases", body, "Cases")
 
 

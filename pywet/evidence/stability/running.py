@@ -1,4 +1,6 @@
-"""Runs a batch in the engine; a cell that stops the run by a guard is noted and taken out, and the others run again.
+"""Runs a batch in the engine, replays it, and says what became of every cell.
+
+A cell that stops the run by a guard is noted and taken out, and the others run again.
 
 The engine's processes are forked from a server that has everything imported and compiled, so that a run of a few
 milliseconds does not wait for seconds of start-up.
@@ -9,19 +11,24 @@ from __future__ import annotations
 import multiprocessing as mp
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import pandas as pd
 
 from pywet.engines.liggghts import driver, process
 from pywet.engines.process import Usage, die_with_parent
 from pywet.errors import PywetError, StoppedRun
-from pywet.evidence.stability import cells
+from pywet.evidence.stability import cells, judge
+from pywet.evidence.stability.cells import Batch
 from pywet.scene import Scene
+from reference_impl.replay.replay import replay as recompute
 
 PRELOAD = ["pywet.evidence.stability.warm"]
 
 
-def _child(run_dir: str, folder: str, step: str) -> None:
+def _child(run_dir: str, folder: str, step: str, ranks: str) -> None:
     """In a forked process: what `python -m pywet.engines.liggghts.worker` does."""
     from pywet.engines.liggghts import worker
 
@@ -31,7 +38,7 @@ def _child(run_dir: str, folder: str, step: str) -> None:
     die_with_parent()
     code = 0
     try:
-        worker.run(Path(run_dir), Path(folder), int(step))
+        worker.run(Path(run_dir), Path(folder), int(step), int(ranks))
     except PywetError as error:
         os.write(2, f"ERROR: {error}\n".encode())
         code = 1
@@ -44,7 +51,7 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
         return process.execute(command, folder, scene, report, watch or (lambda: None))
     server = mp.get_context("forkserver")
     server.set_forkserver_preload(PRELOAD)
-    child = server.Process(target=_child, args=tuple(command[-3:]))
+    child = server.Process(target=_child, args=tuple(command[-4:]))
     child.start()
     child.join()
     if child.exitcode != 0:
@@ -52,7 +59,7 @@ def _forked(command: list[str], folder: Path, scene: Scene, report: Any, watch: 
     return Usage(0.0, None)
 
 
-def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -> tuple[cells.Batch, dict[str, str]]:
+def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tuple[Batch, dict[str, str]]:
     """Run until no guard objects; returns the batch as it came through, and the sentences of the cells that were quieted.
 
     Where the sentence names no sphere, all cells get it.
@@ -76,3 +83,60 @@ def run_cells(batch: cells.Batch, run_dir: Path, allow_unstable: bool = False) -
 def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
     """One engine run, forked where it has one rank."""
     return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)
+
+
+def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
+    """What the independent replay objects to, by the cell of the worst record; key "" where a record names no sphere."""
+    said: dict[str, list[str]] = {}
+    for name, q in recompute(run_dir)["quantities"].items():
+        if not q["ok"]:
+            cell = batch.owner()[int(q["worst"]["i"])] if q["worst"].get("i") else ""
+            said.setdefault(cell, []).append(f"{name} off by {q['largest']:.1e} (limit {q['tolerance']:.0e})")
+    return {cell: "; ".join(sentences) for cell, sentences in said.items()}
+
+
+PASSIVE = "lian"
+"""A tangential law with one coefficient for sliding and spin: it can only take energy. With two, as in Elskamp (28), (29), and a
+torque that is the force times its arm, a sphere that slides at first ends with more energy than it had."""
+
+
+def by_the_law(batch: Batch, names: set[str], run_dir: Path, allow_unstable: bool) -> set[str]:
+    """Cells among `names` that make no energy with a passive tangential law: it was the law's, not the time stepping's."""
+    if batch.effects.viscous_tangential in (None, PASSIVE) or not names:
+        return set()
+    passive = replace(
+        batch,
+        effects=batch.effects.model_copy(update={"viscous_tangential": PASSIVE}),
+        cells=tuple(c for c in batch.cells if c.name in names),
+    )
+    left, stopped = run_cells(passive, run_dir, allow_unstable)
+    if len(stopped) == len(passive.cells):
+        return set()
+    return {v.cell for v in judge.verdicts(left, run_dir) if v.state == "stable" and v.cell not in stopped}
+
+
+def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.DataFrame:
+    """Run a batch and judge every cell of it: one row a cell."""
+    left, stopped = run_cells(batch, run_dir, allow_unstable)
+    rows: list[dict[str, Any]] = []
+    replayed, books, verdicts = {}, {"identity": 0.0, "drag": 0.0}, {}
+    if len(stopped) < len(batch.cells):
+        verdicts = {v.cell: v for v in judge.verdicts(left, run_dir) if v.cell not in stopped}
+        replayed, books = objected(left, run_dir), judge.budget(run_dir)
+    made = {v.cell for v in verdicts.values() if v.state == "energy"}
+    explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
+    for cell in batch.cells:
+        said = stopped.get(cell.name, "")
+        v = verdicts.get(cell.name) or judge.Verdict(cell.name, False, 0.0, 0.0, 0.0, 0, said)
+        objection = "; ".join(filter(None, [replayed.get(cell.name, ""), replayed.get("", "")]))
+        state = v.state if v.state != "stable" or not objection else "replay"
+        if state == "stable" and (books["identity"] > 1e-12 or books["drag"] > 1e-12):
+            state = "energy"
+        if state == "energy" and cell.name in explained and not objection:
+            state = "law"
+        rows.append({
+            "case": cell.name, "state": state, "said": v.said, "ledger": v.ledger, "made": v.made, "allowed": v.allowed,
+            "events": v.events, "replay": "" if v.said else objection or "agrees", "identity": books["identity"],
+            **cell.says,
+        })  # fmt: skip
+    return pd.DataFrame(rows)

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from pywet.evidence import study
-from pywet.evidence.stability import hard_scenes, outcome, random_cases
+from pywet.evidence.stability import hard_scenes, random_cases, running
 from pywet.evidence.stability.maps import MAPS, row_of
 from pywet.evidence.stability.random_cases import PER_BATCH
 from pywet.files import write_csv
@@ -61,7 +61,7 @@ class StabilityStudy(study.Study):
             make = lambda work: hard_scenes.judged(name, work)  # noqa: E731
         else:
             count = given["count"] = min(PER_BATCH, self.cases - int(number) * PER_BATCH)
-            make = lambda work: outcome.judged(random_cases.draw_batch(self.seed, int(number), count), work)  # noqa: E731
+            make = lambda work: running.judged(random_cases.draw_batch(self.seed, int(number), count), work)  # noqa: E731
         return [study.Run(job, given, lambda: self._rows(make, self.folder / "work" / job))]
 
     def _rows(self, make: Callable[[Path], pd.DataFrame], work: Path) -> list[study.Row]:

@@ -81,8 +81,8 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
     if (e.kind == FORMATION) {
       if (planted("draws one after another")) {
         double &i = taken[e.i], &j = e.partner_kind == SPHERE ? taken[e.j] : taken_wall[e.triangle];
-        const double held_j = e.partner_kind == SPHERE ? films_.volume[e.j] : films_.wall[e.triangle];
-        if (films_.volume[e.i] > 0) e.share_i *= 1 - i / films_.volume[e.i];
+        const double held_j = e.partner_kind == SPHERE ? films_.of(e.j) : films_.wall[e.triangle];
+        if (films_.of(e.i) > 0) e.share_i *= 1 - i / films_.of(e.i);
         if (held_j > 0) e.share_j *= 1 - j / held_j;
         i += e.share_i;
         j += e.share_j;
@@ -122,14 +122,14 @@ PATCHES: list[tuple[str, str, str]] = [
     ("forces.cpp", "f = f + at(t.force, k);", 'f = f + (planted("half of it acts") ? 0.5 : 1.0) * at(t.force, k);'),
     ("walls.h", "best.point = mesh.to_world(best.point);",
      'best.point = mesh.to_world(best.point) + (planted("closest point") ? 1e-5 : 0.0) * Vec(1, 0, 0);'),
-    ("near_pairs.cpp", "const double reach = radii + films_.thickness(i) + films_.thickness(j);",
-     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (films_.thickness(i) + films_.thickness(j));'),
-    ("near_pairs.cpp", "const double touch = pair.radii + films_.thickness(pair.i) + films_.thickness(pair.j);",
-     "const double films = films_.thickness(pair.i) + films_.thickness(pair.j);\n"
+    ("near_pairs.cpp", "const double reach = radii + films_.thickness(a) + films_.thickness(b);",
+     'const double reach = radii + (planted("films twice as thick") ? 2 : 1) * (films_.thickness(a) + films_.thickness(b));'),
+    ("near_pairs.cpp", "const double touch = pair.radii + films_.thickness(pair.a) + films_.thickness(pair.b);",
+     "const double films = films_.thickness(pair.a) + films_.thickness(pair.b);\n"
      '    const double touch = pair.radii + (planted("films twice as thick") ? 2 : 1) * films\n'
      '        - (planted("formation on touch") ? films : 0.0);'),
-    ("near_pairs.cpp", "laws.from_sphere(held(films_.volume[pair.i]), g.radius_i, g.radius_j),",
-     "laws.from_sphere(held(films_.volume[pair.i]), g.radius_i,\n"
+    ("near_pairs.cpp", "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i, g.radius_j),",
+     "laws.from_sphere(held(films_.volume(pair.a)), g.radius_i,\n"
      '                          planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
     ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
     ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
@@ -138,8 +138,8 @@ PATCHES: list[tuple[str, str, str]] = [
      'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
     ("booking.cpp", "const double sign = e.kind == FORMATION ? -1.0 : 1.0;",
      'const double sign = e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
-    ("booking.cpp", "films_.set(e.j, films_.volume[e.j] + sign * e.share_j);",
-     'films_.set(e.j, films_.volume[e.j] + (planted("lost at rupture") && sign > 0 ? 0.0 : sign) * e.share_j);'),
+    ("booking.cpp", "films_.add(e.j, sign * e.share_j);",
+     'films_.add(e.j, (planted("lost at rupture") && sign > 0 ? 0.0 : sign) * e.share_j);'),
     ("booking.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
      'laws.rupture(e.volume, b.radius_i, planted("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
      "                                       b.angle_i, b.angle_j);"),

@@ -24,9 +24,9 @@ Scene = Callable[[Path], list[small.Sphere]]
 """Writes the inputs of a run."""
 BEFORE = "WallPair &pair = wall_pairs_[c];"
 PATCHES: list[tuple[str, str, str]] = [
-    ("near_pairs.cpp", "if (near.distance >= films_.reach(pair.i) + w) {",
+    ("near_pairs.cpp", "if (near.distance >= films_.reach(pair.a) + w) {",
      'const double seen = planted("film of a wall left out") ? 0.0 : planted("film of a wall 5 % thin") ? 0.95 : 1.0;\n'
-     "    if (near.distance >= films_.reach(pair.i) + seen * w) {"),
+     "    if (near.distance >= films_.reach(pair.a) + seen * w) {"),
     ("near_pairs.cpp", BEFORE,
      BEFORE + '\n    if (planted("a wall without bridges") && pair.j == 1) continue;\n'
      '    if (planted("one bridge a mesh")) {\n'

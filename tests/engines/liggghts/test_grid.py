@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,12 @@ import pytest
 
 from pywet import config
 from pywet.apparatus import build_apparatus
+from pywet.bench import small
 from pywet.engines.liggghts import grid
-from pywet.scene import Scene
+from pywet.engines.liggghts.deck import checkpoints
+from pywet.scene import Output, Scene
 from pywet.screening import cases
+from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 CONFIG = config.load(Path(__file__).parents[3] / "config")
 
@@ -49,3 +53,24 @@ def test_of_equally_good_grids_the_one_with_the_shortest_cuts(sieve: Scene) -> N
 def test_no_spheres_at_the_start_is_no_mistake(sieve: Scene) -> None:
     width, depth = (sieve.box_high_m[k] - sieve.box_low_m[k] for k in (0, 1))
     assert grid.chosen(sieve, np.zeros((0, 2)), 2) == ((2, 1) if width > depth else (1, 2))
+
+
+@pytest.mark.engine
+def test_chosen_anew_at_a_checkpoint(tmp_path: Path) -> None:
+    """Eight spheres in a row along x, beside y = 0, fly until they are a row along y beside x = 0: the cut turns with them."""
+    steps, step = 2000, 2e-5
+    half_time = steps // 2 * step
+    spheres = [
+        small.Sphere(1, (at, 0.02, 0.0), ((0.04 - 0.8 * at) / half_time, (at - 0.02) / half_time, 0.0))
+        for at in (8e-3 * (np.arange(8) - 3.5)).tolist()
+    ]
+    output = Output(interval_s=steps * step, contact_windows=0, checkpoints=1)
+    small.prepare(
+        tmp_path, spheres_of(2.5e-3), spheres, contacts(1), liquid=WATER, effects=small.PAPER, time_step_s=step, steps=steps,
+        box=0.1, output=output,
+    )  # fmt: skip
+    scene = Scene.read(tmp_path / "scene.json")
+    small.run(tmp_path, spheres, 2)
+    log = (tmp_path / "engine" / "log.liggghts").read_text()
+    assert re.findall(r"(\d) by (\d) by 1 MPI processor grid", log) == [("2", "1"), ("1", "2")]
+    assert checkpoints(scene) == [1000] and re.findall(r"Nlocal: +(\S+) ave (\S+) max", log) == [("4", "8"), ("4", "5")]

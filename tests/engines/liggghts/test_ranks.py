@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from pywet.bench import small
 from pywet.engines.liggghts import deck
+from pywet.scene import Fed, Scene
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -54,6 +56,66 @@ def test_same_bed(one_rank: Path, tmp_path: Path, ranks: int) -> None:
     contacts_log, same_log = (beds.table(p, "history/contacts") for p in (one_rank, other))
     assert len(contacts_log) == len(same_log) > 0
     balanced_in_x_and_y(other, ranks)
+    holds_what_is_near(one_rank, other, ranks)
+
+
+def holds_what_is_near(one: Path, other: Path, ranks: int) -> None:
+    """No rank holds more than the spheres within a ghost cut-off of its column, and the bridges with an end there.
+
+    The columns meet at x = 0 (and y = 0); a skin more, since spheres have moved when lists were made.
+    """
+    scene = Scene.read(other / "scene.json")
+    skin = deck.skin(scene)
+    cutoff = max(2 * beds.RADIUS + deck.longest_bridge(scene), 2 * beds.RADIUS * deck.film_factor(scene) + skin) + skin
+    last = [beds.table(other, name)[lambda rows: rows["step"] == STEPS] for name in ("trajectory", "history/bridges")]
+    spheres, bridges = last
+
+    def near(way: float, *names: str) -> int:
+        """How many of a table have one of their places within `way` of a column, the most of all columns."""
+        rows = bridges if len(names) > 1 else spheres
+        inside = [
+            np.any(
+                [(sx * rows[f"{n}x"] < way) & ((ranks == 2) | (sy * rows[f"{n}y"] < way)) for n in names], axis=0
+            ).sum()
+            for sx in (-1, 1)
+            for sy in (-1, 1)
+        ]
+        return max(inside)
+
+    alone, held = (json.loads((p / "engine" / "held.json").read_text()) for p in (one, other))
+    assert (alone["spheres_and_ghosts"], alone["bridges"]) == (len(spheres), len(bridges))
+    assert held["spheres_and_ghosts"] <= near(cutoff, "") < len(spheres)
+    assert held["bridges"] <= near(skin, "xi_", "xj_") < (0.7 if ranks == 2 else 0.45) * len(bridges)
+
+
+def test_spheres_that_enter_on_two_ranks(tmp_path: Path) -> None:
+    """Half of a bed enters during the run, each sphere at its step, and forms bridges before and after: the same as on one rank.
+
+    What was put in is counted as it comes: a film for each sphere that has entered, to 1e-12 of all.
+    """
+    spheres, runs, steps = beds.bed((6, 6, 4)), [], 500
+    count = sum(s.kind == 2 for s in spheres)
+    for ranks in (1, 2):
+        run_dir = tmp_path / str(ranks)
+        scene = beds.prepare(run_dir, spheres, steps)
+        fed = scene.classes[1].model_copy(
+            update={"count": count, "fed": Fed(from_s=0.0, for_s=0.8 * steps * beds.STEP)}
+        )
+        scene = scene.model_copy(update={"classes": (scene.classes[0], fed)})
+        (run_dir / "scene.json").write_text(scene.model_dump_json())
+        small.run(run_dir, spheres, ranks)
+        runs.append(run_dir)
+    events, same = (beds.table(p, "history/events") for p in runs)
+    assert len(events) > 20
+    pd.testing.assert_frame_equal(events[beds.LOOKS], same[beds.LOOKS])
+    assert beds.apart(*runs).max() < 1e-9 * beds.RADIUS
+    start = beds.table(runs[1], "history/spheres").sort_values("id")
+    enters, films = np.array(scene.enters(start["type"])), start["film"].to_numpy()
+    for ledger in (beds.table(p, "history/ledger") for p in runs):
+        due = np.array([films[enters <= step].sum() for step in ledger["step"]])
+        assert due[0] < 0.7 * due[-1] == pytest.approx(0.7 * films.sum())
+        held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
+        assert np.abs(held - due).max() < 1e-12 * films.sum()
 
 
 def balanced_in_x_and_y(run_dir: Path, ranks: int) -> None:

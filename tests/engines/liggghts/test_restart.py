@@ -167,6 +167,23 @@ def test_the_same_bits_of_all_kinds(tmp_path: Path, kind: str, ranks: int, momen
     kill_and_compare(tmp_path, kind, ranks, moments)
 
 
+@pytest.mark.parametrize(("first", "then"), [(2, 1), pytest.param(1, 4, marks=pytest.mark.slow)])
+def test_goes_on_with_other_ranks(tmp_path: Path, first: int, then: int) -> None:
+    """The state of a checkpoint is of spheres and bridges, not of ranks: the same events and ledger as on one rank, 8 ms long."""
+    more = {"steps": 400, "checkpoints": 7, "outputs": 20}
+    prepare(tmp_path / "whole", "drops", **more)
+    driver.run(tmp_path / "whole", progress=False)
+    prepare(tmp_path / "other", "drops", **more)
+    killed(tmp_path / "other", first)
+    assert driver.run(tmp_path / "other", then, progress=False).resumed_at_step
+    runs = (tmp_path / "whole", tmp_path / "other")
+    events, same = (beds.table(p, "history/events") for p in runs)
+    assert len(events) > 20
+    pd.testing.assert_frame_equal(events[beds.LOOKS], same[beds.LOOKS])
+    pd.testing.assert_frame_equal(*(beds.table(p, "history/ledger") for p in runs), rtol=1e-9, atol=1e-21)
+    assert beds.apart(*runs).max() < 1e-9 * beds.RADIUS
+
+
 def test_killed_where_the_plate_stops(tmp_path: Path) -> None:
     """A checkpoint at the step at which the slide stops, which is then no longer drawn, is one to go on from."""
     for name in ("whole", "killed"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,14 +109,15 @@ def test_disk_and_time_follow_from_the_configuration() -> None:
     quarter."""
     loaded = settings.load(ROOT / "config")
     dry, moist = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "full", Path("out"), "", MACHINE)
-    assert moist.name == "case02-1" and moist.seconds - dry.seconds > 1e-7 * moist.load.evaluations
+    assert moist.name == "case02-1"
+    assert moist.need.seconds - dry.need.seconds > 1e-7 * moist.need.load.evaluations
     smoke = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "smoke", Path("out"), "", MACHINE)
     (glass,) = campaign.prepare({14: loaded}, [1], "full", Path("out"), "", MACHINE)
-    disk = [job.disk_B for job in (*smoke, dry, glass)]
+    disk = [job.need.disk_B for job in (*smoke, dry, glass)]
     np.testing.assert_allclose(disk, [4.04e6, 19.2e6, 101e6, 452e6], rtol=0.25)
     lines = campaign.table([dry, moist])
     assert [line.split()[0] for line in lines] == ["case", "1", "2", "all"]
-    assert float(lines[-1].split()[1]) == pytest.approx((dry.seconds + moist.seconds) / 3600.0, abs=0.05)
+    assert float(lines[-1].split()[1]) == pytest.approx((dry.need.seconds + moist.need.seconds) / 3600.0, abs=0.05)
 
 
 def test_the_campaign_turns_what_it_says_and_time_follows(tmp_path: Path) -> None:
@@ -130,7 +132,7 @@ def test_the_campaign_turns_what_it_says_and_time_follows(tmp_path: Path) -> Non
     stiff = dict.fromkeys((8,), configs[2])
     (same,) = campaign.prepare(stiff, [1], "full", tmp_path, "", MACHINE)
     assert eight.steps / same.steps == pytest.approx(0.3**0.5, rel=1e-2)
-    assert 0.3**0.5 < eight.seconds / same.seconds < 0.8
+    assert 0.3**0.5 < eight.need.seconds / same.need.seconds < 0.8
 
 
 def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +140,7 @@ def test_time_to_go_is_the_prediction_at_the_pace_found(tmp_path: Path, monkeypa
     loaded = settings.load(ROOT / "config")
     first, second = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "smoke", tmp_path, "", MACHINE)
     for job in (first, second):
-        job.seconds = 7200.0
+        job.need = replace(job.need, seconds=7200.0)
     one = campaign.Campaign([first, second], tmp_path, [], {}, cores=1)
     assert one.to_go([first, second], []) == 14400.0 and one.to_go([], []) == 0.0
     monkeypatch.setattr(campaign.Job, "step", property(lambda job: job.steps // 2))

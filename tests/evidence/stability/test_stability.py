@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.evidence.stability import hard_scenes, maps, outcome, page, random_cases, running, study
+from pywet.evidence.stability import hard_scenes, maps, page, random_cases, running, study
 from pywet.evidence.stability.study import StabilityStudy
 from pywet.laws.exact_bridge import rupture
 from reference_impl.replay import exact, laws
@@ -51,7 +51,7 @@ def test_every_map_row_scene_and_case_is_a_job() -> None:
 
 def test_a_longer_study_does_the_short_batch_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """20 cases are kept of a call that asked for no more: a call for 60 has 60."""
-    monkeypatch.setattr(outcome, "judged", lambda batch, work: pd.DataFrame([{"case": c.name} for c in batch.cells]))
+    monkeypatch.setattr(running, "judged", lambda batch, work: pd.DataFrame([{"case": c.name} for c in batch.cells]))
     monkeypatch.setattr(study, "FINE", ())
     monkeypatch.setattr(StabilityStudy, "_rows", lambda self, make, work: make(work).to_dict("records"))
     for cases in (20, 60):
@@ -92,9 +92,9 @@ def test_dynamic_rupture_without_surface_tension() -> None:
 def test_score_counts_both_sides_of_the_line() -> None:
     """Points within and beyond the advisor's line."""
     table = pd.DataFrame({"limit": [2.0, 2.0, 0.5, 0.5], "state": ["stable", "energy", "stable", "stopped"]})
-    assert page.score(table) == {
-        "inside": 2, "inside_stable": 1, "inside_stopped": 0, "outside": 2, "outside_stable": 1,
-    }  # fmt: skip
+    assert page.score(table) == (
+        "Within the line 1 of 2 points are stable to 1 % of energy, 1 make more, 0 stop; beyond it 1 of 2 are still stable."
+    )
 
 
 def test_advised_step_for_the_energy_of_a_contact() -> None:

@@ -1,4 +1,4 @@
-// The events of a step: every rank books the same ones in the same order.
+// The events of a step: every rank books those of its spheres and ghosts, and all at walls, in the same order.
 #pragma once
 #include <string>
 #include <vector>
@@ -11,12 +11,13 @@ namespace pywet {
 
 class Booking {
  public:
-  std::vector<Event> events;             // of this step: proposed by this rank; gathered, of all ranks in order
+  std::vector<Event> events;             // of this step: proposed by this rank; gathered, all with an end here, in order
+  bool any = false;                      // on any rank
 
   Booking(const World &world, Films &films, Standing &standing, NearPairs &near, EnergyBook &energy, Weight &weight, Logs &logs)
       : world_(world), films_(films), standing_(standing), near_(near), energy_(energy), weight_(weight), logs_(logs) {}
   void gather(const std::string &problem);  // of this rank, or empty; where any rank has one all stop
-  void book();
+  void book();                           // every rank takes part
 
  private:
   const World &world_;
@@ -27,6 +28,9 @@ class Booking {
   Weight &weight_;
   Logs &logs_;
 
+  bool mine(const Event &e) const;       // decided and written here
+  void count(const Event &e);
+  void book_all();
   void book_formations();
   void book_ruptures();
 };

@@ -11,11 +11,11 @@ namespace pywet {
 
 namespace {
 
-const char MAGIC[16] = "pywet state 2\n";
+const char MAGIC[16] = "pywet state 3\n";
 
 struct Head {
   char magic[16];
-  int64_t step, formations, ruptures, films, triangles, bridges;
+  int64_t step, formations, ruptures, spheres, triangles, bridges;
   double initial, left, formed, ruptured;
 };
 
@@ -47,26 +47,28 @@ void Checkpoint::save() {
   logs_.flush();
   const View &at = world_.engine.at;
   const Ranks &ranks = world_.ranks;
-  std::vector<double> mine(6 * films_.volume.size(), 0.0), forces(mine.size());
+  std::vector<SphereState> spheres;
   for (int a = 0; a < at.nlocal; a++) {
-    std::copy(at.f[a], at.f[a] + 3, &mine[6 * at.tag[a]]);
-    std::copy(at.torque[a], at.torque[a] + 3, &mine[6 * at.tag[a] + 3]);
+    const double *x = at.x[a], *l = at.liquid[a], *f = at.f[a], *t = at.torque[a];
+    spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
-  MPI_Reduce(mine.data(), forces.data(), int(mine.size()), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
+  spheres = ranks.told_first(spheres);
+  std::sort(spheres.begin(), spheres.end(), [](const SphereState &p, const SphereState &q) { return p.id < q.id; });
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
-  const std::vector<WireSpring> springs = wires_.springs();
+  std::vector<WireSpring> springs = ranks.told_first(wires_.springs());
+  std::sort(springs.begin(), springs.end());
   const std::vector<Told> bridges = ranks.told_first(standing_.mine());
-  double energies[2] = {energy_.formed, energy_.ruptured};
-  ranks.add_up(energies);
+  double numbers[4] = {energy_.formed, energy_.ruptured, double(standing_.formations), double(standing_.ruptures)};
+  ranks.add_up(numbers);
   if (!ranks.first()) return;
   Head head = {};
   std::memcpy(head.magic, MAGIC, sizeof(MAGIC));
-  head.step = world_.clock.now; head.formations = standing_.formations; head.ruptures = standing_.ruptures;
-  head.films = int64_t(films_.volume.size()); head.triangles = int64_t(films_.wall.size());
+  head.step = world_.clock.now; head.formations = int64_t(numbers[2]); head.ruptures = int64_t(numbers[3]);
+  head.spheres = int64_t(spheres.size()); head.triangles = int64_t(films_.wall.size());
   head.bridges = int64_t(bridges.size());
-  head.initial = films_.initial; head.left = films_.left; head.formed = energies[0]; head.ruptured = energies[1];
+  head.initial = films_.initial; head.left = films_.left; head.formed = numbers[0]; head.ruptured = numbers[1];
   std::vector<char> out;
   auto put_all = [&](const auto &numbers) {
     const int64_t n = int64_t(numbers.size());
@@ -74,13 +76,11 @@ void Checkpoint::save() {
     put(out, numbers.data(), numbers.size());
   };
   put(out, &head, 1);
+  put_all(spheres);
   put(out, &sums, 1);
-  put_all(films_.volume);
   put_all(films_.wall);
   put(out, bridges.data(), bridges.size());
-  put_all(forces);
   put_all(springs);
-  if (world_.rules.weighs) weight_.keep(put_all);
   if (world_.laws.shed_drop) shedding_.keep(put_all);
   const uint32_t sum = check_sum(out);
   put(out, &sum, 1);
@@ -110,7 +110,7 @@ void Checkpoint::resume(const std::string &state_file) {
   const std::vector<char> state = checked(state_file);
   Head head = {};
   if (!state.empty()) std::memcpy(&head, state.data(), sizeof(head));
-  if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.films != int64_t(films_.volume.size()) ||
+  if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.spheres != world_.spheres.count ||
       head.triangles != int64_t(films_.wall.size()))
     throw std::runtime_error("the checkpoint " + state_file + " is damaged or of another scene");
   const char *from = state.data() + sizeof(Head);
@@ -120,51 +120,55 @@ void Checkpoint::resume(const std::string &state_file) {
     numbers.resize(n);
     take(from, numbers.data(), numbers.size());
   };
+  take_all(spheres_);
   Sums sums;
   take(from, &sums, 1);
   if (world_.ranks.first()) {
     energy_.sums = sums;
     energy_.formed = head.formed;
     energy_.ruptured = head.ruptured;
+    standing_.formations = head.formations;
+    standing_.ruptures = head.ruptures;
   }
-  take_all(films_.volume);
   take_all(films_.wall);
-  for (size_t id = 1; id < films_.volume.size(); id++)
-    if (world_.spheres.exists(id)) films_.set(int(id), films_.volume[id]);
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) {
+    const SphereState &sphere = of(at.tag[a]);
+    at.liquid[a][FILM] = sphere.film;
+    at.liquid[a][LOAD] = sphere.load;
+    at.liquid[a][WEIGHED] = sphere.weighed;
+  }
   for (int64_t k = 0; k < head.bridges; k++) {
     Told told;
     take(from, &told, 1);
-    const Bridge b = standing_.made(told);
-    standing_.count(b);
-    standing_.add(b);
+    standing_.expect(told);
   }
-  take_all(forces_);
   std::vector<WireSpring> springs;
   take_all(springs);
   wires_.take_up(springs);
-  if (world_.rules.weighs) {
-    weight_.keep(take_all);
-    weight_.taken_up();
-  }
+  if (world_.rules.weighs) weight_.taken_up();
   if (world_.laws.shed_drop) shedding_.keep(take_all);
   world_.clock.now = head.step;
   films_.initial = head.initial;
   films_.left = head.left;
-  standing_.formations = head.formations;
-  standing_.ruptures = head.ruptures;
+}
+
+const SphereState &Checkpoint::of(int id) const {
+  const auto before = [](const SphereState &sphere, int64_t id) { return sphere.id < id; };
+  return *std::lower_bound(spheres_.begin(), spheres_.end(), int64_t(id), before);
 }
 
 // The set-up of a run evaluates the forces anew with the speeds of the step itself; the kick that follows in an unbroken run
 // uses those of half a step back.
 bool Checkpoint::restore_forces() {
-  if (forces_.empty()) return false;
+  if (spheres_.empty()) return false;
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {
-    const double *saved = &forces_[6 * at.tag[a]];
-    std::copy(saved, saved + 3, at.f[a]);
-    std::copy(saved + 3, saved + 6, at.torque[a]);
+    const SphereState &saved = of(at.tag[a]);
+    std::copy(saved.force, saved.force + 3, at.f[a]);
+    std::copy(saved.torque, saved.torque + 3, at.torque[a]);
   }
-  forces_.clear();
+  std::vector<SphereState>().swap(spheres_);
   return true;
 }
 

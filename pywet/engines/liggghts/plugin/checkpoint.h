@@ -8,6 +8,13 @@
 
 namespace pywet {
 
+// A sphere of a checkpoint: its place in the plan view (for grid.py, which reads these records), its liquid as in View::liquid, force
+// and torque of the step.
+struct SphereState {
+  int64_t id;
+  double place[2], film, load, weighed, force[3], torque[3];
+};
+
 class Checkpoint {
  public:
   Checkpoint(World &world, Films &films, Standing &standing, EnergyBook &energy, Wires &wires, Weight &weight, Shedding &shedding,
@@ -27,7 +34,9 @@ class Checkpoint {
   Weight &weight_;
   Shedding &shedding_;
   Logs &logs_;
-  std::vector<double> forces_;                   // 6 numbers an id, of the step the run is resumed at
+  std::vector<SphereState> spheres_;             // by id, of the step the run is resumed at
+
+  const SphereState &of(int id) const;
 };
 
 }  // namespace pywet

@@ -55,7 +55,7 @@ void EnergyBook::add_up() {
     const Vec f(at.f[a]), t(at.torque[a]);
     const Vec v = Vec(at.v[a]) + (half / m) * f, w = Vec(at.omega[a]) + (half / inertia) * t;
     const Acting &on = acting[a];
-    const double weight = world_.feed.waits(at.tag[a], world_.clock.now) ? 0 : m * dot(world_.rules.gravity, v), all = dot(f, v) + dot(t, w);
+    const double weight = world_.feed.waits(at, a, world_.clock.now) ? 0 : m * dot(world_.rules.gravity, v), all = dot(f, v) + dot(t, w);
     const double c = power_of(on.capillary, v), n = power_of(on.normal, v);
     const double side = power_of(on.tangential, v) + power_of(on.torque, w);
     power[GRAVITY] += weight;

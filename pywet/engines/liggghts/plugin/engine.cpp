@@ -1,4 +1,4 @@
-// The only file of the bridges with the engine's headers.
+// The only file with the engine's headers; LAMMPS has its own (engines/lammps/plugin).
 #include "engine.h"
 
 #include <algorithm>
@@ -12,7 +12,9 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "fix_external.h"
 #include "fix_mesh_surface.h"
+#include "fix_property_atom.h"
 #include "force.h"
 #include "input.h"
 #include "lammps.h"
@@ -36,11 +38,28 @@ enum { NORMAL_OFF, TANGENTIAL_OFF, COHESION_OFF, ROLLING_OFF };
 
 namespace pywet {
 
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback) {
+  LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(lmp->modify->find_fix_id(fix_external));
+  if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_external);
+  fix->set_callback(callback, nullptr);
+}
+
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp) { return lmp->world; }
+
+void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
+  if (together) lmp->error->all(FLERR, why);
+  lmp->error->one(FLERR, why);
+  throw std::runtime_error(why);  // not reached
+}
+
 void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &walls, bool presses) {
   lmp_ = lmp;
   LAMMPS_NS::Fix *integrate = lmp->modify->find_fix_id("integrate");
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
   at.free_group = integrate->groupbit;
+  liquid_ = dynamic_cast<LAMMPS_NS::FixPropertyAtom *>(lmp->modify->find_fix_id("p_liquid"));
+  if (!liquid_ || liquid_->get_nvalues() != NUMBERS_TAKEN)
+    throw std::runtime_error("the deck has no fix property/atom named p_liquid with " + std::to_string(NUMBERS_TAKEN) + " numbers");
   skin = said("skin");
   thickest_film = said("thickest_film");
   for (const Mesh &mesh : walls.meshes) {
@@ -64,6 +83,19 @@ double Engine::said(const char *variable) const {
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
 
+void Engine::tell_ghosts() const { liquid_->do_forward_comm(); }
+
+// A pair has one end here or within a ghost cut-off, and who holds that end is within another one of it. Columns are equally wide.
+void Engine::find_neighbours(Ranks &ranks) const {
+  const LAMMPS_NS::Comm *comm = lmp_->comm;
+  for (int axis : {0, 1}) {
+    const int here = comm->myloc[axis], columns = comm->procgrid[axis];
+    ranks.beside[axis][0] = here > 0 ? comm->procneigh[axis][0] : MPI_PROC_NULL;
+    ranks.beside[axis][1] = here + 1 < columns ? comm->procneigh[axis][1] : MPI_PROC_NULL;
+    ranks.hops[axis] = std::min(columns - 1, 1 + int(2 * comm->cutghost[axis] * columns / lmp_->domain->prd[axis]));
+  }
+}
+
 // For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
 void Engine::keep_skin() const {
   struct Lists : LAMMPS_NS::Neighbor {
@@ -79,6 +111,7 @@ void Engine::look() {
   at.x = atom->x; at.v = atom->v; at.omega = atom->omega;
   at.f = atom->f; at.torque = atom->torque;
   at.mass = atom->rmass;
+  at.liquid = liquid_->array_atom;
   at.tag = atom->tag; at.mask = atom->mask;
   at.nlocal = atom->nlocal;
   at.nall = atom->nlocal + atom->nghost;
@@ -217,7 +250,7 @@ Vec Engine::press(int a, double radius, const Vec &d, double distance, const Vec
 void Engine::check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const {
   int here = at.nlocal, all = here;
   if (!ranks.alone()) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, ranks.all);
-  const int64_t expected = spheres.count();
+  const int64_t expected = spheres.count;
   if (all == expected) return;
   std::vector<int> mine(spheres.ids(), 0), seen(spheres.ids(), 0);
   for (int a = 0; a < at.nlocal; a++) mine[at.tag[a]] = 1;

@@ -12,17 +12,29 @@
 namespace LAMMPS_NS {
 class LAMMPS;
 class FixMeshSurface;
+class FixPropertyAtom;
 class FixWallGran;
 }  // namespace LAMMPS_NS
 
 namespace pywet {
 
+// The program itself: what it calls in every step, the processes it runs in, its end by an error that all ranks know or one.
+typedef void (*Callback)(void *, int64_t step, int n, int *, double **, double **extra);
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback);
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp);
+[[noreturn]] void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together);
+
 const double INF = std::numeric_limits<double>::infinity();
+
+// What a sphere takes along from rank to rank, in the deck's fix property/atom named `p_liquid`, which has as many numbers: its film
+// [m3], at the start and now; the step at which it enters; liquid that it carries [m3], now and in its present mass.
+enum { FILM, FIRST, ENTERS, LOAD, WEIGHED, NUMBERS_TAKEN };
 
 // What the engine holds in this step on this rank: arrays over owned spheres (first nlocal) and ghosts.
 struct View {
   double **x = nullptr, **v = nullptr, **omega = nullptr, **f = nullptr, **torque = nullptr;
   double *mass = nullptr;
+  double **liquid = nullptr;
   int *tag = nullptr, *mask = nullptr;
   int nlocal = 0, nall = 0, free_group = 0;
   double dt = 0;
@@ -41,6 +53,8 @@ class Engine {
   void look();
 
   int local(int id) const;                              // index of a sphere on this rank, -1: not here
+  void tell_ghosts() const;                             // what their spheres take along; every rank takes part
+  void find_neighbours(Ranks &ranks) const;
   void keep_skin() const;                               // the engine forgets it at the start of each run
   double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
@@ -58,6 +72,7 @@ class Engine {
   LAMMPS_NS::LAMMPS *lmp_ = nullptr;
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;   // in the order of Walls::meshes
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;
+  LAMMPS_NS::FixPropertyAtom *liquid_ = nullptr;
 
   double said(const char *variable) const;              // by the deck
   bool read_mesh(size_t m, const Walls &walls, double *out) const;

@@ -2,7 +2,6 @@
 // put in from then on.
 #pragma once
 #include <cstdint>
-#include <vector>
 
 #include "engine.h"
 #include "rules.h"
@@ -10,25 +9,14 @@
 namespace pywet {
 
 struct Feed {
-  std::vector<int64_t> enters;  // index: sphere id; empty: all are there from the start
-  std::vector<double> first;    // their films at the start
   int64_t last = 0;             // step at which all are in
 
-  bool waits(int id, int64_t now) const { return now < last && now < enters[id]; }
+  bool waits(const View &at, int a, int64_t now) const { return now < last && now < at.liquid[a][ENTERS]; }
 
   // Takes the engine's gravity off the spheres that wait.
   void hold(const View &at, const Rules &rules, int64_t now) const {
-    if (now >= last) return;
-    for (int a = 0; a < at.nlocal; a++)
-      if (now < enters[at.tag[a]]) accumulate(at.f[a], (-at.mass[a]) * rules.gravity);
-  }
-
-  // Liquid that is still to come.
-  double to_come(int64_t now) const {
-    long double sum = 0;
-    for (size_t id = 1; now < last && id < enters.size(); id++)
-      if (now < enters[id]) sum += first[id];
-    return double(sum);
+    for (int a = 0; a < at.nlocal && now < last; a++)
+      if (waits(at, a, now)) accumulate(at.f[a], (-at.mass[a]) * rules.gravity);
   }
 };
 

@@ -15,22 +15,26 @@ double film_thickness(double volume, double radius) {
 }
 
 void Films::begin() {
+  const View &at = world_.engine.at;
   wall.assign(world_.walls.triangles.size(), 0.0);
-  thickness_.assign(volume.size(), 0.0);
-  thickness_then = thickness_;
   long double sum = 0;
-  for (size_t id = 1; id < volume.size(); id++)
-    if (world_.spheres.exists(id)) {
-      set(int(id), volume[id]);
-      sum += volume[id];
-    }
+  for (const Given &g : given) sum += g.film;
   initial = double(sum);
+  for (int a = 0; a < at.nlocal; a++) {
+    const Given &g = given[at.tag[a]];
+    const double numbers[NUMBERS_TAKEN] = {g.film, g.film, double(g.enters), g.film, g.film};
+    std::copy(numbers, numbers + NUMBERS_TAKEN, at.liquid[a]);
+  }
+  std::vector<Given>().swap(given);
   part_thickness_.assign(world_.walls.parts.size(), 0.0);
   part_thickness_then = part_thickness_;
 }
 
 void Films::mark() {
+  const int n = world_.engine.at.nall;
   thicker = wall_thicker = 0;
+  thickness_.resize(n);
+  for (int a = 0; a < n; a++) look_at(a);
   thickness_then = thickness_;
   std::fill(part_thickness_.begin(), part_thickness_.end(), 0.0);
   for (size_t k = 0; k < wall.size(); k++)
@@ -41,16 +45,29 @@ void Films::mark() {
   part_thickness_then = part_thickness_;
 }
 
-void Films::set(int id, double now) {
+double Films::of(int id) const {
+  const int a = world_.engine.local(id);
+  return a < 0 ? 0.0 : volume(a);
+}
+
+void Films::add(int id, double more) {
+  const int a = world_.engine.local(id);
+  if (a < 0) return;
+  const double now = volume(a) + more;
   if (now < -1e-12 * initial || !std::isfinite(now))
-    throw Stop("the film on sphere " + std::to_string(id) + " would be " + number(1e9 * now) + " mm3 after step " +
+    throw std::runtime_error("the film on sphere " + std::to_string(id) + " would be " + number(1e9 * now) + " mm3 after step " +
                std::to_string(world_.clock.now) + ", expected zero or more; the formation law draws more than it says");
-  const double radius = world_.spheres.radius(id), allowed = world_.engine.thickest_film * radius;
-  volume[id] = now;
-  thickness_[id] = film_thickness(std::max(now, 0.0), radius);
-  thicker = std::max(thicker, thickness_[id] - thickness_then[id]);
-  if (thickness_[id] > allowed && now > 0)
-    throw Stop("the film on sphere " + std::to_string(id) + " has grown to " + number(1e3 * thickness_[id]) +
+  world_.engine.at.liquid[a][FILM] = now;
+  look_at(a);
+  thicker = std::max(thicker, thickness_[a] - thickness_then[a]);
+}
+
+void Films::look_at(int a) {
+  const double r = radius(a), allowed = world_.engine.thickest_film * r;
+  thickness_[a] = film_thickness(std::max(volume(a), 0.0), r);
+  if (thickness_[a] > allowed && volume(a) > 0)
+    throw std::runtime_error("the film on sphere " + std::to_string(world_.engine.at.tag[a]) + " has grown to " +
+                             number(1e3 * thickness_[a]) +
                " mm, the neighbour list sees films up to " + number(1e3 * allowed) +
                " mm; raise FILM_GROWTH in pywet/engines/liggghts/deck.py");
 }

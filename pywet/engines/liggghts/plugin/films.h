@@ -1,4 +1,5 @@
-// Films: the liquid on spheres and wall triangles, how thick it is, how much it has grown since pairs were last looked for.
+// Films: the liquid on spheres of this rank and their ghosts, and on wall triangles; how thick it is, how much it has grown since
+// pairs were last looked for. A wall triangle reaches through the domains of many ranks and has one film: all know all of these.
 #pragma once
 #include <vector>
 
@@ -8,24 +9,31 @@ namespace pywet {
 
 double film_thickness(double volume, double radius);
 
+struct Given {
+  double film = 0;
+  int64_t enters = 0;                    // step
+};
+
 class Films {
  public:
-  std::vector<double> volume;            // index: sphere id [m3]
+  std::vector<Given> given;              // by sphere id, until `begin`
   std::vector<double> wall;              // index: triangle [m3]
   double initial = 0;                    // what all spheres had together at the start
   double left = 0;                       // liquid that fell on nothing
-  // when near pairs were last looked for; what sphere's and what wall's film has grown most since
+  // when near pairs were last looked for, by local index; what sphere's and what wall's film has grown most since
   std::vector<double> thickness_then, part_thickness_then;
   double thicker = 0, wall_thicker = 0;
 
   explicit Films(const World &world) : world_(world) {}
-  void begin();                          // from `volume`; the engine is there
+  void begin();                          // from `given`; the engine is there
   void mark();                           // growth counts from here
-  void set(int id, double volume);
+  void add(int id, double volume);       // nothing where the sphere is not
+  double of(int id) const;               // 0 where it is not
   void add_to_wall(int triangle, double volume);
 
-  double thickness(int id) const { return thickness_[id]; }
-  double reach(int id) const { return world_.spheres.radius(id) + thickness_[id]; }
+  double volume(int a) const { return world_.engine.at.liquid[a][FILM]; }
+  double thickness(int a) const { return thickness_[a]; }
+  double reach(int a) const { return radius(a) + thickness_[a]; }
   double part_thickness(int part) const { return part_thickness_[part]; }  // the largest of its triangles', or more
   double thickest_part() const;
   double on_triangle(int triangle) const { return wall[triangle] / world_.walls.area[triangle]; }
@@ -33,6 +41,9 @@ class Films {
  private:
   const World &world_;
   std::vector<double> thickness_, part_thickness_;
+
+  void look_at(int a);                   // how thick its film is now; the run stops where that is more than lists see
+  double radius(int a) const { return world_.spheres.radius(world_.engine.at.tag[a]); }
 };
 
 }  // namespace pywet

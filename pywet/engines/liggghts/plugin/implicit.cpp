@@ -18,7 +18,7 @@
 namespace pywet {
 
 struct Push {
-  int64_t id;
+  int id, bridges;            // how many it has
   double linear[3], spin[3];  // dt a, and dt times the angular acceleration
 };
 
@@ -26,46 +26,45 @@ static void store_push(const View &at, int a, double radius, Push &p) {
   const bool free = at.free(a);
   const double linear = free ? at.dt / at.mass[a] : 0.0, turning = free ? linear / (0.4 * radius * radius) : 0.0;
   p.id = at.tag[a];
+  p.bridges = 0;
   for (int k = 0; k < 3; k++) {
     p.linear[k] = linear * at.f[a][k];
     p.spin[k] = turning * at.torque[a][k];
   }
 }
 
-// Change of the relative speed in one step per force; a driven body counts as immovable.
-double Implicit::kick_of(const Bridge &b, Terms &t) const {
-  const View &at = world_.engine.at;
-  t.sharing_i = at.free(b.a) ? standing_.on(b.i) : 0;
-  t.sharing_j = b.kind == SPHERE && at.free(b.b) ? standing_.on(b.j) : 0;
-  double sum = t.sharing_i / at.mass[b.a];
-  if (t.sharing_j > 0) sum += t.sharing_j / at.mass[b.b];
-  return impulses_.weight * at.dt * sum;
-}
-
 void Implicit::act() {
   const View &at = world_.engine.at;
   std::vector<Push> sent, pushes(at.nlocal);
   for (int a = 0; a < at.nlocal; a++) store_push(at, a, world_.spheres.radius(at.tag[a]), pushes[a]);
+  for (const Bridge &b : standing_.bridges) {
+    if (at.owned(b.a)) pushes[b.a].bridges++;
+    if (at.owned(b.b)) pushes[b.b].bridges++;
+  }
   std::unordered_map<int, Push> others;  // spheres of other ranks that have a bridge with one of this rank
   impulses_.set_aside();
   if (!world_.ranks.alone()) {
     for (const Waiting &w : waiting_)
       if (w.bridge->kind == SPHERE && at.owned(w.bridge->a) != at.owned(w.bridge->b))
         sent.push_back(pushes[at.owned(w.bridge->a) ? w.bridge->a : w.bridge->b]);
-    for (const Push &p : world_.ranks.gathered(sent)) others[int(p.id)] = p;
+    for (const Push &p : world_.ranks.near(sent)) others[p.id] = p;
   }
   auto push_of = [&](int a, int id) -> const Push & { return at.owned(a) ? pushes[a] : others.at(id); };
   for (Waiting &w : waiting_) {
     const Bridge &b = *w.bridge;
     const Push &i = push_of(b.a, b.i);
-    w.terms.kick = kick_of(b, w.terms);
+    w.terms.sharing_i = at.free(b.a) ? i.bridges : 0;  // a driven body counts as immovable
+    double inverse = w.terms.sharing_i / at.mass[b.a];
     w.terms.push = Vec(i.linear);
     w.terms.spin_push = b.radius_i * Vec(i.spin);
     if (b.kind == SPHERE) {
       const Push &j = push_of(b.b, b.j);
+      w.terms.sharing_j = at.free(b.b) ? j.bridges : 0;
+      if (w.terms.sharing_j > 0) inverse += w.terms.sharing_j / at.mass[b.b];
       w.terms.push = w.terms.push - Vec(j.linear);
       w.terms.spin_push = w.terms.spin_push + b.radius_j * Vec(j.spin);
     }
+    w.terms.kick = impulses_.weight * at.dt * inverse;  // change of the relative speed in one step per force
     single_.add_viscous(b, w.geometry, w.terms);
     Terms only = w.terms;
     only.capillary = 0;

@@ -29,7 +29,6 @@ class Implicit {
   Logs &logs_;
   std::vector<Waiting> waiting_;
 
-  double kick_of(const Bridge &b, Terms &t) const;
 };
 
 }  // namespace pywet

@@ -11,18 +11,16 @@ void Logs::open(const std::string &directory) {
   contacts_.open(directory + "/contacts" + end);
   bridges_.open(directory + "/bridges" + end);
   wires_.open(directory + "/wire_springs" + end);
-  if (!world_.ranks.first()) return;
   events_.open(directory + "/events" + end);
+  film_.open(directory + "/films" + end);
+  if (!world_.ranks.first()) return;
   drops_.open(directory + "/drops" + end);
   ledger_.open(directory + "/ledger" + end);
-  film_.open(directory + "/films" + end);
   wall_film_.open(directory + "/wall_films" + end);
   energies_.open(directory + "/energy" + end);
 }
 
-void Logs::write(const Event &e) {
-  if (world_.ranks.first()) events_.write(e);
-}
+void Logs::write(const Event &e) { events_.write(e); }
 
 void Logs::write(const Drop &d) {
   if (world_.ranks.first()) drops_.write(d);
@@ -52,23 +50,28 @@ void Logs::contact(const Bridge &b, const Geometry &g, const Terms &t, double we
 void Logs::ledger() {
   Ledger l = {};
   l.step = world_.clock.now; l.time = world_.clock.time;
-  long double films = 0, standing[2] = {0, 0}, wall = 0;  // volume of bridges, how many
+  const View &at = world_.engine.at;
+  enum { FILMS, TO_COME, BRIDGES, HOW_MANY, FORMED, RUPTURED, SUMS };
+  long double sum[SUMS] = {}, wall = 0;
+  for (int a = 0; a < at.nlocal; a++) {
+    sum[FILMS] += films_.volume(a);
+    if (world_.feed.waits(at, a, l.step)) sum[TO_COME] += at.liquid[a][FIRST];
+  }
   for (const Bridge &b : standing_.bridges)
     if (b.mine) {
-      standing[0] += b.volume;
-      standing[1] += 1;
+      sum[BRIDGES] += b.volume;
+      sum[HOW_MANY] += 1;
     }
-  world_.ranks.add_up(standing);
+  sum[FORMED] = standing_.formations;
+  sum[RUPTURED] = standing_.ruptures;
+  world_.ranks.add_up(sum);
   if (!world_.ranks.first()) return;
-  for (size_t id = 1; id < films_.volume.size(); id++)
-    if (world_.spheres.exists(id)) films += films_.volume[id];
   for (double w : films_.wall) wall += w;
-  const double to_come = world_.feed.to_come(l.step);
-  l.initial = films_.initial - to_come;
-  l.films = double(films - to_come); l.bridges = double(standing[0]); l.walls = double(wall); l.left = films_.left;
-  l.spheres = world_.spheres.count();
-  l.bridge_count = int64_t(standing[1]);
-  l.formations = standing_.formations; l.ruptures = standing_.ruptures;
+  l.initial = double(films_.initial - sum[TO_COME]);
+  l.films = double(sum[FILMS] - sum[TO_COME]); l.bridges = double(sum[BRIDGES]); l.walls = double(wall); l.left = films_.left;
+  l.spheres = world_.spheres.count;
+  l.bridge_count = int64_t(sum[HOW_MANY]);
+  l.formations = int64_t(sum[FORMED]); l.ruptures = int64_t(sum[RUPTURED]);
   ledger_.write(l);
 }
 
@@ -102,12 +105,10 @@ void Logs::snapshot() {
   }
   energies();
   ledger();
-  if (world_.ranks.first()) {
-    for (size_t id = 1; id < films_.volume.size(); id++)
-      if (world_.spheres.exists(id)) film_.write(Film{now, int32_t(id), 0, films_.volume[id]});
-    for (size_t k = 0; k < films_.wall.size(); k++)
-      if (films_.wall[k] > 0) wall_film_.write(Film{now, int32_t(k), 0, films_.wall[k]});
-  }
+  const View &at = world_.engine.at;
+  for (int a = 0; a < at.nlocal; a++) film_.write(Film{now, at.tag[a], 0, films_.volume(a)});
+  for (size_t k = 0; k < films_.wall.size() && world_.ranks.first(); k++)
+    if (films_.wall[k] > 0) wall_film_.write(Film{now, int32_t(k), 0, films_.wall[k]});
   flush();
 }
 
@@ -124,7 +125,7 @@ void Logs::stop(const std::string &why) const {
   for (int a = 0; a < at.nlocal; a++) {
     const double *x = at.x[a], *v = at.v[a];
     fprintf(file, "%d,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", at.tag[a], x[0], x[1], x[2], v[0], v[1], v[2],
-            films_.volume[at.tag[a]]);
+            films_.volume(a));
   }
   fclose(file);
 }

@@ -51,7 +51,7 @@ void NearPairs::add(int a, int b) {
   if (!at.owned(a)) return;
   const int i = at.tag[a], j = at.tag[b];
   const double radii = world_.spheres.radius(i) + world_.spheres.radius(j);
-  const double reach = radii + films_.thickness(i) + films_.thickness(j);
+  const double reach = radii + films_.thickness(a) + films_.thickness(b);
   pairs_.push_back(Pair{i, j, a, b, radii, norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii});
 }
 
@@ -60,7 +60,7 @@ void NearPairs::add(int a, int b) {
 double NearPairs::rest(const WallPair &pair, double distance) const {
   if (world_.walls.mesh_of(pair.j).turns) return 0;
   const double reach =
-      world_.spheres.radius(pair.i) * (1 + ROUND_OFF) + films_.thickness_then[pair.i] + films_.part_thickness_then[pair.j];
+      world_.spheres.radius(pair.i) * (1 + ROUND_OFF) + films_.thickness_then[pair.a] + films_.part_thickness_then[pair.j];
   return distance - reach + travel_ + wall_travel_;
 }
 
@@ -78,7 +78,7 @@ void NearPairs::find_walls() {
   std::vector<char> here(walls.meshes.size());
   for (int a = 0; a < at.nlocal; a++) {
     const int i = at.tag[a];
-    const double far = films_.reach(i) + 1.5 * world_.engine.skin + world_.engine.mesh_way();
+    const double far = films_.reach(a) + 1.5 * world_.engine.skin + world_.engine.mesh_way();
     for (size_t m = 0; m < walls.meshes.size(); m++) {
       y[m] = walls.meshes[m].to_rest(Vec(at.x[a]));
       here[m] = Walls::outside(walls.meshes[m].bounds, y[m]) < far + thickest;
@@ -161,16 +161,16 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
     const double *x = at.x[pair.a], *y = at.x[pair.b];
     const double dx = x[0] - y[0], dy = x[1] - y[1], dz = x[2] - y[2];
     const double square = dx * dx + dy * dy + dz * dz;
-    const double touch = pair.radii + films_.thickness(pair.i) + films_.thickness(pair.j);
+    const double touch = pair.radii + films_.thickness(pair.a) + films_.thickness(pair.b);
     if (square >= touch * touch) {
-      const double then = pair.radii * (1 + ROUND_OFF) + films_.thickness_then[pair.i] + films_.thickness_then[pair.j];
+      const double then = pair.radii * (1 + ROUND_OFF) + films_.thickness_then[pair.a] + films_.thickness_then[pair.b];
       rest_[c] = std::sqrt(square) - then + 2 * travel_;
       continue;
     }
     const Geometry g = between_spheres(world_, pair.a, pair.b, world_.spheres.radius(pair.i), world_.spheres.radius(pair.j));
     check_overlap(world_, g, SPHERE, pair.i, pair.j);
-    form(events, SPHERE, pair.i, pair.j, int(c), g, laws.from_sphere(held(films_.volume[pair.i]), g.radius_i, g.radius_j),
-         laws.from_sphere(held(films_.volume[pair.j]), g.radius_j, g.radius_i));
+    form(events, SPHERE, pair.i, pair.j, int(c), g, laws.from_sphere(held(films_.volume(pair.a)), g.radius_i, g.radius_j),
+         laws.from_sphere(held(films_.volume(pair.b)), g.radius_j, g.radius_i));
   }
 }
 
@@ -184,21 +184,21 @@ void NearPairs::propose_walls(std::vector<Event> &events) {
     WallPair &pair = wall_pairs_[c];
     const Part &part = walls.parts[pair.j];
     const double far = Walls::outside(part.bounds, walls.mesh_of(pair.j).to_rest(Vec(at.x[pair.a])));
-    if (far >= films_.reach(pair.i) + films_.part_thickness(pair.j) && far > 0) {
+    if (far >= films_.reach(pair.a) + films_.part_thickness(pair.j) && far > 0) {
       wall_rest_[c] = rest(pair, far);
       continue;
     }
     const Closest near = walls.closest(Vec(at.x[pair.a]), pair.site);
     const double w = held(films_.wall[near.triangle]) / walls.area[near.triangle];
-    if (near.distance >= films_.reach(pair.i) + w) {
+    if (near.distance >= films_.reach(pair.a) + w) {
       wall_rest_[c] = rest(pair, near.distance);
       continue;
     }
     const Geometry g = at_wall(world_, pair.a, world_.spheres.radius(pair.i), pair.j, near);
     check_overlap(world_, g, LARGE_WALL, pair.i, pair.j);
     const bool wire = part.half_width < g.radius_i;
-    const double drawn = wire ? laws.from_sphere_at_wire(held(films_.volume[pair.i]), g.radius_i, part.half_width)
-                              : laws.from_sphere(held(films_.volume[pair.i]), g.radius_i, INF);
+    const double drawn = wire ? laws.from_sphere_at_wire(held(films_.volume(pair.a)), g.radius_i, part.half_width)
+                              : laws.from_sphere(held(films_.volume(pair.a)), g.radius_i, INF);
     const double drawn_w = wire ? laws.from_wire(w, g.radius_i, part.half_width) : laws.from_wall(w, g.radius_i);
     form(events, wire ? SMALL_WALL : LARGE_WALL, pair.i, pair.j, int(c), g, drawn, drawn_w);
   }

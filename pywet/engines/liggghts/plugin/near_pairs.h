@@ -18,6 +18,7 @@ class NearPairs {
 
   void bridged(Bridge &b);               // has just formed
   void wake(const Bridge &b);            // has ruptured
+  size_t at_walls() const { return wall_pairs_.size(); }
 
  private:
   struct Pair {

@@ -5,15 +5,6 @@
 
 #include "step.h"
 
-#include "mpi.h"
-#include "fix_insert_stream.h"
-#include "global_properties.h"
-#include "error.h"
-#include "fix_external.h"
-#include "lammps.h"
-#include "modify.h"
-#include "neighbor.h"
-
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
 namespace {
@@ -34,16 +25,16 @@ void stop(const char *why) {
 }
 
 // The fix adds `extra` to the forces after the call and never sets it: it is zeroed here, the bridges act on f and torque.
-void callback(void *, LAMMPS_NS::bigint step, int n, int *, double **, double **extra) {
+void callback(void *, int64_t step, int n, int *, double **, double **extra) {
   if (n > 0) std::memset(extra[0], 0, sizeof(double) * 3 * n);
   try {
     state->step(step);
   } catch (const pywet::Stop &e) {  // all ranks are here, with the same words
     stop(e.what());
-    engine->error->all(FLERR, e.what());
+    pywet::end(engine, e.what(), true);
   } catch (const std::exception &e) {
     stop(e.what());
-    engine->error->one(FLERR, e.what());
+    pywet::end(engine, e.what(), false);
   }
 }
 
@@ -144,20 +135,19 @@ EXPORT void pywet_set_spheres(int n, const int *id, const int *type, const doubl
   int largest = 0;
   for (int k = 0; k < n; k++) largest = std::max(largest, id[k]);
   state->world.spheres.type_of.assign(largest + 1, 0);
-  state->films.volume.assign(largest + 1, 0.0);
+  state->world.spheres.count = n;
+  state->films.given.assign(largest + 1, pywet::Given());
   for (int k = 0; k < n; k++) {
     state->world.spheres.type_of[id[k]] = type[k];
-    state->films.volume[id[k]] = film[k];
+    state->films.given[id[k]].film = film[k];
   }
 }
 
 // Step from which on each sphere has weight, for the spheres of pywet_set_spheres.
 EXPORT void pywet_set_feed(int n, const int *id, const int64_t *enters) {
   pywet::Feed &feed = state->world.feed;
-  feed.first = state->films.volume;
-  feed.enters.assign(feed.first.size(), 0);
   for (int k = 0; k < n; k++) {
-    feed.enters[id[k]] = enters[k];
+    state->films.given[id[k]].enters = enters[k];
     feed.last = std::max(feed.last, enters[k]);
   }
 }
@@ -200,11 +190,19 @@ EXPORT const char *pywet_resume(const char *state_file) {
 EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *directory) {
   return guarded([&] {
     engine = static_cast<LAMMPS_NS::LAMMPS *>(lmp);
-    LAMMPS_NS::FixExternal *fix = dynamic_cast<LAMMPS_NS::FixExternal *>(engine->modify->find_fix_id(fix_id));
-    if (!fix) throw std::runtime_error(std::string("the deck has no fix external named ") + fix_id);
-    state->attach(engine, engine->world, directory);
-    fix->set_callback(callback, nullptr);
+    state->attach(engine, directory);
+    pywet::hook(engine, fix_id, callback);
   });
+}
+
+// Until all ranks are here: what the first one has named is there for all.
+EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }
+
+// Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here; on the first rank the most of any.
+EXPORT void pywet_held(int64_t *most) {
+  state->world.engine.look();
+  const int64_t here[3] = {state->world.engine.at.nall, int64_t(state->standing.bridges.size()), int64_t(state->near.at_walls())};
+  MPI_Reduce(here, most, 3, MPI_INT64_T, MPI_MAX, 0, state->world.ranks.all);
 }
 
 // Closes the logs and ends MPI; the engine library leaves that to its caller.

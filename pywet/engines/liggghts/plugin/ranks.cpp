@@ -10,10 +10,10 @@ void Ranks::join(MPI_Comm comm) {
   MPI_Comm_size(all, &count);
 }
 
-int Ranks::agree(int mine, const std::string &problem) const {
-  int own[2] = {mine, problem.empty() ? 0 : 1}, sum[2] = {own[0], own[1]};
-  if (!alone()) MPI_Allreduce(own, sum, 2, MPI_INT, MPI_SUM, all);
-  if (sum[1] == 0) return sum[0];
+std::array<int, 2> Ranks::agree(const std::array<int, 2> &mine, const std::string &problem) const {
+  int sum[3] = {mine[0], mine[1], problem.empty() ? 0 : 1};
+  if (!alone()) MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPI_INT, MPI_SUM, all);
+  if (sum[2] == 0) return {sum[0], sum[1]};
   int from = problem.empty() ? count : me, speaker = from;
   if (!alone()) MPI_Allreduce(&from, &speaker, 1, MPI_INT, MPI_MIN, all);
   char text[1024] = {};

@@ -2,6 +2,7 @@
 #pragma once
 #include <mpi.h>
 
+#include <array>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -14,17 +15,34 @@ struct Stop : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A record as MPI sees it: counts are of records, so that they hold for large beds.
+template <class T>
+struct Whole {
+  MPI_Datatype type;
+  Whole() {
+    MPI_Type_contiguous(sizeof(T), MPI_BYTE, &type);
+    MPI_Type_commit(&type);
+  }
+  ~Whole() { MPI_Type_free(&type); }
+};
+
 class Ranks {
  public:
   MPI_Comm all = MPI_COMM_NULL;
   int me = 0, count = 1;
+  int beside[2][2] = {};                 // the next ranks down and up x, and y; MPI_PROC_NULL: none
+  int hops[2] = {0, 0};                  // so many of them away along x and y are ranks that hold a sphere which this one holds
 
   void join(MPI_Comm comm);
   bool alone() const { return count == 1; }
   bool first() const { return me == 0; }
 
-  // How many of something all ranks have together. Where any rank met a problem, all stop with the same words.
-  int agree(int mine, const std::string &problem) const;
+  // What all ranks have together of two things. Where any rank met a problem, all stop with the same words.
+  std::array<int, 2> agree(const std::array<int, 2> &mine, const std::string &problem) const;
+
+  // Records of all ranks that hold an end of what this one holds an end of, and of some more; its own first.
+  template <class T>
+  std::vector<T> near(std::vector<T> mine) const;
 
   // Records of all ranks, in order of the ranks.
   template <class T>
@@ -41,28 +59,60 @@ class Ranks {
     const MPI_Datatype type = std::is_same<T, long double>::value ? MPI_LONG_DOUBLE : MPI_DOUBLE;
     MPI_Reduce(first() ? MPI_IN_PLACE : numbers, numbers, N, type, MPI_SUM, 0, all);
   }
+
+ private:
+  template <class T>
+  std::vector<T> passed_on(const std::vector<T> &records, int to, int from) const;
 };
 
 template <class T>
 std::vector<T> Ranks::gathered(const std::vector<T> &mine) const {
-  std::vector<int> bytes(count), offset(count, 0);
-  const int size = int(mine.size() * sizeof(T));
-  MPI_Allgather(&size, 1, MPI_INT, bytes.data(), 1, MPI_INT, all);
-  for (int k = 1; k < count; k++) offset[k] = offset[k - 1] + bytes[k - 1];
-  std::vector<T> of_all((offset.back() + bytes.back()) / sizeof(T));
-  MPI_Allgatherv(mine.data(), size, MPI_BYTE, of_all.data(), bytes.data(), offset.data(), MPI_BYTE, all);
+  const Whole<T> whole;
+  std::vector<int> sizes(count), offset(count, 0);
+  const int size = int(mine.size());
+  MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, all);
+  for (int k = 1; k < count; k++) offset[k] = offset[k - 1] + sizes[k - 1];
+  std::vector<T> of_all(offset.back() + sizes.back());
+  MPI_Allgatherv(mine.data(), size, whole.type, of_all.data(), sizes.data(), offset.data(), whole.type, all);
   return of_all;
+}
+
+// Along x, then what has come along y, as the engine tells of ghosts.
+template <class T>
+std::vector<T> Ranks::near(std::vector<T> mine) const {
+  for (int axis : {0, 1}) {
+    std::vector<T> down = mine, up = mine;
+    for (int hop = 0; hop < hops[axis]; hop++) {
+      down = passed_on(down, beside[axis][0], beside[axis][1]);
+      up = passed_on(up, beside[axis][1], beside[axis][0]);
+      mine.insert(mine.end(), down.begin(), down.end());
+      mine.insert(mine.end(), up.begin(), up.end());
+    }
+  }
+  return mine;
+}
+
+template <class T>
+std::vector<T> Ranks::passed_on(const std::vector<T> &records, int to, int from) const {
+  const Whole<T> whole;
+  const int size = int(records.size());
+  int coming = 0;                        // where there is nobody
+  MPI_Sendrecv(&size, 1, MPI_INT, to, 0, &coming, 1, MPI_INT, from, 0, all, MPI_STATUS_IGNORE);
+  std::vector<T> come(coming);
+  MPI_Sendrecv(records.data(), size, whole.type, to, 1, come.data(), coming, whole.type, from, 1, all, MPI_STATUS_IGNORE);
+  return come;
 }
 
 template <class T>
 std::vector<T> Ranks::told_first(const std::vector<T> &mine) const {
   if (alone()) return mine;
-  std::vector<int> bytes(count), offset(count, 0);
-  const int size = int(mine.size() * sizeof(T));
-  MPI_Gather(&size, 1, MPI_INT, bytes.data(), 1, MPI_INT, 0, all);
-  for (int k = 1; k < count; k++) offset[k] = offset[k - 1] + bytes[k - 1];
-  std::vector<T> of_all(first() ? (offset.back() + bytes.back()) / sizeof(T) : 0);
-  MPI_Gatherv(mine.data(), size, MPI_BYTE, of_all.data(), bytes.data(), offset.data(), MPI_BYTE, 0, all);
+  const Whole<T> whole;
+  std::vector<int> sizes(count), offset(count, 0);
+  const int size = int(mine.size());
+  MPI_Gather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, all);
+  for (int k = 1; k < count; k++) offset[k] = offset[k - 1] + sizes[k - 1];
+  std::vector<T> of_all(first() ? offset.back() + sizes.back() : 0);
+  MPI_Gatherv(mine.data(), size, whole.type, of_all.data(), sizes.data(), offset.data(), whole.type, 0, all);
   return of_all;
 }
 

@@ -14,17 +14,18 @@
 namespace pywet {
 
 static const double FULL = 0.8;  // of the thickest film that the neighbour list allows for
-static const int STATE = 7;      // there, position, velocity
+static const int STATE = 8;      // there, position, velocity, film
 
-// Position and velocity of every sphere, by id.
+// Position, velocity and film of every sphere, by id.
 std::vector<double> Shedding::everywhere() const {
   const View &at = world_.engine.at;
-  std::vector<double> mine(STATE * films_.volume.size(), 0.0), all;
+  std::vector<double> mine(STATE * world_.spheres.ids(), 0.0), all;
   for (int a = 0; a < at.nlocal; a++) {
     double *p = &mine[STATE * at.tag[a]];
     p[0] = 1;
     std::copy(at.x[a], at.x[a] + 3, p + 1);
     std::copy(at.v[a], at.v[a] + 3, p + 4);
+    p[7] = films_.volume(a);
   }
   if (world_.ranks.alone()) return mine;
   all.resize(mine.size());
@@ -34,24 +35,25 @@ std::vector<double> Shedding::everywhere() const {
 
 // Mean specific force on every sphere as its film feels it.
 void Shedding::feel(const std::vector<double> &now) {
-  const std::vector<double> &film = films_.volume;
   const Laws &laws = world_.laws;
+  const size_t ids = world_.spheres.ids();
   if (speed_then_.empty()) {
-    felt_.assign(3 * film.size(), 0.0);
+    felt_.assign(3 * ids, 0.0);
     speed_then_.resize(felt_.size());
   } else {
     const Vec &gravity = world_.rules.gravity;
     const double span = world_.clock.drop_every * world_.engine.at.dt, g[3] = {gravity.x, gravity.y, gravity.z};
-    for (size_t id = 1; id < film.size(); id++) {
-      if (!(film[id] > 0)) continue;
-      const double part = -std::expm1(-span / laws.shed_time(film[id], world_.rules.density, laws.surface_tension));
+    for (size_t id = 1; id < ids; id++) {
+      const double film = now[STATE * id + 7];
+      if (!(film > 0)) continue;
+      const double part = -std::expm1(-span / laws.shed_time(film, world_.rules.density, laws.surface_tension));
       for (int k = 0; k < 3; k++) {
         const double mean = (now[STATE * id + 4 + k] - speed_then_[3 * id + k]) / span - g[k];
         felt_[3 * id + k] += part * (mean - felt_[3 * id + k]);
       }
     }
   }
-  for (size_t id = 1; id < film.size(); id++)
+  for (size_t id = 1; id < ids; id++)
     for (int k = 0; k < 3; k++) speed_then_[3 * id + k] = now[STATE * id + 4 + k];
 }
 
@@ -73,13 +75,13 @@ void Shedding::land(const std::vector<double> &now, Drop &d) const {
   d.partner_kind = LEFT;
   d.j = -1;
   d.fallen = INF;
-  for (size_t id = 1; id < films_.volume.size(); id++) {
+  for (size_t id = 1; id < world_.spheres.ids(); id++) {
     if (int(id) == d.i || !(now[STATE * id] > 0)) continue;
     const Vec r = Vec(&now[STATE * id + 1]) - x;
     const double along = dot(r, down), own = world_.spheres.radius(int(id)), beside = dot(r, r) - along * along;
     if (along <= 0 || beside >= own * own) continue;
     const double way = along - std::sqrt(own * own - beside);
-    if (way >= d.fallen || film_thickness(films_.volume[id] + d.volume, own) > FULL * world_.engine.thickest_film * own) continue;
+    if (way >= d.fallen || film_thickness(now[STATE * id + 7] + d.volume, own) > FULL * world_.engine.thickest_film * own) continue;
     d.fallen = way;
     d.partner_kind = SPHERE;
     d.j = int(id);
@@ -98,11 +100,14 @@ void Shedding::land(const std::vector<double> &now, Drop &d) const {
   if (d.j < 0) d.fallen = 0;
 }
 
-void Shedding::fall(Drop &d) {
-  d.film_i_before = films_.volume[d.i];
+void Shedding::fall(std::vector<double> &now, Drop &d) {
+  double &film_i = now[STATE * d.i + 7];
+  d.film_i_before = film_i;
   if (d.partner_kind == SPHERE) {
-    d.film_j_before = films_.volume[d.j];
-    films_.set(d.j, films_.volume[d.j] + d.volume);
+    double &film_j = now[STATE * d.j + 7];
+    d.film_j_before = film_j;
+    film_j += d.volume;
+    films_.add(d.j, d.volume);
   } else if (d.partner_kind == LEFT) {
     d.film_j_before = films_.left;
     films_.left += d.volume;
@@ -110,7 +115,8 @@ void Shedding::fall(Drop &d) {
     d.film_j_before = films_.wall[d.j];
     films_.add_to_wall(d.j, d.volume);
   }
-  films_.set(d.i, films_.volume[d.i] - d.volume);
+  film_i -= d.volume;
+  films_.add(d.i, -d.volume);
   weight_.carry(d);
   logs_.write(d);
 }
@@ -118,14 +124,15 @@ void Shedding::fall(Drop &d) {
 void Shedding::shed() {
   const Laws &laws = world_.laws;
   if (!laws.shed_drop || !world_.clock.drops_fall()) return;
-  const std::vector<double> now = everywhere(), &film = films_.volume;
+  std::vector<double> now = everywhere();
   feel(now);
   std::vector<Drop> drops;
-  for (size_t id = 1; id < film.size(); id++) {
-    if (!(film[id] > 0)) continue;
+  for (size_t id = 1; id < world_.spheres.ids(); id++) {
+    const double film = now[STATE * id + 7];
+    if (!(film > 0)) continue;
     Drop d = {};
     const Vec felt(&felt_[3 * id]);
-    d.volume = laws.shed_drop(film[id], world_.spheres.radius(int(id)), norm(felt), world_.rules.density, laws.surface_tension);
+    d.volume = laws.shed_drop(film, world_.spheres.radius(int(id)), norm(felt), world_.rules.density, laws.surface_tension);
     if (!(d.volume > 0)) continue;
     d.step = world_.clock.now; d.time = world_.clock.time; d.i = int(id);
     store(felt, d.felt);
@@ -133,7 +140,7 @@ void Shedding::shed() {
     land(now, d);
     drops.push_back(d);
   }
-  for (Drop &d : drops) fall(d);
+  for (Drop &d : drops) fall(now, d);
 }
 
 }  // namespace pywet

@@ -30,7 +30,7 @@ class Shedding {
   std::vector<double> everywhere() const;
   void feel(const std::vector<double> &now);
   void land(const std::vector<double> &now, Drop &d) const;
-  void fall(Drop &d);
+  void fall(std::vector<double> &now, Drop &d);
 };
 
 }  // namespace pywet

@@ -9,17 +9,13 @@ class Spheres {
  public:
   std::vector<double> type_radius, type_angle, type_mass;  // index: type - 1
   std::vector<int> type_of;                                // index: sphere id; 0: there is none
+  int64_t count = 0;
 
   size_t ids() const { return type_of.size(); }            // one more than the largest
   bool exists(size_t id) const { return type_of[id] > 0; }
   double radius(int id) const { return type_radius[type_of[id] - 1]; }
   double angle(int id) const { return type_angle[type_of[id] - 1]; }
   double mass(int id) const { return type_mass[type_of[id] - 1]; }
-  int64_t count() const {
-    int64_t n = 0;
-    for (int type : type_of) n += type > 0;
-    return n;
-  }
 };
 
 }  // namespace pywet

@@ -65,18 +65,6 @@ void Standing::remove(size_t k) {
   prepared_.resize(prepared_.size() - lines);
 }
 
-void Standing::count(int kind, int i, int j, int more) {
-  on_.resize(world_.spheres.ids());
-  on_[i] += more;
-  if (kind == SPHERE) on_[j] += more;
-}
-
-void Standing::count(const Event &e) {
-  const bool forms = e.kind == FORMATION;
-  count(e.partner_kind, e.i, e.j, forms ? 1 : -1);
-  (forms ? formations : ruptures)++;
-}
-
 std::vector<Told> Standing::mine() const {
   std::vector<Told> told;
   for (const Bridge &b : bridges)
@@ -88,14 +76,16 @@ std::vector<Told> Standing::mine() const {
 void Standing::exchange() {
   const View &at = world_.engine.at;
   std::vector<Told> leaving;
+  leaving.swap(told_);
+  const size_t said = leaving.size();    // to all
   for (Bridge &b : bridges) {
     const bool was_mine = b.mine;
     locate(b);
     if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
       leaving.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance});
   }
-  if (world_.ranks.alone()) return;
-  for (const Told &told : world_.ranks.gathered(leaving)) {
+  if (!world_.ranks.alone() && said == 0) leaving = world_.ranks.near(leaving);
+  for (const Told &told : leaving) {
     if (find(told.kind, told.i, told.j) >= 0) continue;
     Bridge b = made(told);
     locate(b);

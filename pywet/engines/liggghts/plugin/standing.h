@@ -13,7 +13,7 @@ class Standing {
   std::vector<Bridge> bridges;
   std::vector<Site> sites;               // of the bridges at walls
   std::vector<Block> blocks;             // what the loops of a step know of them, BATCH each
-  int64_t formations = 0, ruptures = 0;  // since the start, on all ranks
+  int64_t formations = 0, ruptures = 0;  // since the start, decided by this rank
 
   explicit Standing(const World &world) : world_(world) {}
   Bridge made(int kind, int i, int j, double volume) const;
@@ -21,14 +21,12 @@ class Standing {
   void place(Bridge &b) const;           // where its ends are on this rank
   void add(Bridge b);
   void remove(size_t k);                 // the last one takes its place
-  void count(const Event &e);            // what formed or ruptured, on any rank
-  void count(const Bridge &b) { count(b.kind, b.i, b.j, 1); }
+  void expect(const Told &told) { told_.push_back(told); }  // of a checkpoint, on every rank
   void exchange();                       // after spheres have changed ranks; all ranks take part
   void sort();
   std::vector<Told> mine() const;        // those that are counted here
 
   int find(int kind, int i, int j) const;  // its index, or -1
-  int on(int id) const { return on_[id]; }  // how many a sphere has, wherever they are held
   Geometry geometry(const Bridge &b);
   double share(const Bridge &b) const;   // of i, by the transfer ratio
   double rupture_limit(const Bridge &b, const Geometry &g) const;
@@ -39,11 +37,10 @@ class Standing {
   const World &world_;
   std::vector<Line> prepared_;           // Laws::lines a bridge, in the order of `bridges`
   std::unordered_map<uint64_t, int> index_;  // key -> bridge
-  std::vector<int> on_;                  // index: sphere id
+  std::vector<Told> told_;               // of which it is not known yet whether they have an end here
 
   void enter(size_t k);
   void locate(Bridge &b) const;
-  void count(int kind, int i, int j, int more);
 };
 
 }  // namespace pywet

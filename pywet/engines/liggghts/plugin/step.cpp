@@ -4,9 +4,9 @@
 
 namespace pywet {
 
-void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory) {
+void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   const std::vector<double> &radii = world.spheres.type_radius;
-  world.ranks.join(comm);
+  world.ranks.join(processes(lmp));
   world.walls.finish(0.05 * *std::min_element(radii.begin(), radii.end()));
   world.engine.attach(lmp, world.walls, !wires.prisms.empty());
   world.engine.look();
@@ -49,6 +49,10 @@ void Plugin::step(int64_t n) {
     return;
   engine.look();
   if (clock.first || clock.again) engine.keep_skin();
+  if (fresh && !world.ranks.alone()) {
+    engine.find_neighbours(world.ranks);
+    engine.tell_ghosts();
+  }
   clock.time = n * engine.at.dt;
   if (fresh) engine.check_box(world.spheres, world.ranks, n);
   energy.begin(engine.read_meshes(world.walls, world.ranks, fresh));
@@ -65,7 +69,7 @@ void Plugin::step(int64_t n) {
   booking.gather(problem);
   if (rules.semi_implicit && wet() && clock.bridges_act()) implicit.act();
   if (clock.again && checkpoint.restore_forces()) return;
-  if (!booking.events.empty()) {
+  if (booking.any) {
     booking.book();
     forces.act_new(booking.events);
   }

@@ -1,7 +1,7 @@
 // The plugin: its parts, and the order of things in one step.
 //
-// The state of the liquid is the same on every rank. Each step, the rank that owns sphere i of a pair decides about it; the
-// events of all ranks are gathered, sorted and booked by every rank alike, so results do not depend on the ranks.
+// Each step, the rank that owns sphere i of a pair decides about it. Every event goes to all ranks that hold one of its spheres,
+// as their own or as a ghost; each books those that it holds, in sorted order, so results do not depend on the ranks.
 #pragma once
 #include <string>
 
@@ -24,14 +24,14 @@ class Plugin {
   Implicit implicit{world, standing, single, impulses, logs};
   Forces forces{world, standing, energy, single, impulses, implicit, logs};
   NearPairs near{world, films, standing};
-  Weight weight{world, films, standing, energy};
+  Weight weight{world, standing, energy};
   Booking booking{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
   Checkpoint checkpoint{world, films, standing, energy, wires, weight, shedding, logs};
 
   Plugin() = default;
   Plugin(const Plugin &) = delete;       // the parts know each other by place
-  void attach(LAMMPS_NS::LAMMPS *lmp, MPI_Comm comm, const std::string &directory);
+  void attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory);
   void resume(const std::string &state_file);
   void step(int64_t n);
 

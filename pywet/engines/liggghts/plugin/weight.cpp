@@ -9,13 +9,15 @@
 
 namespace pywet {
 
-double Weight::wet_mass(int id) const { return world_.spheres.mass(id) + world_.rules.density * weighed_[id]; }
+double Weight::wet_mass(int a) const {
+  const View &at = world_.engine.at;
+  return world_.spheres.mass(at.tag[a]) + world_.rules.density * at.liquid[a][WEIGHED];
+}
 
 void Weight::begin() {
   if (!world_.rules.weighs) return;
-  if (load_.empty()) load_ = weighed_ = films_.volume;
   const View &at = world_.engine.at;
-  for (int a = 0; a < at.nlocal; a++) at.mass[a] = wet_mass(at.tag[a]);
+  for (int a = 0; a < at.nlocal; a++) at.mass[a] = wet_mass(a);
 }
 
 // Gravity has acted on the masses of the step before.
@@ -23,13 +25,13 @@ void Weight::weigh(bool fresh) {
   if (!world_.rules.weighs || !(fresh || heavier_)) return;
   const View &at = world_.engine.at;
   if (world_.clock.again || !heavier_) {
-    for (int a = 0; a < at.nall; a++) at.mass[a] = wet_mass(at.tag[a]);
+    for (int a = 0; a < at.nall; a++) at.mass[a] = wet_mass(a);
     return;
   }
   heavier_ = false;
-  weighed_ = load_;
   for (int a = 0; a < at.nall; a++) {
-    const double mass = wet_mass(at.tag[a]), more = mass - at.mass[a];
+    at.liquid[a][WEIGHED] = at.liquid[a][LOAD];
+    const double mass = wet_mass(a), more = mass - at.mass[a];
     at.mass[a] = mass;
     if (a >= at.nlocal || more == 0) continue;
     accumulate(at.f[a], more * world_.rules.gravity);
@@ -40,23 +42,29 @@ void Weight::weigh(bool fresh) {
   }
 }
 
-// A bridge gives back what it counts for: only formations move liquid from one side to the other.
+// A bridge gives back what it counts for: only formations move liquid from one side to the other. Who owns a sphere knows both ends
+// of all its bridges and tells of it where it is a ghost.
 void Weight::carry(const std::vector<Event> &events) {
   if (!world_.rules.weighs) return;
   heavier_ = true;
+  const Engine &engine = world_.engine;
   for (const Event &e : events)
     if (e.kind == FORMATION) {
       const double own = standing_.share(standing_.made(e.partner_kind, e.i, e.j, e.volume));
-      load_[e.i] += own - e.share_i;
-      if (e.partner_kind == SPHERE) load_[e.j] += (e.volume - own) - e.share_j;
+      const int a = engine.local(e.i), b = e.partner_kind == SPHERE ? engine.local(e.j) : -1;
+      if (engine.at.owned(a)) engine.at.liquid[a][LOAD] += own - e.share_i;
+      if (engine.at.owned(b)) engine.at.liquid[b][LOAD] += (e.volume - own) - e.share_j;
     }
+  if (!world_.ranks.alone()) engine.tell_ghosts();
 }
 
 void Weight::carry(const Drop &d) {
   if (!world_.rules.weighs) return;
   heavier_ = true;
-  load_[d.i] -= d.volume;
-  if (d.partner_kind == SPHERE) load_[d.j] += d.volume;
+  const Engine &engine = world_.engine;
+  const int a = engine.local(d.i), b = d.partner_kind == SPHERE ? engine.local(d.j) : -1;
+  if (a >= 0) engine.at.liquid[a][LOAD] -= d.volume;
+  if (b >= 0) engine.at.liquid[b][LOAD] += d.volume;
 }
 
 }  // namespace pywet

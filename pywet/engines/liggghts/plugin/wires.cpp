@@ -43,7 +43,9 @@ bool Wires::moved() const {
 void Wires::find() {
   const View &at = world_.engine.at;
   const std::vector<Mesh> &meshes = world_.walls.meshes;
-  const std::vector<WireSpring> known = springs();
+  std::vector<WireSpring> known = springs();
+  if (!world_.ranks.alone()) known = world_.ranks.near(known);
+  std::sort(known.begin(), known.end());
   saved_.clear();
   candidates_.clear();
   for (const Weave &weave : weaves_) shift_then_[weave.mesh] = meshes[weave.mesh].shift;
@@ -69,14 +71,11 @@ void Wires::find() {
 }
 
 std::vector<WireSpring> Wires::springs() const {
-  std::vector<WireSpring> all = saved_, mine;
+  std::vector<WireSpring> here = saved_;
   for (const Candidate &c : candidates_)
     if (c.spring[0] != 0 || c.spring[1] != 0 || c.spring[2] != 0)
-      mine.push_back(WireSpring{c.id, c.wire, {c.spring[0], c.spring[1], c.spring[2]}});
-  if (!world_.ranks.alone()) mine = world_.ranks.gathered(mine);
-  all.insert(all.end(), mine.begin(), mine.end());
-  std::sort(all.begin(), all.end());
-  return all;
+      here.push_back(WireSpring{c.id, c.wire, {c.spring[0], c.spring[1], c.spring[2]}});
+  return here;
 }
 
 // A sphere that no longer touches loses its spring.

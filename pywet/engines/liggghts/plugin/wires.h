@@ -23,7 +23,7 @@ class Wires {
   void arrange();                        // groups parallel wires of a mesh, in order across
   void touch(bool fresh);                // after the engine's own contacts, before the bridges
 
-  // All springs that are not zero, of all ranks, sorted; just after a resumption those of the checkpoint.
+  // The springs here that are not zero; just after a resumption those of the checkpoint, all of them.
   std::vector<WireSpring> springs() const;
   void take_up(const std::vector<WireSpring> &springs) { saved_ = springs; }
 

