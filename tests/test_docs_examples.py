@@ -20,6 +20,7 @@ import yaml
 
 from pywet import stages
 from pywet.bench import bridge_query
+from pywet.calibration.answer import calibrate
 from pywet.collisions.wall.problem import Problem
 from pywet.config.entries import AngleEntry, NonNegativeEntry
 from pywet.config.loading import parse
@@ -34,6 +35,7 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 EXECUTED = {
     "atlas.md": ["python"],
     "bridge.md": ["json"],
+    "calibrate.md": ["yaml"],
     "cli.md": ["python"],
     "configuration.md": ["yaml"] * 4 + ["csv"],
     "howto-own-law.md": ["python", "yaml", "json", "python", "yaml", "toml"],
@@ -134,6 +136,22 @@ def test_the_query_of_the_page_on_bridges(tmp_path: Path) -> None:
     assert set(answer["force_N"]) == {"rabinovich", "young_laplace"} and set(answer["viscous_normal_N"]) == {"pitois"}
     touch = 2.0 * math.pi * 0.0728 * 0.0025 * sum(math.cos(math.radians(a)) for a in (11.459, 28.648))
     assert 0.5 * touch < answer["force_N"]["young_laplace"][0] < touch
+
+
+def test_the_calibration_of_the_page_gives_its_answer(tmp_path: Path) -> None:
+    """The file is the example's; values and intervals are those printed, and hold what the targets were made with."""
+    example = ROOT / "examples" / "calibrations" / "binder.yaml"
+    assert example.read_text().partition("\n")[2] == blocks("calibrate.md")[0][1]
+    answer = calibrate(example, tmp_path)
+    page = (ROOT / "docs" / "calibrate.md").read_text()
+    for (name, told), made_with in zip(answer["parameters"].items(), (0.002, 0.05), strict=True):
+        (found,) = told["intervals"]
+        printed = re.search(rf"`{name}: (\S+) \(95 %: (\S+) to (\S+)\)`", page)
+        assert printed is not None
+        values = [told["best"], found["low"], found["high"]]
+        assert [float(x) for x in printed.groups()] == pytest.approx(values, rel=2e-3)
+        assert found["low"] < made_with < found["high"]
+    assert answer["reached"] and not answer["not_told_apart"]
 
 
 def test_the_collision_of_the_page_is_a_problem() -> None:

@@ -182,8 +182,7 @@ def _change(of: pd.DataFrame) -> tuple[str, bool | None]:
 
 def tables() -> dict[str, list[str]]:
     """Lines of the page's tables, by their names."""
-    turned_too = (HERE / "drum_trend.csv").exists()
-    said = dict([*of_bridges(), *of_impacts(), *(of_drums() if turned_too else ())])
+    said = dict([*of_bridges(), *of_impacts(), *of_drums()])
     lines = ["| measured | source, how read, uncertainty | here | |", "|---|---|---|---|"]
     for row in pd.read_csv(HERE / "measured.csv").to_dict("records"):
         text, holds = said[row["key"]]
@@ -199,11 +198,11 @@ def tables() -> dict[str, list[str]]:
         cells = f"{1 / inverse.max():.0f} to {1 / inverse.min():.0f} | {kept.min():.3f} to {kept.max():.3f} | {bends}"
         bent.append(f"| {1e3 * viscosity:g} mPa s | {cells} |")
     turned = ["| liquid | angle by seed [°] |", "|---|---|"]
-    for (viscosity, tension), of in angles().iterrows() if turned_too else ():
+    for (viscosity, tension), of in angles().iterrows():
         turned.append(
             f"| {1e3 * tension:g} mN/m, {1e3 * viscosity:g} mPa s | " + ", ".join(f"{a:.1f}" for a in of) + " |"
         )
-    return {"statements": lines, "bends": bent, **({"drums": turned} if turned_too else {})}
+    return {"statements": lines, "bends": bent, "drums": turned}
 
 
 def page() -> None:

@@ -11,8 +11,10 @@ import numpy as np
 from pywet.apparatus import tower
 from pywet.apparatus.packing import FeedRegion
 from pywet.apparatus.screen import build_wires
-from pywet.apparatus.surface import Surface
+from pywet.apparatus.solids import Part, bin_solid, plate, square, tube
+from pywet.apparatus.surface import Motion, Surface, make_surface
 from pywet.errors import PywetError
+from pywet.scene import Holder
 
 BIN_OVERLAP_M = 0.006
 """The collecting bin's rim stands this much above the outlet's lower end."""
@@ -83,26 +85,32 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
     z_end = z_outlet - spec.outlet_height_m
     z_rim = z_end + BIN_OVERLAP_M
     half_slide = float(np.abs(mid_wall).max())
-    surfaces = (
-        build_wires(spec.aperture_m, spec.wire_diameter_m, spec.wire_sides, apothem, mid_wall),
-        tower.build_side_wall(apothem, t, sides, z_outlet, spec.side_wall_height_m),
-        tower.build_feed_bin(
-            apothem, t, sides, spec.feed_bin_bottom_m, spec.feed_bin_bottom_m + spec.feed_bin_height_m
+    feed_low, feed_high = spec.feed_bin_bottom_m, spec.feed_bin_bottom_m + spec.feed_bin_height_m
+    slope = (apothem - spec.outlet_opening_m, spec.impact_plate_angle_rad)
+    walls: list[tuple[Holder, list[Part], Motion]] = [
+        # holds the wires in its thickness
+        ("side_wall", tube(apothem, t, sides, z_outlet, spec.side_wall_height_m), "vibrates"),
+        ("feed_bin", tube(apothem, t, sides, feed_low, feed_high), "fixed"),
+        # closes the feed bin from below; its edges lie inside that wall
+        ("slide", plate(square(half_slide), spec.slide_height_m - t, spec.slide_height_m), "slides"),
+        ("outlet", tube(apothem, t, sides, z_end, z_outlet), "vibrates"),
+        ("impact_plate", tower.impact_plate(mid_wall, *slope, t, _plate_top(spec)), "vibrates"),
+        # around and below the outlet's lower end
+        (
+            "collecting_bin",
+            bin_solid(apothem + t + gap, t, sides, z_rim - spec.collecting_bin_height_m, z_rim),
+            "fixed",
         ),
-        tower.build_slide(half_slide, t, spec.slide_height_m),
-        tower.build_outlet(apothem, t, sides, z_end, z_outlet),
-        tower.build_impact_plate(
-            mid_wall, apothem - spec.outlet_opening_m, spec.impact_plate_angle_rad, t, _plate_top(spec)
-        ),
-        tower.build_collecting_bin(apothem + t + gap, t, sides, z_rim - spec.collecting_bin_height_m, z_rim),
-    )
+    ]
+    wires = build_wires(spec.aperture_m, spec.wire_diameter_m, spec.wire_sides, apothem, mid_wall)
+    surfaces = (wires, *(make_surface(name, name, solid, motion) for name, solid, motion in walls))
     travel = 2.0 * half_slide
     low, high = _bounds(surfaces, travel)
     region = FeedRegion(
         shape=spec.shape,
         width_m=2.0 * apothem,
         z_low_m=spec.slide_height_m,
-        z_high_m=spec.feed_bin_bottom_m + spec.feed_bin_height_m,
+        z_high_m=feed_high,
     )
     return Apparatus(surfaces, low, high, 0.0, z_end - gap, region, travel)
 

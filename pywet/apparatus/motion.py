@@ -1,4 +1,4 @@
-"""How walls move: the screen's vibration and the slide, in closed form and exactly as LIGGGHTS does it.
+"""How walls move: the screen's vibration, in closed form and exactly as LIGGGHTS does it.
 
 A `Vibration` is x_k(t) = a_k sin(2π f t + φ_k) for k = x, y, z. LIGGGHTS' `fix move/mesh … viblin`
 (mesh_mover_linear.cpp) sets in every step, with t = n Δt since the fix was given, n from 1,
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pywet.scene import Slide, Vector, Vibration
+from pywet.scene import Vector, Vibration
 
 Floats = NDArray[np.float64]
 
@@ -71,12 +71,6 @@ def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float)
     amplitude, phase = np.asarray(vibration.amplitude_m), np.asarray(vibration.phase_rad)
     total = (2.0 * half / math.sin(half)) * np.sin(half * n) * np.cos(half * (n + 1.0) + phase)
     return np.asarray(amplitude * total, dtype=np.float64)
-
-
-def slide_displacement(slide: Slide, time: ArrayLike) -> Floats:
-    """Displacement of the slide [m], shape (…, 3)."""
-    moving = np.clip(np.asarray(time, dtype=np.float64) - slide.opens_at_s, 0.0, slide.travel_s)
-    return np.asarray(moving[..., None] * np.asarray(slide.velocity_m_per_s), dtype=np.float64)
 
 
 @dataclass(frozen=True)

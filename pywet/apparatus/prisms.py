@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pywet.apparatus.surface import Floats
+from pywet.apparatus.surface import Floats, enclosed
 from pywet.errors import PywetError
 
 SAME_VOLUME = 1e-6
@@ -29,8 +29,7 @@ class Prism:
 def prism_of(corners: Floats, name: str) -> Prism:
     """The prism that closed triangles (m, 3, 3) bound, exactly; `PywetError` where they bound another shape."""
     points = np.unique(corners.reshape(-1, 3), axis=0)
-    a, b, c = np.moveaxis(corners - points.mean(axis=0), 1, 0)
-    volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+    volume = enclosed(corners)
     for axis in np.argsort(-np.ptp(points, axis=0), kind="stable"):
         others = [(axis + 1) % 3, (axis + 2) % 3]
         low, high = (float(f(points[:, axis])) for f in (np.min, np.max))

@@ -22,6 +22,11 @@ def polygon(apothem: float, sides: int) -> Floats:
     return apothem / math.cos(math.pi / sides) * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
+def square(half_side: float) -> Floats:
+    """Corners of a square about the origin, shape (4, 2) [m]."""
+    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
 def fan(loop: Floats) -> Floats:
     """Triangles of a convex polygon (n, 3), seen counter-clockwise from outside: shape (n - 2, 3, 3)."""
     return np.stack([np.stack([loop[0], loop[k], loop[k + 1]]) for k in range(1, len(loop) - 1)])

@@ -65,13 +65,7 @@ class Surface:
     @property
     def volume(self) -> float:
         """Enclosed volume [m3], positive when the normals point outward (overlapping wires count twice)."""
-        return float(self.triangle_volumes.sum())
-
-    @property
-    def triangle_volumes(self) -> Floats:
-        """Signed volume of the tetrahedron of every triangle and the origin, shape (m,) [m3]."""
-        a, b, c = np.moveaxis(self.corners, 1, 0)
-        return np.asarray(np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, dtype=np.float64)
+        return enclosed(self.corners)
 
     @property
     def angles_deg(self) -> Floats:
@@ -94,6 +88,12 @@ class Surface:
     def _cross(self) -> Floats:
         a, b, c = np.moveaxis(self.corners, 1, 0)
         return np.cross(b - a, c - a)
+
+
+def enclosed(corners: Floats) -> float:
+    """Volume within closed triangles (m, 3, 3) [m3]: the signed tetrahedra to a point amid them."""
+    a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 
 
 def make_surface(
@@ -130,7 +130,7 @@ def check_surface(surface: Surface) -> None:
     _check_shape(surface)
     _check_edges(surface)
     count, body = surface.components()
-    volumes = np.bincount(body, weights=surface.triangle_volumes, minlength=count)
+    volumes = np.array([enclosed(surface.corners[body == k]) for k in range(count)])
     if (volumes <= 0).any():
         raise PywetError(
             f"surface {surface.name}: its triangles enclose {volumes.min():.3g} m3, expected a positive volume; "

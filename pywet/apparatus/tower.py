@@ -1,4 +1,4 @@
-"""The tower around the screen: side wall, feed bin, slide, outlet, impact plate, collecting bin, each one surface."""
+"""Shapes of the tower around the screen: its cross-section and the impact plate."""
 
 from __future__ import annotations
 
@@ -6,42 +6,15 @@ import math
 
 import numpy as np
 
-from pywet.apparatus.solids import bin_solid, plate, polygon, tube
-from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.apparatus.solids import Part, plate, polygon
+from pywet.apparatus.surface import Floats
 
 
-def build_side_wall(apothem: float, thickness: float, sides: int, z_low: float, z_high: float) -> Surface:
-    """Vibrating tube that holds the wires in its thickness."""
-    return make_surface("side_wall", "side_wall", tube(apothem, thickness, sides, z_low, z_high), "vibrates")
-
-
-def build_feed_bin(apothem: float, thickness: float, sides: int, z_low: float, z_high: float) -> Surface:
-    """Resting tube above the side wall."""
-    return make_surface("feed_bin", "feed_bin", tube(apothem, thickness, sides, z_low, z_high), "fixed")
-
-
-def build_slide(half_length: float, thickness: float, z_top: float) -> Surface:
-    """Square slab that closes the feed bin from below; its edges lie inside the feed bin's wall."""
-    outline = half_length * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    return make_surface("slide", "slide", plate(outline, z_top - thickness, z_top), "slides")
-
-
-def build_outlet(apothem: float, thickness: float, sides: int, z_low: float, z_high: float) -> Surface:
-    """Vibrating tube below the side wall, flush with it inside."""
-    return make_surface("outlet", "outlet", tube(apothem, thickness, sides, z_low, z_high), "vibrates")
-
-
-def build_impact_plate(mid_wall: Floats, low_edge_x: float, angle: float, thickness: float, z_top: float) -> Surface:
+def impact_plate(mid_wall: Floats, low_edge_x: float, angle: float, thickness: float, z_top: float) -> list[Part]:
     """Slab falling from the wall at -x, where its upper face is at `z_top`, to its low edge at x = `low_edge_x`."""
     outline = clip(mid_wall, low_edge_x)
     z = z_top - math.tan(angle) * (outline[:, 0] - mid_wall[:, 0].min())
-    return make_surface("impact_plate", "impact_plate", plate(outline, z - thickness, z), "vibrates")
-
-
-def build_collecting_bin(apothem: float, thickness: float, sides: int, z_floor: float, z_rim: float) -> Surface:
-    """Resting vessel around and below the outlet's lower end."""
-    parts = bin_solid(apothem, thickness, sides, z_floor, z_rim)
-    return make_surface("collecting_bin", "collecting_bin", parts, "fixed")
+    return plate(outline, z - thickness, z)
 
 
 def clip(outline: Floats, x: float) -> Floats:

@@ -104,7 +104,11 @@ class Query(Excusable):
 
 def read(path: Path) -> Query:
     """Read and check a query."""
-    given = read_json(path, "see the form in docs/bridge.md")
+    return checked(read_json(path, "see the form in docs/bridge.md"), path)
+
+
+def checked(given: Any, path: Path) -> Query:
+    """A query from the content of its file."""
     try:
         query = Query.model_validate(given)
     except ValidationError as error:
@@ -185,6 +189,27 @@ def solved(query: Query) -> list[young_laplace.Bridge | None]:
 def exact_force(query: Query) -> list[float | None]:
     """Its force [N]."""
     return [None if b is None else b.force(query.surface_tension_N_per_m) for b in solved(query)]
+
+
+def pull_off(query: Query) -> float:
+    """Largest force [N] over the separations by the one capillary law that the query names."""
+    names = query.named("capillary")
+    if len(names) != 1:
+        raise PywetError(f"a pull-off force is asked of {', '.join(names)}; expected one capillary law: mend laws")
+    ri, rj, ti, tj = query.pair
+    if names[0] == EXACT:
+        return max((force for force in exact_force(query) if force is not None), default=0.0)
+    law = registry.get("capillary", names[0]).functions[0]
+    gaps = np.array(query.separations_m)
+    forces = law(gaps, query.volume_m3, ri, rj, ti, tj, query.surface_tension_N_per_m)
+    return _finite(float(np.where(gaps <= rupture_distance(query), forces, 0.0).max()), names[0])
+
+
+def rupture_distance(query: Query) -> float:
+    """Rupture distance [m] by the query's rule."""
+    if query.rule == EXACT:
+        return young_laplace.rupture(query.volume_m3, *query.pair).separation
+    return float(registry.get("rupture", query.rule).functions[0](query.volume_m3, *query.pair))
 
 
 def film(query: Query, name: str) -> float:

@@ -21,7 +21,7 @@ from pywet.bench.bodies import last
 from pywet.errors import PywetError
 from pywet.files import read_table, write_json
 from pywet.ranges import SCENE
-from pywet.scene import ContactPair, Liquid, Output, Rotation, SphereClass
+from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
@@ -150,10 +150,16 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
 
 
 def bed_angles(run_dir: Path) -> bodies.Floats:
-    """Angle [deg] of the line from the axis to the bed's centre of mass against gravity, which is the slope of a flat surface, at
-    the outputs of the second half of the run."""
-    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[["x", "y"]].mean()
-    angle = np.degrees(np.arctan2(centre["x"].to_numpy(), -centre["y"].to_numpy()))
+    """Angle [deg] by which a turning wall has carried the bed: of the line from its axis to the spheres' centre against gravity,
+    which is the slope of a flat surface, at the outputs of the second half of the run."""
+    scene = Scene.read(Path(run_dir) / "scene.json")
+    turning = (scene.motion_of(wall) for wall in scene.walls)
+    motion = next((m for m in turning if isinstance(m, Rotation)), None)
+    if motion is None:
+        raise PywetError(f"no wall of {run_dir} turns; expected a drum for the angle of its bed")
+    centre = read_table(run_dir / "trajectory.parquet").groupby("step")[[*"xyz"]].mean().to_numpy() - motion.origin_m
+    down, axis = np.array(scene.gravity_m_per_s2), np.array(motion.axis) / np.linalg.norm(motion.axis)
+    angle = np.degrees(np.arctan2(centre @ np.cross(axis, down), centre @ (down - (down @ axis) * axis)))
     return np.asarray(angle[len(angle) // 2 :])
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from pywet.apparatus.initial import wall_mesh, write_initial
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import Floats, Surface, make_surface
+from pywet.apparatus.solids import plate, square
+from pywet.apparatus.surface import Surface, make_surface
 from pywet.engines.lammps import driver as lammps
 from pywet.engines.liggghts import driver
 from pywet.laws import own
@@ -40,11 +40,6 @@ class Sphere:
     """Amplitude [m] and period [s] of a driven motion x + A sin(2 pi t/T) in place of `velocity`."""
     film: float | None = None
     """Liquid on it [m3], where that is not what the scene's film thickness gives."""
-
-
-def square(half_side: float) -> Floats:
-    """Corners of a square about the origin, shape (4, 2) [m]."""
-    return half_side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def floor(half_side: float = 0.05, top: float = 0.0, thickness: float = 0.01) -> Surface:

@@ -112,6 +112,26 @@ def bridge(
 
 
 @app.command()
+def calibrate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see docs/calibrate.md.")],
+    out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Find surface tension, friction, film … that reproduce what was measured, and say how well they are known."""
+    from pywet import machine_code
+    from pywet.calibration.answer import calibrate
+
+    folder = out_dir or Path("results") / "calibrations" / file.stem
+    machine_code.say_wait()
+    answer = calibrate(file, folder, ranks, lambda line: err.print(line, soft_wrap=True, markup=False))
+    for line in answer["sentences"]:
+        out.print(line, soft_wrap=True, markup=False)
+    out.print(f"calibration.json and calibration.svg are in {folder}", soft_wrap=True, markup=False)
+    if not answer["reached"]:
+        raise typer.Exit(1)
+
+
+@app.command()
 def score(
     problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet.")],
     file: Annotated[Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value.")] = None,

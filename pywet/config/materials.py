@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Annotated, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -197,30 +198,17 @@ class Materials(Limited):
 
     def size(self, material: str, diameter_mm: float) -> Size:
         """The size of a material by diameter [mm]."""
-        sizes = self.sphere(material).sizes
-        for size in sizes:
-            if math.isclose(size.diameter_mm.value, diameter_mm, rel_tol=1e-9):
-                return size
-        have = ", ".join(f"{s.diameter_mm.value:g}" for s in sizes)
-        raise ConfigError(f"{FILE}: spheres.{material}.sizes has no {diameter_mm:g} mm, expected one of {have} mm")
+        place = f"spheres.{material}.sizes has no"
+        return _of_length(self.sphere(material).sizes, "diameter_mm", diameter_mm, place)
 
     def screen(self, aperture_mm: float) -> Screen:
         """The screen by its aperture [mm]."""
-        for screen in self.screens:
-            if math.isclose(screen.aperture_mm.value, aperture_mm, rel_tol=1e-9):
-                return screen
-        have = ", ".join(f"{s.aperture_mm.value:g}" for s in self.screens)
-        raise ConfigError(f"{FILE}: screens has no aperture of {aperture_mm:g} mm, expected one of {have} mm")
+        return _of_length(self.screens, "aperture_mm", aperture_mm, "screens has no aperture of")
 
     def stroke(self, set_amplitude_mm: float) -> Stroke:
         """The measured stroke by the amplitude set at the machine [mm]."""
-        for stroke in self.motion.strokes:
-            if math.isclose(stroke.set_amplitude_mm.value, set_amplitude_mm, rel_tol=1e-9):
-                return stroke
-        have = ", ".join(f"{s.set_amplitude_mm.value:g}" for s in self.motion.strokes)
-        raise ConfigError(
-            f"{FILE}: motion.strokes has no set amplitude {set_amplitude_mm:g} mm, expected one of {have}"
-        )
+        place = "motion.strokes has no set amplitude"
+        return _of_length(self.motion.strokes, "set_amplitude_mm", set_amplitude_mm, place)
 
     def contact(self, sphere: str, partner: str) -> Contact:
         """Dry contact data of a sphere material with a partner material."""
@@ -240,6 +228,19 @@ class Materials(Limited):
                     "equal friction, rolling_friction_m and restitution: all walls are one material in the engine"
                 )
         return found[0]
+
+
+Row = TypeVar("Row", bound=Limited)
+
+
+def _of_length(rows: Sequence[Row], key: str, length_mm: float, lacks: str) -> Row:
+    """The row whose `key` is a length [mm]."""
+    lengths = [getattr(row, key).value for row in rows]
+    for row, length in zip(rows, lengths, strict=True):
+        if math.isclose(length, length_mm, rel_tol=1e-9):
+            return row
+    have = ", ".join(f"{length:g}" for length in lengths)
+    raise ConfigError(f"{FILE}: {lacks} {length_mm:g} mm, expected one of {have} mm")
 
 
 def _listed(names: dict[str, SphereMaterial] | dict[str, WallMaterial]) -> str:

@@ -75,6 +75,24 @@ def package_version(package: str) -> str | None:
     return version if status.endswith("installed") and "not-installed" not in status else None
 
 
+def installed(name: str, version: str, setup: str) -> str:
+    """Version of an engine's program, which Debian's package of the same name brings; `EngineError` where it is another."""
+    program = name.lower()
+    if shutil.which(program) is None:
+        raise EngineError(f"the program {program} was not found; expected Debian's package {program}: run `{setup}`")
+    there = package_version(program)
+    if there is not None and not there.startswith(version):
+        raise EngineError(f"{name} {there} is installed; expected {version} (Debian 12): install that version")
+    return there or version
+
+
+def surroundings(python: bool = False) -> dict[str, str]:
+    """Environment of an engine: one thread, ranks for any user; `python`: what it finds of Python is ours, not its own."""
+    hidden = () if python else ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
+    kept = {name: value for name, value in os.environ.items() if name not in hidden}
+    return kept | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+
+
 @contextmanager
 def alone(run_dir: Path) -> Iterator[None]:
     """Hold the run directory; the lock goes with the process, also when that is killed."""
@@ -155,7 +173,7 @@ def last_words(lines: Iterable[str], returncode: int) -> str:
         return re.sub(r"^.*?ERROR[^:]*:\s*", "", named)
     if returncode < 0:
         return f"the program was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
-    return said[-1] if said else "it wrote nothing"
+    return said[-1] if said else f"it wrote nothing and ended with status {returncode}"
 
 
 def attend(

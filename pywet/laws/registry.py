@@ -73,8 +73,14 @@ def transfer_model(name: str) -> Callable[..., transfer.Floats]:
 def names(kind: str) -> list[str]:
     """Names of the laws of a kind: built in, and published ones whose arguments are those of the kind."""
     _check_kind(kind)
-    published = (p.name for p in entry_points(group=GROUP) if _fits(kind, p))
-    return sorted({*BUILT_IN[kind], *REGISTERED[kind], *published})
+    fitting = (p.name for p in published() if _fits(kind, p))
+    return sorted({*BUILT_IN[kind], *REGISTERED[kind], *fitting})
+
+
+@cache
+def published() -> tuple[EntryPoint, ...]:
+    """Laws of installed packages, looked for once: to look takes milliseconds."""
+    return tuple(entry_points(group=GROUP))
 
 
 @cache
@@ -83,11 +89,11 @@ def get(kind: str, name: str) -> Law:
     _check_kind(kind)
     if name in BUILT_IN[kind]:
         return Law(name, kind, BUILT_IN[kind][name])
-    published = {p.name: p for p in entry_points(group=GROUP)}
+    offered = {p.name: p for p in published()}
     if name in REGISTERED[kind]:
         functions: Any = REGISTERED[kind][name]
-    elif name in published:
-        functions = _load(published[name])
+    elif name in offered:
+        functions = _load(offered[name])
     elif own.is_own(name):
         functions = own.functions(kind, name)
     else:
@@ -123,10 +129,10 @@ def _load(point: EntryPoint) -> Any:
 
 def _fits(kind: str, point: EntryPoint) -> bool:
     try:
-        published = _load(point)
+        law = _load(point)
     except PywetError:
         return False  # it is refused when it is asked for by name
-    functions = published if isinstance(published, tuple) else (published,)
+    functions = law if isinstance(law, tuple) else (law,)
     return [getattr(f, "arguments", ()) for f in functions] == [part.arguments for part in KINDS[kind].parts]
 
 

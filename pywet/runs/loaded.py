@@ -18,6 +18,16 @@ from pywet.scene import Scene
 from pywet.schema import CODES, meanings
 
 
+def _kept(name: str, what: str) -> cached_property[pd.DataFrame]:
+    """A table of a run by its path without suffix, read when it is asked for and kept; `what` is its documentation."""
+
+    def table(run: Run) -> pd.DataFrame:
+        return run._table(name)
+
+    table.__doc__ = what
+    return cached_property(table)
+
+
 class Run:
     """A run directory; tables are read when they are asked for, their `attrs` hold `units`, `meanings`, `codes` of columns."""
 
@@ -41,45 +51,20 @@ class Run:
         """Every effect: whether it is on, by which law, and why."""
         return list(read_json(self.path / "plan.json", AGAIN)["rows"])
 
-    @cached_property
-    def trajectory(self) -> pd.DataFrame:
-        """Place, velocity and spin of every sphere at every output."""
-        return self._table("trajectory")
-
-    @cached_property
-    def events(self) -> pd.DataFrame:
-        """Every bridge that formed or broke (`kind` 0 and 1), in the order in which it was booked."""
-        return self._table("history/events")
-
-    @cached_property
-    def bridges(self) -> pd.DataFrame:
-        """Bridges that stood at the outputs."""
-        return self._table("history/bridges")
-
-    @cached_property
-    def contacts(self) -> pd.DataFrame:
-        """Forces of every bridge in every step of the windows."""
-        return self._table("history/contacts")
-
-    @cached_property
-    def films(self) -> pd.DataFrame:
-        """Film on every sphere at the outputs."""
-        return self._table("history/films")
-
-    @cached_property
-    def wall_films(self) -> pd.DataFrame:
-        """Film on every wet triangle of the walls at the outputs."""
-        return self._table("history/wall_films")
-
-    @cached_property
-    def ledger(self) -> pd.DataFrame:
-        """Where all liquid is at the outputs: films, bridges, walls, left."""
-        return self._table("history/ledger")
-
-    @cached_property
-    def energy(self) -> pd.DataFrame:
-        """Energies at the outputs, and the works since the start."""
-        return self._table("history/energy")
+    trajectory = _kept("trajectory", "Place, velocity and spin of every sphere at every output.")
+    events = _kept(
+        "history/events", "Every bridge that formed or broke (`kind` 0 and 1), in the order in which it was booked."
+    )
+    bridges = _kept("history/bridges", "Bridges that stood at the outputs.")
+    contacts = _kept("history/contacts", "Forces of every bridge in every step of the windows.")
+    films = _kept("history/films", "Film on every sphere at the outputs.")
+    wall_films = _kept("history/wall_films", "Film on every wet triangle of the walls at the outputs.")
+    ledger = _kept("history/ledger", "Where all liquid is at the outputs: films, bridges, walls, left.")
+    energy = _kept("history/energy", "Energies at the outputs, and the works since the start.")
+    contact_statistics = _kept(
+        "results/contact_statistics",
+        "Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
+    )
 
     @cached_property
     def liquid(self) -> pd.DataFrame:
@@ -87,11 +72,6 @@ class Run:
         named = ("results/liquid_by_wall", "results/liquid_by_holder")
         there = [name for name in named if (self.path / f"{name}.parquet").exists()]
         return self._table(there[0] if there else named[0])
-
-    @cached_property
-    def contact_statistics(self) -> pd.DataFrame:
-        """Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds."""
-        return self._table("results/contact_statistics")
 
     def angle_of_repose(self) -> float:
         """Slope [deg] of the heap around the z axis at the end, see `heap_angle`; of one that has come to rest."""

@@ -15,11 +15,10 @@ from reference_impl.diagnosis import chain as links_chain
 from reference_impl.diagnosis import formations as links_formations
 from reference_impl.diagnosis.chain import Pair
 from reference_impl.diagnosis.diagnosis import Link, Suspect
-from reference_impl.diagnosis.rows import of_bridges
 from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.motion import impulses
 from reference_impl.replay import coverage, laws
-from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.bodies import bodies, of_bridges, pairs
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
@@ -93,13 +92,22 @@ def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
                 marks=e.marks())  # fmt: skip
 
 
-def due(run: Run, e: Events) -> Link | None:
-    """No bridge ruptures before it has reached both its limits."""
-    name = coverage.law(run, "dynamic_rupture")
+def _limit(run: Run, e: Events) -> Floats | None:
+    """Gap at which each bridge is due to rupture at its speed; None where its law is not known."""
     if not coverage.known(run, "dynamic_rupture"):
         return None
-    reach, gap, speed = e.column("rupture_distance"), e.pair.gap, e.pair.speed
-    limit = reach * (laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) if name else 1.0)
+    reach = e.column("rupture_distance")
+    if coverage.law(run, "dynamic_rupture") is None:
+        return reach
+    return reach * laws.pitois_factor(e.pair.speed, run.meta["viscosity"], run.meta["surface_tension"])
+
+
+def due(run: Run, e: Events) -> Link | None:
+    """No bridge ruptures before it has reached both its limits."""
+    limit = _limit(run, e)
+    if limit is None:
+        return None
+    reach, gap = e.column("rupture_distance"), e.pair.gap
     wrong = (~e.formation & (gap < limit * (1.0 - 1e-9))).astype(float)
     own, one = np.zeros(len(gap)), np.ones(len(gap))
 
@@ -107,7 +115,7 @@ def due(run: Run, e: Events) -> Link | None:
         yield Suspect("dynamic rupture is ignored", np.where(gap >= reach * (1.0 - 1e-9), wrong, np.nan))
         lowest = float((gap / limit)[rows].min())
         # of a limit set too low, each passes it by less than the way from one look to the next
-        first = gap - speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
+        first = gap - e.pair.speed * impulses.every(run) * float(run.meta["time_step"]) < lowest * limit
         words = f"it is made too early (at {lowest:.4g} of the limit)"
         yield Suspect(words, np.where(first, wrong, np.nan), lowest)
         yield Suspect("it is made too early, at no fixed part of the limit", wrong, general=True)
@@ -117,12 +125,11 @@ def due(run: Run, e: Events) -> Link | None:
 
 def overdue(run: Run, e: Events) -> Link | None:
     """No bridge stands when it was due one look before."""
-    name = coverage.law(run, "dynamic_rupture")
-    if not coverage.known(run, "dynamic_rupture"):
+    limit = _limit(run, e)
+    if limit is None:
         return None
-    reach, gap, speed = e.column("rupture_distance"), e.pair.gap, e.pair.speed
+    reach, gap = e.column("rupture_distance"), e.pair.gap
     wrong = late_ruptures(run, reach, Lives(none(), e.table, 0, -1)).astype(float)
-    limit = reach * (laws.pitois_factor(speed, run.meta["viscosity"], run.meta["surface_tension"]) if name else 1.0)
 
     def suspects(_: Floats) -> Iterator[Suspect]:
         least = float((gap / limit)[~e.formation].min())
@@ -134,26 +141,14 @@ def overdue(run: Run, e: Events) -> Link | None:
     return Link("rupture_late", "rupture", e.table, wrong, 0.0 * one, one, suspects, marks=e.marks())
 
 
-def drawn(kind: Floats, film: Floats, ri: Floats, rj: Floats, width: Floats) -> Floats:
-    """What sphere i gives (E 8, 9, 12), all events at once."""
-    sine = np.where(kind == laws.LARGE_WALL, 0.5, rj / (ri + rj))
-    return np.where(kind == laws.SMALL_WALL, film * width / (6.0 * ri), film / 2.0 * (1.0 - np.sqrt(1.0 - sine**2)))
-
-
-def from_wall(kind: Floats, film: Floats, area: Floats, ri: Floats, width: Floats) -> Floats:
-    """What a wall gives (E 10, 13)."""
-    return film / area * np.where(kind == laws.SMALL_WALL, 2.0 * ri * width, np.pi / 4.0 * ri**2)
-
-
 def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
     """What each event asks of both sides, with some inputs exchanged."""
     kind, ri, rj = other.get("kind", e.kind), other.get("ri", e.pair.ri), other.get("rj", e.pair.rj)
     film_i, film_j, width = other.get("film_i", e.film_i), other.get("film_j", e.film_j), e.width
     with np.errstate(all="ignore"):
-        ask_i = drawn(kind, film_i, ri, rj, width)
-        ask_j = np.where(
-            kind == laws.SPHERE, drawn(kind, film_j, rj, ri, width), from_wall(kind, film_j, e.area, ri, width)
-        )
+        ask_i = laws.drawn_from_sphere(kind, film_i, ri, rj, width)
+        of_sphere = laws.drawn_from_sphere(kind, film_j, rj, ri, width)
+        ask_j = np.where(kind == laws.SPHERE, of_sphere, laws.drawn_from_wall(kind, film_j / e.area, ri, width))
         return ask_i, np.asarray(ask_j)
 
 

@@ -1,9 +1,7 @@
-"""Newton's law, contributions and the transfer table's interpolation as parts of a replay; a dry run's replay is these alone."""
+"""Newton's law, contributions and the transfer table's interpolation as parts of a replay."""
 
 from __future__ import annotations
 
-import resource
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,9 +10,8 @@ from typing import Any
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import motion as links_motion
 from reference_impl.motion import budget, contributions, newton, window
-from reference_impl.replay import between_nodes, io, kept_tables, sections, whole
+from reference_impl.replay import between_nodes, io, kept_tables, whole
 from reference_impl.replay.compare import Quantity, merged
-from reference_impl.shown import vtk
 
 NOT_RECORDED = (
     "newton: the run recorded no motion in windows (output.window_trajectories), so Newton's law was not checked"
@@ -114,38 +111,3 @@ def not_checked(more: dict[str, Any], held: dict[str, Any]) -> list[str]:
             "the step's kick and has no direction"
         )
     return found
-
-
-def replay_dry(run_dir: Path, out: Path | None = None) -> dict[str, Any]:
-    """The replay of a run without bridges: Newton's law and contributions."""
-    started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
-    if not window.recorded(folder) and not sections.any_there(folder):
-        raise io.ReplayError(
-            f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
-            "run the case again"
-        )
-    held, beside = whole.check(folder), sections.check(folder)
-    quantities, more = check(folder, None)
-    seen, misshown = vtk.check(folder)
-    quantities += seen
-    failed = [q.name for q in quantities if not q.ok]
-    result = {
-        "ok": not failed,
-        "events": 0,
-        "contacts": 0,
-        "compared": held,
-        "unchecked": [],
-        "not_checked": [*not_checked(more, held), *vtk.not_checked(folder)],
-        "notes": notes(more),
-        **more,
-        "diagnosis": vtk.with_findings(misshown, failed, lambda rest: named(folder, None, rest)),
-        "wall_s": time.monotonic() - started,
-        "cpu_s": time.process_time() - cpu,
-        "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
-        "events_per_s": 0.0,
-        "contacts_per_s": 0.0,
-        "quantities": {q.name: q.as_dict() for q in quantities},
-    }
-    sections.add(result, beside)
-    io.write_json(out or folder / "replay.json", result)
-    return result

@@ -1,10 +1,11 @@
-"""Closest points of wall parts to spheres at any steps: for formations, for the triangle that gets liquid, for snapshots.
+"""Closest points of wall parts to spheres at any steps: for bridges, formations, the triangle that gets liquid, snapshots.
 
 Rows of any steps are taken together; a triangle is looked at in full only where its bounds leave it a chance.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,14 +57,26 @@ class Parts:
     def rest(self, step: Floats, x: Floats, part: Floats, back: bool = False) -> Floats:
         """Points in the world as the mesh of a part sees them at rest; `back`: the way back."""
         y = x.copy()
+        move = self.motion.to_world if back else self.motion.to_rest
+        for wall, now, rows in self._moving(step, part):
+            y[rows] = move(wall, now, x[rows])
+        return y
+
+    def velocity(self, step: Floats, x: Floats, part: Floats) -> Floats:
+        """Velocities of points of parts [m/s]."""
+        v = np.zeros_like(x)
+        for wall, now, rows in self._moving(step, part):
+            v[rows] = self.motion.velocity(wall, now, x[rows])
+        return v
+
+    def _moving(self, step: Floats, part: Floats) -> Iterator[tuple[window.Wall, int, Floats]]:
+        """The rows whose parts move: those of one wall and step at a time."""
         wall = self.wall[part]
         for n, w in enumerate(self.setup.walls):
             rows = np.flatnonzero(wall == n) if w.motion in ("vibrates", "slides", "turns") else np.zeros(0, int)
             rows = rows[np.argsort(step[rows], kind="stable")]
-            move = self.motion.to_world if back else self.motion.to_rest
             for at in np.split(rows, np.flatnonzero(np.diff(step[rows])) + 1) if len(rows) else []:
-                y[at] = move(w, int(step[at[0]]), x[at])
-        return y
+                yield w, int(step[at[0]]), at
 
     def near(self, step: int, x: Floats, reach: Floats, more: Floats) -> tuple[Floats, Floats]:
         """Pairs of a sphere (its row) and a part whose bounds are nearer than `reach` of the one and `more` of the other."""

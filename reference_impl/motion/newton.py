@@ -97,7 +97,7 @@ def _window(
     if setup.memory:
         overlap = np.where(there, contact.overlap, 0.0)
         checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
-    bridges = wet.of_window(run, setup, window, motion) if run is not None else None
+    bridges = wet.of_window(run, setup, window) if run is not None else None
     force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
     counts["dry_contacts"] = len(touches)
     counts["beside_an_edge"] = _beside_edges(setup, touches)

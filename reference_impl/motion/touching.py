@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from reference_impl.motion import mesh
 from reference_impl.motion.wall_motion import Motion
@@ -44,24 +45,10 @@ def join(parts: list[Touches]) -> Touches:
 
 
 def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
-    """Pairs a < b with |x_a - x_b| < reach_a + reach_b, by cells as wide as the widest pair."""
-    width = 2.0 * reach.max()
-    cell = np.floor((x - x.min(axis=0)) / width).astype(np.int64) + 1
-    size = cell.max(axis=0) + 2
-    key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    found = []
-    for dx, dy, dz in np.ndindex(3, 3, 3):
-        other = key + ((dx - 1) * size[1] + dy - 1) * size[2] + dz - 1
-        low, high = np.searchsorted(ordered, other, "left"), np.searchsorted(ordered, other, "right")
-        count = high - low
-        a = np.repeat(np.arange(len(x)), count)
-        b = order[np.repeat(low, count) + np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)]
-        keep = a < b
-        keep[keep] = ((x[a[keep]] - x[b[keep]]) ** 2).sum(axis=1) < (reach[a[keep]] + reach[b[keep]]) ** 2
-        found.append((a[keep], b[keep]))
-    return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+    """Pairs a < b with |x_a - x_b| < reach_a + reach_b."""
+    a, b = np.sort(cKDTree(x).query_pairs(2.0 * reach.max(), output_type="ndarray"), axis=1).T
+    near = ((x[a] - x[b]) ** 2).sum(axis=1) < (reach[a] + reach[b]) ** 2
+    return a[near], b[near]
 
 
 def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, Floats]:

@@ -10,10 +10,9 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from reference_impl.diagnosis.rows import of_bridges
 from reference_impl.motion import window
 from reference_impl.replay import laws, plans
-from reference_impl.replay.bodies import bodies
+from reference_impl.replay.bodies import bodies, of_bridges
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION

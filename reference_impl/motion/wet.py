@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import impulses, mesh
+from reference_impl.motion import impulses, nearest
 from reference_impl.motion.dry import dot, size
-from reference_impl.motion.touching import travel
-from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.window import Setup, Window
 from reference_impl.replay import capillary, coverage, laws
 from reference_impl.replay.bodies import bodies
@@ -63,7 +61,7 @@ class Bridges:
         return -setup.radius[self.a][:, None] * turn, -rb[:, None] * turn
 
 
-def of_window(run: Run, setup: Setup, window: Window, motion: Motion) -> Bridges:
+def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
     """All bridges of one window."""
     log = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
     table = log[log["step"].isin(window.steps)].reset_index(drop=True)
@@ -74,8 +72,10 @@ def of_window(run: Run, setup: Setup, window: Window, motion: Motion) -> Bridges
     other = np.where(wall, 0, b)
     point, vb = window.x[k, other], window.v_half[k, other]
     if wall.any():
-        at = np.flatnonzero(wall)
-        point[at], vb[at] = closest_on_parts(setup, window, motion, k[at], a[at], b[at])
+        at, parts = np.flatnonzero(wall), nearest.parts(run)
+        step = window.steps[k[at]]
+        point[at] = parts.closest(step, window.x[k[at], a[at]], b[at]).point
+        vb[at] = parts.velocity(step, point[at], b[at])
     d = window.x[k, a] - point
     apart = size(d)
     n = d / apart[:, None]
@@ -114,55 +114,3 @@ def _terms(
         sideways, turn = moved - dot(moved, n)[:, None] * n, np.cross(spin + spin_push, n)
         side = (roll[:, None] * turn - slide[:, None] * sideways) / (1.0 + (slide + 2.5 * roll) * kick)[:, None]
     return pull, normal, side, acting
-
-
-def closest_on_parts(
-    setup: Setup, window: Window, motion: Motion, k: Floats, a: Floats, part: Floats
-) -> tuple[Floats, Floats]:
-    """Closest points of wall parts to spheres, and their velocities: all triangles of a part once, then those that can matter."""
-    point, velocity = np.zeros((len(k), 3)), np.zeros((len(k), 3))
-    for wall in setup.walls:
-        own = np.arange(wall.first, wall.last)
-        rows = np.flatnonzero(np.isin(part, setup.part[own]))
-        if not len(rows):
-            continue
-        rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
-        one, triangle = _near(setup, rest, a[rows], part[rows], own, 2.0 * travel(rest) * 1.01)
-        # every row of the log against the few triangles of its pair of sphere and part
-        row = np.repeat(np.arange(len(rows)), np.diff(one)[_group(a[rows], part[rows])])
-        first = one[_group(a[rows], part[rows])]
-        count = np.diff(one)[_group(a[rows], part[rows])]
-        at = np.repeat(first, count) + np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-        y = rest[k[rows][row], a[rows][row]]
-        q = mesh.closest_point(y, setup.corners[triangle[at]])
-        distance = size(y - q)
-        order = np.lexsort((distance, row))
-        best = order[np.searchsorted(row[order], np.arange(len(rows)))]
-        for step in np.unique(k[rows]):
-            these = np.flatnonzero(k[rows] == step)
-            place = motion.to_world(wall, int(window.steps[step]), q[best[these]])
-            point[rows[these]] = place
-            velocity[rows[these]] = motion.velocity(wall, int(window.steps[step]), place)
-    return point, velocity
-
-
-def _group(a: Floats, part: Floats) -> Floats:
-    """Number of each row's pair of sphere and part."""
-    _, number = np.unique(np.stack([a, part], axis=1), axis=0, return_inverse=True)
-    return np.asarray(number.ravel())
-
-
-def _near(setup: Setup, rest: Floats, a: Floats, part: Floats, own: Floats, margin: float) -> tuple[Floats, Floats]:
-    """For each pair of sphere and part the triangles that can be closest in the window: offsets and triangles."""
-    pairs = np.unique(np.stack([a, part], axis=1), axis=0)
-    order = own[np.argsort(setup.part[own], kind="stable")]
-    sorted_part = setup.part[order]
-    low, high = np.searchsorted(sorted_part, pairs[:, 1], "left"), np.searchsorted(sorted_part, pairs[:, 1], "right")
-    count = high - low
-    row = np.repeat(np.arange(len(pairs)), count)
-    triangle = order[np.repeat(low, count) + np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)]
-    y = rest[0][pairs[row, 0]]
-    distance = size(y - mesh.closest_point(y, setup.corners[triangle]))
-    least = np.minimum.reduceat(distance, np.cumsum(count) - count)
-    keep = distance <= least[row] + margin
-    return np.concatenate([[0], np.cumsum(np.bincount(row[keep], minlength=len(pairs)))]), triangle[keep]

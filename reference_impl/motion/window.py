@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay.compare import Floats
-from reference_impl.replay.io import ReplayError, vectors
+from reference_impl.replay.io import ReplayError, masses, vectors
 from reference_impl.replay.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
@@ -130,11 +130,8 @@ def read(run_dir: Path) -> Setup:
     scene = read_scene(folder)
     spheres = pd.read_parquet(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
-    classes = {c["type"]: c for c in scene["classes"]}
-    mass_of = {t: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for t, c in classes.items()}
-    mass, radius = (
-        np.array([table[t] for t in kind]) for table in (mass_of, {t: c["radius_m"] for t, c in classes.items()})
-    )
+    mass_of, radius_of = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
+    mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
     ids = spheres["id"].to_numpy()
     walls, corners, part = _walls(folder, scene)
     return Setup(

@@ -108,6 +108,12 @@ def shapes(p: Pairs, volume: Floats, fixed: Bodies) -> tuple[Floats, Floats, Flo
     return p.kind, fixed.type_of[p.i], other, volume / laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3
 
 
+def of_bridges(rows: pd.DataFrame, volume: Floats, run: Run) -> tuple[Floats, Floats, Floats, Floats]:
+    """The same of the bridges in rows of a log."""
+    fixed = bodies(run)
+    return shapes(pairs(rows, fixed), volume, fixed)
+
+
 def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
     """Whose films an event draws on or gives to: numbers of holders of i's and of j's side."""
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + table["triangle"].to_numpy(), p.sphere_j)

@@ -291,7 +291,8 @@ def _of_spheres(frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
     d = frames.x[k, a] - frames.x[k, b]
     gap = np.sqrt((d**2).sum(axis=1)) - radius[a] - radius[b]
     films = layer[k, a] + layer[k, b]
-    drawn = given(frames.film[k, a], radius[a], radius[b]) + given(frames.film[k, b], radius[b], radius[a])
+    drawn = laws.drawn_from_sphere(laws.SPHERE, frames.film[k, a], radius[a], radius[b], 0.0)
+    drawn = drawn + laws.drawn_from_sphere(laws.SPHERE, frames.film[k, b], radius[b], radius[a], 0.0)
     r = laws.harmonic_radius(radius[a], radius[b], np.zeros(len(a), dtype=bool))
     touch = (gap < films - ROOM * radius[a]) & (drawn > SMALLEST * r**3)
     return _table(touch, frames.step[k], 0 * k, frames.ids[a], frames.ids[b], 0 * k - 1, gap, films, layer[k, a])
@@ -309,21 +310,16 @@ def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.Dat
         pairs_of.append(np.stack([np.full(len(a), k), a, part]))
     k, a, part = np.concatenate(pairs_of, axis=1)
     near = parts.closest(frames.step[k], frames.x[k, a], part, thick, k)
-    r, width, film = radius[a], fixed.half_width[part], frames.film[k, a]
+    r, width = radius[a], fixed.half_width[part]
     wire = width < r
-    drawn = film * np.where(wire, width / (6.0 * r), 0.5 * (1.0 - np.sqrt(0.75)))
-    drawn = drawn + near.least * np.where(wire, 2.0 * r * np.where(wire, width, 0.0), np.pi / 4.0 * r**2)
+    kind, width = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL), np.where(wire, width, 0.0)
+    drawn = laws.drawn_from_sphere(kind, frames.film[k, a], r, r, width)
+    drawn = drawn + laws.drawn_from_wall(kind, near.least, r, width)
     gap, films = near.distance - r, layer[k, a] + near.least
     touch = (gap < films - ROOM * r) & (drawn > SMALLEST * r**3)
-    kind = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL)
     return _table(touch, frames.step[k], kind, frames.ids[a], part, near.triangle, gap, films, layer[k, a])
 
 
 def _table(keep: Floats, *columns: Floats) -> pd.DataFrame:
     """The columns of NONE of some rows."""
     return pd.DataFrame({name: values[keep] for name, values in zip(COLUMNS, columns, strict=True)})
-
-
-def given(film: Floats, ri: Floats, rj: Floats) -> Floats:
-    """Liquid that sphere i gives to a bridge with sphere j (E 8)."""
-    return np.asarray(film / 2.0 * (1.0 - np.sqrt(1.0 - (rj / (ri + rj)) ** 2)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -191,6 +191,11 @@ SCENE: dict[str, type | tuple[type, ...]] = {
     "spheres_file": str, "time_step_s": (int, float), "duration_s": (int, float),
 }  # fmt: skip
 """What of scene.json is read here, and its types."""
+
+
+def masses(scene: Mapping[str, Any]) -> dict[int, float]:
+    """Mass of a sphere of each type [kg]."""
+    return {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
 
 
 def scene(folder: Path) -> dict[str, Any]:

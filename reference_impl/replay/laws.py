@@ -97,17 +97,16 @@ def pitois_factor(speed: Floats, eta: float, sigma: float) -> Floats:
     return 1.0 + np.sqrt(speed * eta / sigma)
 
 
-def drawn_from_sphere(kind: int, film: float, ri: float, rj: float, half_width: float) -> float:
+def drawn_from_sphere(kind: Any, film: Floats, ri: Floats, rj: Floats, half_width: Any) -> Floats:
     """Liquid that sphere i gives to a new bridge (E 8, 9, 12)."""
-    if kind == SMALL_WALL:
-        return film * half_width / (6.0 * ri)
-    sine = 0.5 if kind == LARGE_WALL else rj / (ri + rj)
-    return film / 2.0 * (1.0 - float(np.sqrt(1.0 - sine**2)))
+    sine = np.where(kind == LARGE_WALL, 0.5, rj / (ri + rj))
+    cap = film / 2.0 * (1.0 - np.sqrt(1.0 - sine**2))
+    return np.where(kind == SMALL_WALL, film * half_width / (6.0 * ri), cap)
 
 
-def drawn_from_wall(kind: int, thickness: float, ri: float, half_width: float) -> float:
+def drawn_from_wall(kind: Any, thickness: Floats, ri: Floats, half_width: Any) -> Floats:
     """Liquid that a wall gives to a new bridge (E 10, 13)."""
-    return thickness * (2.0 * ri * half_width if kind == SMALL_WALL else np.pi / 4.0 * ri**2)
+    return thickness * np.where(kind == SMALL_WALL, 2.0 * ri * half_width, np.pi / 4.0 * ri**2)
 
 
 VISCOUS_NORMAL = {"pitois": pitois, "adams_perchard": adams_perchard}

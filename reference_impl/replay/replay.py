@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
@@ -18,59 +18,96 @@ from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
 
+class Logged(NamedTuple):
+    """What the logs of a run say: their entries of the result, and who names a fault in them."""
+
+    quantities: list[Quantity]
+    motion: dict[str, Any]
+    """Entries of `dynamics.check`."""
+    entries: dict[str, Any]
+    named: Callable[[list[str]], dict[str, Any] | None]
+    not_checked: Sequence[str] = ()
+
+
 def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Recompute everything; returns and writes {ok, compared, quantities: {name: {count, largest, …}}, not_checked, notes, …}.
 
     `functions`: the user's second functions for laws of the user's own, `path/to/file.py:function` by kind (`second.py`).
-    Raises `io.ReplayError` where the run is not whole.
+    Of a dry run there are Newton's law and contributions alone. Raises `io.ReplayError` where the run is not whole.
     """
-    if window.is_dry(Path(run_dir)):
-        return dynamics.replay_dry(Path(run_dir), out)
-    with second.known(Path(run_dir), functions or {}):
-        return _replay(run_dir, out, functions or {})
+    started, cpu, folder = time.monotonic(), time.process_time(), Path(run_dir)
+    with second.known(folder, functions or {}):
+        run = None if _dry(folder) else io.read(folder)
+        held = whole.check(folder)
+        if run is not None:
+            whole.inputs(run)
+        looked = time.process_time() - cpu
+        beside = sections.check(folder)
+        logs = _of_dry(folder) if run is None else _of_moist(run, looked)
+        seen, misshown = vtk.check(folder)
+        quantities = [*logs.quantities, *seen]
+        failed = [q.name for q in quantities if not q.ok]
+        result = {
+            "ok": not failed,
+            **logs.entries,
+            "compared": held,
+            "second": {} if run is None else dict(functions or {}),
+            "not_checked": [*logs.not_checked, *dynamics.not_checked(logs.motion, held), *vtk.not_checked(folder)],
+            "notes": dynamics.notes(logs.motion),
+            **logs.motion,
+            "diagnosis": vtk.with_findings(misshown, failed, logs.named),
+            "wall_s": time.monotonic() - started,
+            "cpu_s": time.process_time() - cpu,
+            "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+            "quantities": {q.name: q.as_dict() for q in quantities},
+        }
+    sections.add(result, beside)
+    io.clear()
+    io.write_json(out or folder / "replay.json", result)
+    return result
 
 
-def _replay(run_dir: Path, out: Path | None, functions: Mapping[str, str]) -> dict[str, Any]:
-    """The replay of a moist run, with all laws known that can be."""
-    started, cpu = time.monotonic(), time.process_time()
-    run = io.read(Path(run_dir))
-    held = whole.check(Path(run_dir))
-    whole.inputs(run)
+def _dry(folder: Path) -> bool:
+    """Whether a run is without bridges; refuses one of which nothing can be checked."""
+    dry = window.is_dry(folder)
+    if dry and not window.recorded(folder) and not sections.any_there(folder):
+        raise io.ReplayError(
+            f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "
+            "run the case again"
+        )
+    return dry
+
+
+def _of_dry(folder: Path) -> Logged:
+    """Newton's law and contributions."""
+    quantities, motion = dynamics.check(folder, None)
+    none = {"events": 0, "contacts": 0, "unchecked": [], "events_per_s": 0.0, "contacts_per_s": 0.0}
+    return Logged(quantities, motion, none, lambda failed: dynamics.named(folder, None, failed))
+
+
+def _of_moist(run: io.Run, looked: float) -> Logged:
+    """The liquid and the forces as well; `looked`: seconds of the processor that reading took."""
     tables = transfer.Tables(run.table("transfer"))
-    looked = time.process_time() - cpu
-    beside = sections.check(Path(run_dir))
     found = spans.go_through(run, tables)
     io.note("transfer ratios and motion")
-    moved, more = dynamics.check(Path(run_dir), run, found.moved, found.of("between"))
-    seen, misshown = vtk.check(Path(run_dir))
+    moved, motion = dynamics.check(run.folder, run, found.moved, found.of("between"))
     quantities = [
         *found.of("liquid"), *found.of("end"), liquid.ledger(run), *found.of("drops"), *_with_rows(run, found),
         *found.of("forces"), *transfer.check(run), *moved, *whole.counted(run),
-        *(q for group in ("trajectory", "tables", "energy") for q in found.of(group)), *seen,
+        *(q for group in ("trajectory", "tables", "energy") for q in found.of(group)),
     ]  # fmt: skip
-    failed = [q.name for q in quantities if not q.ok]
-    result = {
-        "ok": not failed,
+    entries = {
         "events": found.events,
         "contacts": found.contacts,
-        "compared": held,
         "unchecked": coverage.unchecked(run),
-        "second": dict(functions),
-        "not_checked": [*coverage.not_checked(run), *dynamics.not_checked(more, held), *vtk.not_checked(Path(run_dir))],
-        "notes": dynamics.notes(more),
-        **more,
-        "diagnosis": vtk.with_findings(misshown, failed, lambda rest: _named(Path(run_dir), run, tables, found, rest)),
-        "wall_s": time.monotonic() - started,
-        "cpu_s": time.process_time() - cpu,
-        "peak_memory_B": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
         "events_per_s": found.events / max(looked + found.seconds["events"], 1e-9),
         "contacts_per_s": found.contacts / max(found.seconds["contacts"], 1e-9),
-        "quantities": {q.name: q.as_dict() for q in quantities},
     }
-    sections.add(result, beside)
-    io.clear()
-    io.write_json(out or Path(run_dir) / "replay.json", result)
-    return result
+
+    def named(failed: list[str]) -> dict[str, Any]:
+        return _named(run.folder, run, tables, found, failed)
+
+    return Logged(quantities, motion, entries, named, coverage.not_checked(run))
 
 
 def _with_rows(run: io.Run, found: spans.Found) -> list[Quantity]:

@@ -15,7 +15,7 @@ import numpy as np
 from reference_impl.diagnosis.held import Held
 from reference_impl.motion.window import dashpot, slide_steps, way_of
 from reference_impl.replay.compare import Floats
-from reference_impl.replay.io import columns
+from reference_impl.replay.io import columns, masses
 
 SETUP, RUN, DATA = "setup.liggghts", "run.liggghts", "particles.data"
 MATRICES = ("kn", "kt", "gamman_abs", "coefficientFriction", "coefficientRollingFriction")
@@ -53,8 +53,7 @@ def _globals(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
 def _of_contacts(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
     """Matrices over pairs of types, the walls last."""
     n = len(scene["classes"]) + 1
-    mass = {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
-    radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
+    mass, radius = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
     read = {name: _matrix(setup, name, n) for name in MATRICES}
     for pair in scene["pairs"]:
         a, b = pair["a"], pair["b"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.transform import Rotation
 
 from reference_impl.motion.window import way_of
 from reference_impl.replay import capillary, exact, io, plans
@@ -158,13 +159,8 @@ class Logs:
             if wall["motion"] != "turns":
                 continue
             rows, how = (self.triangles["mesh"] == wall["name"]).to_numpy(), way_of(self.scene, wall)
+            axis, origin = (np.asarray(how[name], float) for name in ("axis", "origin_m"))
             angle = 2.0 * np.pi * step * self.scene["time_step_s"] / how["period_s"]
-            at[rows] = _about(np.asarray(how["axis"], float), angle, at[rows] - how["origin_m"]) + how["origin_m"]
+            turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+            at[rows] = turn.apply((at[rows] - origin).reshape(-1, 3)).reshape(-1, 3, 3) + origin
         return np.asarray(at + shift[:, None, :])
-
-
-def _about(axis: Floats, angle: float, points: Floats) -> Floats:
-    """Points turned about an axis through the origin, by the matrix of the rotation."""
-    x, y, z = axis / np.linalg.norm(axis)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(points @ (np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross).T)

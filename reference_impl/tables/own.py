@@ -49,7 +49,7 @@ class Bodies:
         """From scene.json and the start; `row_of`: under which name a wall's liquid is booked."""
         spheres = io.columns(folder / "history" / "spheres.parquet", ["id", "type", "film"]).sort_values("id")
         kind = spheres["type"].to_numpy(int)
-        mass = {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
+        mass = io.masses(scene)
         if not set(kind) <= set(mass):
             raise ReplayError(f"{folder}: history/spheres.parquet has types that scene.json does not have; expected both of one "
                               "run: run the case again")  # fmt: skip

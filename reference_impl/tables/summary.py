@@ -151,7 +151,7 @@ def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats)
     """Work [J] that gravity did not do on the straight ways of spheres that had not entered."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", int(outputs[0]))]).sort_values("id")
     kind = t["type"].to_numpy()
-    mass = {c["type"]: c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]}
+    mass = io.masses(scene)
     waited = np.minimum(enters(dict(scene), kind), outputs[-1]) * scene["time_step_s"]
     speed = t[["vx", "vy", "vz"]].to_numpy(float) @ np.asarray(scene["gravity_m_per_s2"], float)
     return float((np.array([mass[k] for k in kind]) * waited * speed).sum())
@@ -160,11 +160,8 @@ def _way_without_weight(folder: Path, scene: Mapping[str, Any], outputs: Floats)
 def _at(folder: Path, scene: Mapping[str, Any], step: int) -> tuple[float, float, float]:
     """Kinetic energy of places and of spins, and work of gravity from the origin [J], of all spheres at an output."""
     t = io.table(where(folder, "trajectory"), "trajectory", [("step", "=", step)])
-    mass, radius = ({c["type"]: v for c, v in zip(scene["classes"], values, strict=True)} for values in (
-        [c["density_kg_per_m3"] * 4.0 / 3.0 * np.pi * c["radius_m"] ** 3 for c in scene["classes"]],
-        [c["radius_m"] for c in scene["classes"]],
-    ))  # fmt: skip
-    m, r = (np.array([of[k] for k in t["type"]]) for of in (mass, radius))
+    radius = {c["type"]: c["radius_m"] for c in scene["classes"]}
+    m, r = (np.array([of[k] for k in t["type"]]) for of in (io.masses(scene), radius))
     v2, w2 = ((t[[f"{letter}{axis}" for axis in "xyz"]].to_numpy(float) ** 2).sum(axis=1) for letter in "vw")
     fall = t[["x", "y", "z"]].to_numpy(float) @ np.asarray(scene["gravity_m_per_s2"], float)
     return float(0.5 * (m * v2).sum()), float(0.2 * (m * r**2 * w2).sum()), float((m * fall).sum())

@@ -12,11 +12,10 @@ from pywet.apparatus.motion import (
     engine_displacement,
     position,
     screen_ellipse,
-    slide_displacement,
     velocity,
     viblin_movers,
 )
-from pywet.scene import Slide, Vibration
+from pywet.scene import Vibration
 
 VIBRATION = Vibration(amplitude_m=(8e-5, 5e-5, 9e-4), phase_rad=(1.57, 0.8, 0.3), frequency_Hz=50.6)
 
@@ -71,8 +70,3 @@ def test_movers_leave_out_axes_at_rest_and_print_all_digits() -> None:
     assert float(words[8]) == 0.0009
     assert float(words[10]) == 0.1 - 0.5 * math.pi
     assert float(words[12]) == 1 / 50.6
-
-
-def test_slide_moves_between_its_times() -> None:
-    slide = Slide(velocity_m_per_s=(0.5, 0.0, 0.0), opens_at_s=0.1, travel_s=0.2)
-    np.testing.assert_allclose(slide_displacement(slide, [0.0, 0.1, 0.2, 0.3, 1.0])[:, 0], [0, 0, 0.05, 0.1, 0.1])

@@ -18,8 +18,11 @@ from pywet.bench.bodies import contacts, sphere_classes, water
 from pywet.cli import doctor
 from pywet.engines.lammps import build, deck, driver
 from pywet.errors import EngineError, PywetError, StoppedRun
+from pywet.evidence.agreement import forces
+from pywet.evidence.agreement.pairs import pairs
 from pywet.evidence.agreement.replayed import momenta
 from pywet.files import read_json, read_table
+from pywet.schema import RUPTURE
 from reference_impl.replay.replay import replay
 
 R = 2.5e-3
@@ -69,13 +72,26 @@ def test_free_wet_spheres_are_replayed(tmp_path: Path) -> None:
 @pytest.mark.engine
 def test_without_friction_liggghts_and_lammps_end_at_the_same_places(tmp_path: Path) -> None:
     """Springs, dashpots, bridges, films, integration are then the same, and two bounces make of the round-off no more than 1e-7
-    of a radius; with friction the slip differs by half the overlap, see docs/second_engine.md."""
+    of a radius; with friction the slip differs, see docs/second_engine.md."""
     ends = []
     for engine in ("lammps", "liggghts"):
         folder = tmp_path / engine
         small.run(folder, prepared(folder, 0.0), engine=engine)
         ends.append(bodies.last(folder)[[*"xyz"]].to_numpy(float))
     assert ends[0] == pytest.approx(ends[1], abs=1e-7 * R, rel=0.0)
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_bodies_drawn_apart_feel_the_law(tmp_path: Path) -> None:
+    """The compiled law called by its address from LAMMPS against the equation typed anew in the reference, at every step."""
+    pair = pairs()[1]
+    log, events = forces._drawn(pair, "paper", tmp_path, "lammps")
+    apart = log[log["separation"] > 0]
+    assert len(apart) > 1000
+    assert apart["capillary"].to_numpy() == pytest.approx(pair.paper(apart["separation"].to_numpy()), rel=1e-9)
+    broken = events.loc[events["kind"] == RUPTURE, "rupture_distance"].to_numpy()
+    assert broken == pytest.approx([pair.limit("paper")], rel=1e-9)
 
 
 @needs_lammps

@@ -16,6 +16,7 @@ from pywet.apparatus import build_apparatus
 from pywet.apparatus.solids import bin_solid, plate, tube
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
+from pywet.engines import process
 from pywet.engines.stock.yade import yade_force
 from pywet.engines.yade import contacts, driver, moist, solids
 from pywet.errors import PywetError
@@ -135,7 +136,7 @@ def test_short_dry_screening_in_both_engines(tmp_path: Path) -> None:
     assert height[1][falling] == pytest.approx(height[0][falling], abs=3e-4)
     assert height[1] == pytest.approx(height[0], abs=3.5e-3)
     info = json.loads((tmp_path / "yade" / "engine" / "run.json").read_text())
-    assert info["engine"] == "YADE" and info["engine_version"].startswith(driver.MAJOR_VERSION) and info["wall_s"] > 0
+    assert info["engine"] == "YADE" and info["engine_version"].startswith("2023") and info["wall_s"] > 0
     assert not (tmp_path / "yade" / "engine.partial").exists()
 
 
@@ -227,7 +228,7 @@ def test_missing_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_another_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another year's YADE is refused."""
     tiny(tmp_path)
-    monkeypatch.setattr(driver, "package_version", lambda name: "2018.02b-1")
+    monkeypatch.setattr(process, "package_version", lambda name: "2018.02b-1")
     with pytest.raises(PywetError, match=r"YADE 2018.02b-1 is installed; expected 2023.02a"):
         driver.run(tmp_path, progress=False)
 

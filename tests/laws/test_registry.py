@@ -100,7 +100,7 @@ def test_published_laws(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         EntryPoint("published_steady", "my_laws:steady", registry.GROUP),
         EntryPoint("published_broken", "no_such_package:law", registry.GROUP),
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr(registry, "published", lambda: points)
     assert registry.names("dynamic_rupture") == ["pitois", "published_steady"]
     assert {"published_steady", "published_broken"}.isdisjoint(registry.names("capillary"))
     assert registry.get("dynamic_rupture", "published_steady").functions[0](0.0, 1.0, 1.0) == 1.25

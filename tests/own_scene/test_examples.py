@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import pywet
+from pywet.bench.scenes import bed_angles
 from reference_impl.tables import check as results
 from tests.own_scene.conftest import example
 from tests.reference_impl.planted_files import OWN
@@ -39,6 +40,8 @@ def test_drum_lifts_its_bed(tmp_path: Path) -> None:
     )
     middle = run.trajectory.groupby("step")[["x", "z"]].mean()
     assert middle["x"].iloc[-1] < middle["x"].iloc[0] - 1e-3
+    angles = bed_angles(tmp_path)
+    assert angles[-1] == pytest.approx(np.degrees(np.arctan2(-middle["x"].iloc[-1], -middle["z"].iloc[-1])), rel=1e-9)
     assert run.replay["ok"]
     assert run.events.attrs["units"]["volume"] == "m3" and run.trajectory.attrs["units"]["vx"] == "m/s"
     assert run.contact_statistics["bridges_per_sphere"].iloc[-1] > 1.0

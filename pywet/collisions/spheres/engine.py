@@ -16,13 +16,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pywet.bench import small
+from pywet.bench import bodies, small
 from pywet.collisions.spheres.accuracy_cost import distance
 from pywet.collisions.spheres.equal import three_equal_spheres
 from pywet.collisions.spheres.simulate import Run, run
 from pywet.files import atomic_write, read_table, write_json
 from pywet.report.pictures import GRID, NAVY, RED, panels, save_png
-from pywet.scene import ContactPair, Effects, Liquid, SphereClass
+from pywet.scene import Effects
 
 RADIUS, DENSITY, SPEED, H_A, H_MIN = 1e-3, 2000.0, 0.4, 0.01, 0.05
 """Radius [m], density [kg/m3], normal speed [m/s], and δ/(2r), of which h_min/δ = 0.001 r/δ = 0.05 follows."""
@@ -60,8 +60,8 @@ def twin(
 ) -> Twin:
     """The collision in the engine; `stiffness` of the contact [N/m], `part` steps per dry collision."""
     delta, s_min, a = 2.0 * RADIUS * H_A, 1e-3 * RADIUS, 0.5 * RADIUS
-    kind = SphereClass(name="wet", type=1, radius_m=RADIUS, density_kg_per_m3=DENSITY, contact_angle_rad=0.0, count=3)
-    reduced = 0.5 * kind.mass_kg
+    kinds = bodies.sphere_classes(RADIUS, counts=3, density=DENSITY, angle_rad=0.0)
+    reduced = 0.5 * kinds[0].mass_kg
     viscosity = reduced * SPEED / (6.0 * math.pi * a**2 * stokes)
     tension = 3.0 * viscosity * a * SPEED / (ca * delta) if ca else 0.05
     contact = math.pi * math.sqrt(reduced / stiffness)
@@ -71,16 +71,14 @@ def twin(
     reach = 2.0 * RADIUS + (delta - s_min) * (1.0 - 1e-9)  # a bridge forms where films overlap, not where they touch
     plane = p.position / np.linalg.norm(p.position, axis=1).clip(1e-300)[:, None] * reach
     plane[1] = 0.0
-    bodies = [
+    spheres = [
         small.Sphere(1, tuple(TILT[:, :2] @ plane[k]), tuple(TILT[:, :2] @ p.velocity[k] * SPEED)) for k in range(3)
     ]
     with atomic_write(run_dir / "law.py") as temporary:
         temporary.write_text(LAWS.format(over_a=(delta - s_min) / a))
     small.prepare(
-        run_dir, [kind], bodies, [dry(b, stiffness) for b in (0, 1)], liquid=Liquid(
-            surface_tension_N_per_m=tension, viscosity_Pa_s=viscosity, density_kg_per_m3=1000.0,
-            initial_film_thickness_m=0.5 * (delta - s_min),
-        ),
+        run_dir, kinds, spheres, bodies.contacts(1, stiffness, friction=0.0, restitution=1.0),
+        liquid=bodies.water(0.5 * (delta - s_min), viscosity, tension),
         effects=Effects(
             bridges=True, capillary="davis" if ca else None, viscous_normal="davis",
             viscous_tangential=f"{(run_dir / 'law.py').resolve()}:film", rupture="davis", formation="davis", transfer="parabola",
@@ -88,16 +86,8 @@ def twin(
         time_step_s=step, steps=steps, log_every_step=False, output_interval_s=max(steps // 400, 1) * step, box=0.02,
     )  # fmt: skip
     began = time.perf_counter()
-    small.run(run_dir, bodies)
+    small.run(run_dir, spheres)
     return trajectory(run_dir, delta, time.perf_counter() - began, steps)
-
-
-def dry(partner: int, stiffness: float) -> ContactPair:
-    """Frictionless elastic contact with a sphere (1) or a wall (0)."""
-    return ContactPair(
-        a=1, b=partner, normal_stiffness_N_per_m=stiffness, tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness,
-        friction=0.0, rolling_friction_m=0.0, restitution=1.0,
-    )  # fmt: skip
 
 
 def trajectory(run_dir: Path, delta: float, wall_s: float, steps: int) -> Twin:

@@ -9,6 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
+from pywet.collisions.runge_kutta import HIGH, LOW, narrow, trial
 from pywet.collisions.spheres.contacts import CONTACT, OVERLAP, RELEASE, SEPARATION
 from pywet.collisions.spheres.dynamics import pair_geometry, place
 from pywet.collisions.spheres.state import H, U, compiled
@@ -111,20 +114,15 @@ def locate(dt: float, kind: int, p: int, low: float, high: float, s: Any, w: Any
     else:
         w.y_new[: w.count.size] = w.y[: w.count.size]
         w.lam_new[p] = w.lam[p]
-    g0 = min(value_at(kind, p, s, w), -1e-300)
-    x, side, enough = x1, 0, 1e-13 if s.polar and w.slot[p] >= 0 else 1e-12
-    for k in range(80):
-        x = x0 + (x1 - x0) * (-g0 / (g1 - g0)) if k % 6 != 5 else 0.5 * (x0 + x1)
+    bracket = np.array([x0, min(value_at(kind, p, s, w), -1e-300), x1, g1, 0.0])
+    x, enough = x1, 1e-13 if s.polar and w.slot[p] >= 0 else 1e-12
+    for number in range(80):
+        x, x0, x1 = trial(bracket, number), bracket[LOW], bracket[HIGH]
         if x1 - x0 < 4e-16 * max(w.now.time, 1e-3 * dt) or not x0 < x < x1:
             x = x1
         step(x, s, w)
         g = value_at(kind, p, s, w)
         if abs(g) < enough or x == x1:
             break
-        if g > 0.0:
-            x1, g1, g0 = x, g, g0 * (0.5 if side == 1 else 1.0)
-            side = 1
-        else:
-            x0, g0, g1 = x, g, g1 * (0.5 if side == -1 else 1.0)
-            side = -1
+        narrow(bracket, x, g)
     return x, True

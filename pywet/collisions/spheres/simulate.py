@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pywet.collisions.runge_kutta import DOP853, DOPRI5
 from pywet.collisions.spheres import marching
 from pywet.collisions.spheres.problem import Problem, Scales, scales, system
 from pywet.collisions.spheres.state import WORKS, Work, workspace
-from pywet.collisions.spheres.steppers import TABLEAUS
 from pywet.errors import PywetError
 
-METHODS = {"auto": ("dop853", marching.AUTO), "dop853": ("dop853", 0), "dopri5": ("dopri5", 0), "radau": ("dop853", 1)}
+METHODS = {"auto": (DOP853, marching.AUTO), "dop853": (DOP853, 0), "dopri5": (DOPRI5, 0), "radau": (DOP853, 1)}
 """Integrators: DOP853 with a switch to Radau IIA where stiff, or one of them throughout."""
 KINDS = ("overlap", "separation", "contact", "rest", "release")
 MOST_STEPS = 150_000
@@ -106,7 +106,7 @@ def run(
     s = system(problem, unit, polar)
     at = (problem.position - problem.position.mean(axis=0)) / unit.length
     first = np.column_stack([at, problem.velocity / unit.speed, problem.omega * unit.time])
-    w = workspace(s, first, TABLEAUS[tableau], LOG_ROWS, max(record, len(times) + 1))
+    w = workspace(s, first, tableau, LOG_ROWS, max(record, len(times) + 1))
     w.now.tolerance, w.rest_speed[:] = problem.rtol, problem.rest_speed
     stops = np.array([*sorted(t / unit.time for t in times), problem.t_end / unit.time])
     began = time.perf_counter()

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from pywet.collisions.runge_kutta import Tableau
+
 WORKS = 4
 """Accumulators behind the spheres: viscous, capillary, gravity, friction of resting contacts."""
 compiled = njit(error_model="numpy")
@@ -52,16 +54,6 @@ class System(NamedTuple):
     gy: float
     polar: bool
     """Whether pairs have variables of their own; else they are differences of the spheres' (for comparison)."""
-
-
-class Tableau(NamedTuple):
-    """Explicit method: stages, weights, two error estimates, order used for the step size."""
-
-    a: np.ndarray
-    b: np.ndarray
-    error: np.ndarray
-    error_low: np.ndarray
-    order: float
 
 
 class Work(NamedTuple):

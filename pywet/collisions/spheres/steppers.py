@@ -1,7 +1,7 @@
 """One step of an embedded Runge-Kutta method, compiled: DOP853 and Dormand-Prince 5(4) (explicit), Radau IIA 5 (implicit).
 
-The coefficients are those of `scipy.integrate` (public class attributes; Hairer, Nørsett & Wanner I and II). A step gives the
-new state, its derivative and the error relative to the tolerance; choosing the next step is the business of `marching`.
+The implicit one is that of Hairer, Nørsett & Wanner II, with the coefficients of `scipy.integrate`. A step gives the new
+state, its derivative and the error relative to the tolerance; choosing the next step is the business of `marching`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.integrate import DOP853, RK45
 
+from pywet.collisions.runge_kutta import combine, error_of
 from pywet.collisions.spheres.dynamics import derivative, place
-from pywet.collisions.spheres.state import WORKS, Tableau, compiled
+from pywet.collisions.spheres.state import WORKS, compiled
 
 EXPLICIT, IMPLICIT = 0, 1
 NEWTON = 8
@@ -34,19 +34,6 @@ T_INVERSE = np.array([
     [0.50287263494578682, -2.57192694985560522, 0.59603920482822492],
 ])  # fmt: skip
 RADAU_ERROR = np.array([-13 - 7 * S6, -13 + 7 * S6, -1]) / 3
-
-
-def tableau(a: np.ndarray, b: np.ndarray, error: np.ndarray, error_low: np.ndarray, order: float) -> Tableau:
-    """A square, contiguous tableau."""
-    square = np.zeros((len(b), len(b)))
-    square[:, : a.shape[1]] = a
-    return Tableau(square, np.array(b), np.array(error), np.array(error_low), order)
-
-
-TABLEAUS = {
-    "dop853": tableau(DOP853.A, DOP853.B, DOP853.E5, DOP853.E3, 8.0),
-    "dopri5": tableau(RK45.A, RK45.B, RK45.E, 0.0 * RK45.E, 5.0),
-}
 
 
 @compiled
@@ -71,34 +58,19 @@ def set_scale(s: Any, w: Any, y: Any, other: Any) -> None:
 def explicit_step(dt: float, s: Any, w: Any) -> float:
     """Step of size dt from w.y into w.y_new, w.f_new; returns the error over the tolerance and notes the stiffness."""
     n, tab = w.count.size, w.tableau
-    last = tab.b.size
+    last = len(tab.a) - 1
     w.stages[0, :n] = w.f[:n]
     for k in range(1, last + 1):
-        for q in range(n):
-            w.y_trial[q] = w.y[q] if k < last else w.y_new[q]
-            w.y_new[q] = w.y[q]
-        for o in range(k):
-            c = dt * (tab.a[k, o] if k < last else tab.b[o])
-            if c != 0.0:
-                for q in range(n):
-                    w.y_new[q] += c * w.stages[o, q]
+        if k == last:
+            w.y_trial[:n] = w.y_new[:n]
+        combine(w.y, w.stages, tab.a[k], k, dt, w.y_new[:n])
         derivative(w.y_new, w.stages[k], s, w, w.lam_new)
     set_scale(s, w, w.y, w.y_new)
-    high, low, stiff, move = 0.0, 0.0, 0.0, 0.0
-    for q in range(n):
-        x, z = 0.0, 0.0
-        for o in range(last + 1):
-            x += tab.error[o] * w.stages[o, q]
-            z += tab.error_low[o] * w.stages[o, q]
-        high += (x / w.scale[q]) ** 2
-        low += (z / w.scale[q]) ** 2
-        stiff += ((w.stages[last, q] - w.stages[last - 1, q]) / w.scale[q]) ** 2
-        move += ((w.y_new[q] - w.y_trial[q]) / w.scale[q]) ** 2
-        w.f_new[q] = w.stages[last, q]
-    w.now.stiffness = dt * math.sqrt(stiff / move) if move > 0.0 else 0.0
-    if not math.isfinite(high + low):
-        return math.inf
-    return abs(dt) * high / math.sqrt((high + 0.01 * low) * n) if high > 0.0 else 0.0
+    w.f_new[:n] = w.stages[last, :n]
+    stiff = norm(w.stages[last] - w.stages[last - 1], w.scale, n)
+    move = norm(w.y_new - w.y_trial, w.scale, n)
+    w.now.stiffness = dt * stiff / move if move > 0.0 else 0.0
+    return error_of(w.stages, tab.error, tab.error_low, w.scale[:n], dt)
 
 
 @compiled

@@ -1,22 +1,16 @@
-"""A collision from entry to rupture by scipy's DOP853 (its tableau and its step control), compiled, one call per collision.
-
-Events are found as roots over the fraction of a step, each trial being a step of its own from the same start: no interpolation
-error, and the state after an event is a state of the method.
-"""
+"""A collision from entry to rupture by scipy's DOP853 (its tableau and its step control), compiled, one call per collision."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import DOP853
 
+from pywet.collisions.runge_kutta import DOP853, F_HIGH, HIGH, LOW, combine, error_of, narrow, trial
 from pywet.collisions.wall import forces
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
 from pywet.machine_code import njit
 
-STAGES = 12
-A = np.ascontiguousarray(DOP853.A[:STAGES, :STAGES])
-B = np.ascontiguousarray(DOP853.B)
-E3, E5 = np.ascontiguousarray(DOP853.E3), np.ascontiguousarray(DOP853.E5)
+A, ERROR, ERROR_LOW = DOP853.a, DOP853.error, DOP853.error_low
+STAGES = len(A) - 1
 MAX_STEPS = 100_000
 OK, TOO_MANY, TOO_SMALL = 0, 1, 2
 """Outcome of an integration: ended by an event; more than MAX_STEPS steps; a step below round-off."""
@@ -26,68 +20,25 @@ NOTHING, PASSAGE, STOP, REST = 0, 1, 2, 3
 
 @njit(error_model="numpy")
 def stages(phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, end: np.ndarray) -> None:
-    """One step from `state` with k[0] given: fills k[1..12], writes the new state into `end`."""
-    for i in range(1, STAGES):
-        for n in range(SIZE):
-            total = 0.0
-            for j in range(i):
-                total += A[i, j] * k[j, n]
-            end[n] = state[n] + step * total
+    """One step from `state` with k[0] given: fills the others, writes the new state into `end`."""
+    for i in range(1, len(k)):
+        combine(state, k, A[i], i, step, end)
         forces.rates(phase, end, p, k[i])
-    for n in range(SIZE):
-        total = 0.0
-        for j in range(STAGES):
-            total += B[j] * k[j, n]
-        end[n] = state[n] + step * total
-    forces.rates(phase, end, p, k[STAGES])
-
-
-@njit(error_model="numpy")
-def error_norm(state: np.ndarray, end: np.ndarray, step: float, k: np.ndarray, rtol: float, atol: np.ndarray) -> float:
-    """scipy's estimate of the local error over the tolerance."""
-    fifth = third = 0.0
-    for n in range(SIZE):
-        scale = atol[n] + rtol * max(abs(state[n]), abs(end[n]))
-        five = three = 0.0
-        for j in range(STAGES + 1):
-            five += E5[j] * k[j, n]
-            three += E3[j] * k[j, n]
-        fifth += (five / scale) ** 2
-        third += (three / scale) ** 2
-    if fifth == 0.0 and third == 0.0:
-        return 0.0
-    return abs(step) * fifth / np.sqrt((fifth + 0.01 * third) * SIZE)
 
 
 @njit(error_model="numpy")
 def locate(
     which: int, phase: int, state: np.ndarray, step: float, p: Parameters, k: np.ndarray, low: float, high: float
 ) -> float:
-    """Smallest fraction found, within the step, at which event function `which` is no longer negative (Illinois)."""
-    trial = np.empty(SIZE)
-    x0, x1, f0, f1 = 0.0, 1.0, low, high
-    side = 0
-    for _ in range(200):
-        if x1 - x0 <= 1e-15 or f1 == 0.0:
+    """Smallest fraction found, within the step, at which event function `which` is no longer negative."""
+    end, bracket = np.empty(SIZE), np.array([0.0, low, 1.0, high, 0.0])
+    for number in range(200):
+        x = trial(bracket, number)
+        if bracket[HIGH] - bracket[LOW] <= 1e-15 or bracket[F_HIGH] == 0.0 or not bracket[LOW] < x < bracket[HIGH]:
             break
-        x = x1 - f1 * (x1 - x0) / (f1 - f0) if np.isfinite(f1 - f0) else 0.5 * (x0 + x1)
-        if not x0 < x < x1:
-            x = 0.5 * (x0 + x1)
-            if not x0 < x < x1:
-                break
-        stages(phase, state, x * step, p, k, trial)
-        f = forces.events(phase, trial, p)[which - 1]
-        if f >= 0.0:
-            x1, f1 = x, f
-            if side == 1:
-                f0 *= 0.5
-            side = 1
-        else:
-            x0, f0 = x, f
-            if side == -1:
-                f1 *= 0.5
-            side = -1
-    return x1
+        stages(phase, state, x * step, p, k, end)
+        narrow(bracket, x, forces.events(phase, end, p)[which - 1])
+    return float(bracket[HIGH])
 
 
 @njit(error_model="numpy")
@@ -127,10 +78,10 @@ def run_phase(
     before = forces.events(phase, state, p)
     while steps < MAX_STEPS and tried < 4 * MAX_STEPS:
         if step < 1e-15 * time or step < 1e-300:
-            return TOO_SMALL, NOTHING, time, steps, 12 * tried
+            return TOO_SMALL, NOTHING, time, steps, STAGES * tried
         tried += 1
         stages(phase, state, step, p, k, end)
-        error = error_norm(state, end, step, k, rtol, atol)
+        error = error_of(k, ERROR, ERROR_LOW, atol + rtol * np.maximum(np.abs(state), np.abs(end)), step)
         if not error < 1.0:
             step *= max(0.2, 0.9 * error ** (-0.125)) if np.isfinite(error) else 0.2
             rejected = True
@@ -142,7 +93,7 @@ def run_phase(
             forces.rates(phase, state, p, k[0])
             stages(phase, state, at * step, p, k, end)
             state[:] = end
-            return OK, which, time + at * step, steps, 12 * tried
+            return OK, which, time + at * step, steps, STAGES * tried
         time += step
         growth = min(10.0, 0.9 * error ** (-0.125)) if error > 0.0 else 10.0
         step *= min(1.0, growth) if rejected else growth
@@ -150,7 +101,7 @@ def run_phase(
         state[:] = end
         k[0] = k[STAGES]
         before = after
-    return TOO_MANY, NOTHING, time, steps, 12 * tried
+    return TOO_MANY, NOTHING, time, steps, STAGES * tried
 
 
 @njit(error_model="numpy", cache=True)

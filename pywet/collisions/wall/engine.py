@@ -13,14 +13,13 @@ from typing import Any
 
 import pandas as pd
 
-from pywet.bench import small
+from pywet.bench import bodies, small
 from pywet.collisions.wall import wall
 from pywet.collisions.wall.problem import Problem
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.laws.contact import damping_ratio
-from pywet.scene import ContactPair, Effects, SphereClass
-from pywet.scene import Liquid as SceneLiquid
+from pywet.scene import ContactPair, Effects
 
 BUCK = small.PAPER.model_copy(
     update={"capillary": "buck", "viscous_normal": "buck_water", "viscous_tangential": "buck", "rupture": "buck"}
@@ -45,10 +44,7 @@ def contact_of(case: Problem) -> ContactPair:
     events = wall.collide(case.model_copy(update={"liquid": None, "gravity_m_per_s2": 0.0}))["events"]
     zeta = damping_ratio(case.particle.restitution)
     stiffness = case.mass * (math.pi / events[-1]["t"]) ** 2 / (1.0 - zeta**2)
-    return ContactPair(
-        a=1, b=0, normal_stiffness_N_per_m=stiffness, tangential_stiffness_N_per_m=2.0 / 7.0 * stiffness,
-        friction=case.friction, rolling_friction_m=0.0, restitution=case.particle.restitution,
-    )  # fmt: skip
+    return bodies.contact(1, 0, stiffness, friction=case.friction, restitution=case.particle.restitution)
 
 
 def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | None = None) -> EngineRun:
@@ -59,22 +55,19 @@ def throw(case: Problem, folder: Path, effects: Effects = BUCK, film: float | No
     thickness = 0.0 if liquid is None else film or liquid.layer_thickness_m
     step = math.pi * math.sqrt(case.mass / pair.normal_stiffness_N_per_m) / STEPS_PER_CONTACT
     steps = math.ceil(1.5 * wall.collide(case)["duration_s"] / step) + 4 * STEPS_PER_CONTACT
-    kind = SphereClass(
-        name="sphere", type=1, radius_m=particle.radius_m, density_kg_per_m3=particle.density_kg_per_m3, count=1,
-        contact_angle_rad=math.radians(liquid.contact_angle_deg) if liquid else 0.0,
-    )  # fmt: skip
+    angle = math.radians(liquid.contact_angle_deg) if liquid else 0.0
+    kinds = bodies.sphere_classes(particle.radius_m, density=particle.density_kg_per_m3, angle_rad=angle)
     body = small.Sphere(
         1,
         (0.0, 0.0, particle.radius_m + thickness * (1.0 + 1e-9)),
         (case.tangential_velocity, 0.0, -case.normal_velocity_m_per_s),
         (0.0, -case.omega_rad_per_s, 0.0),  # the contact point below the centre moves along x by ωR
     )
-    film_on_sphere = None if liquid is None else SceneLiquid(
-        surface_tension_N_per_m=liquid.surface_tension_N_per_m, viscosity_Pa_s=liquid.viscosity_Pa_s,
-        density_kg_per_m3=liquid.density_kg_per_m3, initial_film_thickness_m=thickness,
+    film_on_sphere = None if liquid is None else bodies.water(
+        thickness, liquid.viscosity_Pa_s, liquid.surface_tension_N_per_m, liquid.density_kg_per_m3
     )  # fmt: skip
     small.prepare(
-        folder, [kind], [body], [pair, pair.model_copy(update={"b": 1})], liquid=film_on_sphere,
+        folder, kinds, [body], [pair, pair.model_copy(update={"b": 1})], liquid=film_on_sphere,
         effects=effects if liquid else small.DRY, walls=[small.floor()], time_step_s=step, steps=steps,
         output_interval_s=steps * step, gravity=(0.0, 0.0, -case.gravity_m_per_s2),
     )  # fmt: skip

@@ -20,7 +20,7 @@ from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
 from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.liggghts.process import LOOP_TIME, execute
-from pywet.engines.process import Usage, alone, package_version, progress_bar
+from pywet.engines.process import Usage, alone, installed, progress_bar
 from pywet.errors import EngineError, NotWhole, PywetError
 from pywet.files import read_if_there, read_table
 from pywet.notices import notice
@@ -199,19 +199,13 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
 
 
 def _check_engine(ranks: int, mpi: Sequence[str]) -> str:
-    if shutil.which(PROGRAM) is None:
-        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package liggghts: run `make setup`")
+    version = installed("LIGGGHTS", ENGINE_VERSION, "make setup")
     if ranks > 1 and shutil.which(mpi[0]) is None:
         raise EngineError(
             f"{ranks} ranks were asked for but there is no {mpi[0]}; expected mpirun of openmpi-bin (run `make setup`), or "
             f"srun within a job of SLURM"
         )
-    version = package_version("liggghts")
-    if version is not None and not version.startswith(ENGINE_VERSION):
-        raise EngineError(
-            f"LIGGGHTS {version} is installed; expected {ENGINE_VERSION} (Debian 12): install that version"
-        )
-    return version or ENGINE_VERSION
+    return version
 
 
 def _command(task: Task, done: int) -> list[str]:
@@ -222,7 +216,5 @@ def _command(task: Task, done: int) -> list[str]:
     else:
         program = ["stdbuf", "-oL", PROGRAM, "-in", "in.liggghts", "-log", "log.liggghts"]  # an abort flushes nothing
     if task.ranks > 1:
-        if not deck.attached(task.scene):  # else the ranks outlive a killed mpirun, and write on
-            program = ["setpriv", "--pdeathsig", "KILL", *program]
         return [*(shlex.split(task.mpi) or MPIRUN), "-n", str(task.ranks), *DIES_WITH_MPIRUN, *program]
     return program

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
-from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words
+from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words, surroundings
 from pywet.errors import StoppedRun
 from pywet.scene import Scene
 
@@ -23,11 +23,7 @@ def execute(
     command: list[str], folder: Path, scene: Scene, report: Report, watch: Callable[[], None] = lambda: None
 ) -> Usage:
     """Run the engine in `folder` to its end; `watch` is called a few times a second."""
-    environment = {
-        **os.environ,
-        "OMP_NUM_THREADS": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    environment = surroundings(python=True) | {
         "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
         "OMPI_MCA_mpi_yield_when_idle": "1",  # the cores may be shared
         # within a job of SLURM mpirun starts its ranks itself: the srun that it would ask has to wait for the cores of the job

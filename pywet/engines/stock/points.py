@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from pywet.engines.process import last_words, surroundings
 from pywet.errors import PywetError
 
 Floats = npt.NDArray[np.float64]
@@ -79,27 +78,18 @@ def with_force(points: pd.DataFrame, force: Floats, program: str, refused: dict[
     return result
 
 
-def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: float = 600.0) -> str:
-    """Run a program in a folder; its output. PywetError where it is missing, fails or takes too long."""
+def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: float = 600.0) -> None:
+    """Run a program in a folder. PywetError where it is missing, fails or takes too long."""
     program = command[0]
     if shutil.which(program) is None:
         raise PywetError(
             f"the program {program} was not found; expected Debian's package {package}: apt-get install {package}"
         )
-    environment = {
-        **os.environ,
-        "OMP_NUM_THREADS": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    }
-    # another Python's packages would shadow those of the program's own
-    for name in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"):
-        environment.pop(name, None)
     try:
         done = subprocess.run(
             list(command),
             cwd=folder,
-            env=environment,
+            env=surroundings(),
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -115,21 +105,7 @@ def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: f
         raise PywetError(
             f"{program} could not be started ({error.strerror}); reinstall Debian's package {package}"
         ) from error
-    output = done.stdout + done.stderr
     if done.returncode != 0:
-        raise PywetError(f"{program} stopped: {_reason(output, folder, done.returncode)}")
-    return output
-
-
-def _reason(output: str, folder: Path, returncode: int) -> str:
-    """The program's own error, the signal that ended it, or the last line it wrote."""
-    lines = output.splitlines()
-    for log in sorted(folder.glob("*.log")):
-        lines += log.read_text(errors="replace").splitlines()
-    for mark in ("what():", "ERROR", "Error", ""):
-        if mark == "" and returncode < 0:
-            return f"it was ended by signal {-returncode} ({signal.strsignal(-returncode)})"
-        found = [line.split("what():")[-1].strip() for line in lines if mark in line and line.strip()]
-        if found:
-            return found[-1]
-    return f"it ended with status {returncode}"
+        logs = (path.read_text(errors="replace") for path in sorted(folder.glob("*.log")))
+        lines = "\n".join([*logs, done.stdout, done.stderr]).splitlines()
+        raise PywetError(f"{program} stopped: {last_words(lines, done.returncode)}")

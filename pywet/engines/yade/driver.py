@@ -6,7 +6,6 @@ first and renamed when the run is complete. The program runs in_yade.py; no modu
 
 from __future__ import annotations
 
-import os
 import shutil
 import time
 from dataclasses import asdict, dataclass
@@ -18,17 +17,16 @@ import pandas as pd
 
 from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
-from pywet.engines.process import OUTPUT, Report, alone, attend, last_words, package_version, progress_bar
+from pywet.engines.process import OUTPUT, Report, alone, attend, installed, last_words, progress_bar, surroundings
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
-from pywet.errors import EngineError, PywetError, StoppedRun
+from pywet.errors import PywetError, StoppedRun
 from pywet.files import read_json, read_table, write_json, write_table
 from pywet.planning import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
 
-PROGRAM = "yade"
-MAJOR_VERSION = "2023"
+VERSION = "2023.02a"
 SCRIPT = Path(__file__).with_name("in_yade.py")
 COLUMNS = ("step", "id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 SKIN = 0.3
@@ -100,15 +98,8 @@ def refuse(scene: Scene) -> None:
 
 
 def check_engine() -> str:
-    """Version of the installed program; PywetError where it is missing or of another major version."""
-    if shutil.which(PROGRAM) is None:
-        raise EngineError(f"the program {PROGRAM} was not found; expected Debian's package yade: run `make peers`")
-    version = package_version("yade")
-    if version is not None and not version.startswith(MAJOR_VERSION):
-        raise EngineError(
-            f"YADE {version} is installed; expected {MAJOR_VERSION}.02a (Debian 12): install that version"
-        )
-    return version or MAJOR_VERSION
+    """Version of the installed program; PywetError where it is missing or another."""
+    return installed("YADE", VERSION, "make peers")
 
 
 def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
@@ -182,11 +173,10 @@ def finish(run_dir: Path, info: dict[str, Any]) -> None:
 
 def _watch(folder: Path, scene: Scene, report: Report) -> None:
     """Start the program and report its progress to its end."""
-    # another Python's packages would shadow those of the program's own
-    hidden = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
-    environment = {k: v for k, v in os.environ.items() if k not in hidden} | {"OMP_NUM_THREADS": "1"}
-    command = [PROGRAM, "-j1", "-x", "-n", str(SCRIPT), "task.json"]
-    status, _ = attend(command, folder, environment, lambda: report(_last_step(folder / "progress.txt"), scene.steps))
+    command = ["yade", "-j1", "-x", "-n", str(SCRIPT), "task.json"]
+    status, _ = attend(
+        command, folder, surroundings(), lambda: report(_last_step(folder / "progress.txt"), scene.steps)
+    )
     if not (folder / "done").exists():
         reason = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), status)
         raise StoppedRun(f"{scene.name}: YADE stopped: {reason} (all messages: {folder / OUTPUT})", reason=reason)

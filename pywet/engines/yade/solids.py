@@ -12,11 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
-from pywet.apparatus.surface import Floats, Surface
+from pywet.apparatus.surface import Floats, Surface, enclosed
 from pywet.errors import PywetError
 
 SAME = 1e-6
@@ -47,11 +45,11 @@ def convex_pieces(surface: Surface) -> list[Floats]:
 
     PywetError where they do not: a solid with other than convex parts between parallel faces is beyond this method.
     """
-    corners = np.asarray(surface.vertices, dtype=float)[np.asarray(surface.triangles)]
     pieces: list[Floats] = []
-    for component in _components(corners):
+    count, body = surface.components()
+    for component in (surface.corners[body == k] for k in range(count)):
         solids = _pieces(component)
-        filled, wanted = sum(float(ConvexHull(p).volume) for p in solids), _volume(component)
+        filled, wanted = sum(float(ConvexHull(p).volume) for p in solids), enclosed(component)
         if abs(filled - wanted) > 1e3 * SAME * wanted:
             raise PywetError(
                 f"the wall {surface.name} cannot be cut into convex solids ({filled:.3g} m3 of {wanted:.3g} m3 found); the "
@@ -64,7 +62,7 @@ def convex_pieces(surface: Surface) -> list[Floats]:
 def _pieces(corners: Floats) -> list[Floats]:
     """A convex solid as it is, another one cut between opposite faces."""
     points = np.unique(corners.reshape(-1, 3), axis=0)
-    if abs(ConvexHull(points).volume - _volume(corners)) < 1e2 * SAME * _volume(corners):
+    if abs(ConvexHull(points).volume - enclosed(corners)) < 1e2 * SAME * enclosed(corners):
         return [points]
     faces = [f for f in _faces(corners) if f.convex]
     solids: dict[tuple[int, int], Floats] = {}
@@ -90,16 +88,6 @@ def _behind(faces: list[Face], k: int) -> int | None:
     return best
 
 
-def _components(corners: Floats) -> list[Floats]:
-    """The triangles (m, 3, 3) of each connected solid."""
-    _, node = np.unique(np.round(corners.reshape(-1, 3), 9), axis=0, return_inverse=True)
-    node = np.asarray(node).reshape(-1, 3)
-    pairs = np.concatenate([node[:, [0, 1]], node[:, [1, 2]]])
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(node.max() + 1,) * 2)
-    _, label = connected_components(graph, directed=False)
-    return [corners[label[node[:, 0]] == c] for c in np.unique(label)]
-
-
 def _faces(corners: Floats) -> list[Face]:
     """Triangles joined by their plane."""
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -119,9 +107,3 @@ def _flat_area(points: Floats, normal: Floats) -> float:
     """Area of the convex hull of points in a plane."""
     along = np.linalg.svd(normal[None, :])[2][1:]
     return float(ConvexHull(points @ along.T).volume)
-
-
-def _volume(corners: Floats) -> float:
-    """Volume inside closed triangles: sum of tetrahedra to a point amid them."""
-    p = corners - corners.reshape(-1, 3).mean(axis=0)
-    return float(np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2])).sum() / 6.0)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet.apparatus.solids import plate, wire
+from pywet.apparatus.solids import plate, square, wire
 from pywet.bench import small
 from pywet.bench.bodies import contact, reduced_mass, sphere_classes, water
 from pywet.bench.small import Sphere
@@ -143,7 +143,7 @@ def lattice(s: Setting, how: str) -> tuple[Sphere, ...]:
 
 def slab(half: float) -> list[Part]:
     """A large flat plate with its upper face at z = 0."""
-    return [(corners, None) for corners, _ in plate(small.square(half), -half / 2.0, 0.0)]
+    return [(corners, None) for corners, _ in plate(square(half), -half / 2.0, 0.0)]
 
 
 def bar(half: float, radius: float, axis: int, offset: float = 0.0) -> Part:

@@ -12,8 +12,9 @@ import pandas as pd
 import pytest
 
 from pywet import stages
+from pywet.engines.lammps import build
 from pywet.errors import PywetError
-from pywet.evidence.agreement import dry, engines, page, replayed, single, sources
+from pywet.evidence.agreement import dry, engines, lammps, page, replayed, single, sources
 from pywet.evidence.agreement.columns import COLUMNS, LIGGGHTS, REFERENCE, YADE
 from pywet.evidence.agreement.model import Cell, Source, impossible, measured, said, truth
 from pywet.evidence.agreement.rows import BY_KEY, GROUPS, QUANTITIES, ROWS
@@ -148,6 +149,14 @@ def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
     assert cells["bed_moist_height", "washino"].deviation == pytest.approx(0.2, abs=0.01)
     assert "beyond their spread" in cells["bed_moist_height", "washino"].note
     assert "within their spread" in cells["bed_moist_height", YADE].note
+
+
+def test_without_lammps_its_column_says_how_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every row has a cell; none counts as failed."""
+    monkeypatch.setattr(build, "PREFIX", tmp_path)
+    cells = lammps.source(tmp_path).cells
+    assert [c.row for c in cells] == [row.key for row in ROWS]
+    assert {c.state for c in cells} == {"not run"} and "make peers" in cells[0].note
 
 
 def test_end_of_a_force_is_found_between_two_points() -> None:

@@ -1,0 +1,161 @@
+"""What `pywet calibrate` answers: numbers as JSON, sentences to read, a figure of responses, targets and likelihoods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pywet.calibration import question as asking
+from pywet.calibration.experiments import Experiment
+from pywet.calibration.question import Question
+from pywet.calibration.search import Found, Runs, find
+from pywet.evidence.compare.statistics import half_width
+from pywet.files import make_folder, write_json
+
+MISFIT = 0.01
+"""Probability below which the runs are said not to follow the polynomial."""
+ALIKE = 5
+"""Places that are told along a direction of no slope."""
+
+
+def calibrate(
+    file: Path, folder: Path, ranks: int = 1, say: Callable[[str], None] = lambda line: None
+) -> dict[str, Any]:
+    """Answer a file; writes `calibration.json` and `calibration.svg` into the folder, beside the runs; returns the answer."""
+    from pywet.calibration import figure
+
+    question, experiments = asking.read(file)
+    make_folder(folder)
+    found = find(question, experiments, folder, ranks, say)
+    answer = described(question, found)
+    if found.runs is not None:
+        answer["runs"] = _runs(question, found)
+        answer["check"] = _check(question, experiments, found, found.runs)
+    answer["sentences"] = sentences(question, answer)
+    write_json(folder / "calibration.json", answer)
+    figure.draw(question, found, folder / "calibration.svg")
+    return answer
+
+
+def described(question: Question, found: Found) -> dict[str, Any]:
+    """Parameters with their intervals, targets with what is reached of them, what cannot be told apart."""
+    solved, names = found.problem, list(question.parameters)
+    mean, variance, _ = solved.response(solved.best)
+    parameters = {}
+    for k, (name, p) in enumerate(question.parameters.items()):
+        ranges = [
+            {"low": p.at(r.low), "high": p.at(r.high), "open_low": r.open_low, "open_high": r.open_high}
+            for r in solved.intervals(k)
+        ]
+        parameters[name] = {"best": p.at(float(solved.best[k])), "intervals": ranges, "bounds": [p.low, p.high]}
+    groups = solved.unknown()
+    return {
+        "name": question.name,
+        "confidence": question.confidence,
+        "parameters": parameters,
+        "targets": [
+            {
+                "quantity": t.quantity, "value": t.value, "standard_error": t.error,
+                "response": float(m), "response_standard_error": float(np.sqrt(v)),
+            }
+            for t, m, v in zip(question.targets, mean, variance, strict=True)
+        ],
+        "reached": solved.reached,
+        "not_told_apart": [{"parameters": [names[k] for k in g], "alike": _alike(question, found, g)} for g in groups],
+        "stopped": found.stopped,
+    }  # fmt: skip
+
+
+def _alike(question: Question, found: Found, group: list[int]) -> list[dict[str, float]]:
+    """Values of all parameters that fit alike, along the first of the group."""
+    solved, k = found.problem, group[0]
+    span = solved.intervals(k)[0]
+    places = [solved.profile(k, float(at), solved.best)[1] for at in np.linspace(span.low, span.high, ALIKE)]
+    return [question.values(place) for place in places]
+
+
+def _runs(question: Question, found: Found) -> dict[str, Any]:
+    """All runs of the engine, and what is known of the response from those that count."""
+    assert found.runs is not None and found.surface is not None
+    rows = [
+        {"seed": k, **question.values(place), "values": value.tolist()}
+        for k, (place, value) in enumerate(zip(found.runs.places, found.runs.values, strict=True))
+    ]
+    told = {
+        "deviation": found.surface.deviation.tolist(),
+        "freedom": found.surface.freedom,
+        "misfit": found.surface.misfit,
+    }
+    return {"count": len(rows), "seconds": float(np.sum(found.runs.seconds)), **told, "rows": rows}
+
+
+def _check(question: Question, experiments: list[Experiment], found: Found, runs: Runs) -> list[dict[str, Any]]:
+    """Fresh seeds at the answer: mean of each target of chance, with the interval of that mean."""
+    n = question.check_runs
+    values = np.array([runs.measure(found.problem.best, question.most_runs + k)[0] for k in range(n)])
+    targets = [t for t, e in zip(question.targets, experiments, strict=True) if e.of_chance]
+    return [
+        {
+            "quantity": t.quantity, "runs": n, "mean": float(v.mean()),
+            "half_width": half_width(float(v.std(ddof=1)), n, n - 1, question.confidence),
+        }
+        for t, v in zip(targets, values.T, strict=True)
+    ]  # fmt: skip
+
+
+def sentences(question: Question, answer: dict[str, Any]) -> list[str]:
+    """The answer in words."""
+    sure, lines = f"{100 * question.confidence:g} %", []
+    for name, told in answer["parameters"].items():
+        ranges = " or ".join(f"{r['low']:.4g} to {r['high']:.4g}" for r in told["intervals"])
+        lines.append(f"{name}: {told['best']:.4g} ({sure}: {ranges})")
+        ends = [f"{told['bounds'][side]:g}" for side, end in enumerate(("open_low", "open_high"))
+                if any(r[end] for r in told["intervals"])]  # fmt: skip
+        if ends:
+            lines.append(
+                f"{name} ends at {' and '.join(ends)} because that is its bound, not because the targets say so"
+            )
+    for t in answer["targets"]:
+        lines.append(
+            f"{t['quantity']}: wanted {t['value']:.5g} ± {t['standard_error']:.2g}, "
+            f"the best gives {t['response']:.5g} ± {t['response_standard_error']:.2g} (standard errors)"
+        )
+    if not answer["reached"]:
+        lines.append(
+            "no values between the bounds reproduce the targets: mend the bounds, or doubt experiment and model"
+        )
+    lines += [_unknown(group) for group in answer["not_told_apart"]]
+    if "runs" in answer:
+        lines += _of_runs(answer)
+    return lines
+
+
+def _unknown(group: dict[str, Any]) -> str:
+    """That parameters cannot be told apart, or one not be told at all."""
+    names = group["parameters"]
+    if len(names) == 1:
+        return f"{names[0]} cannot be told: the targets hardly depend on it; give a target that does, or fix it"
+    pairs = [", ".join(f"{v:.4g}" for name, v in row.items() if name in names) for row in group["alike"]]
+    return (
+        f"{' and '.join(names)} cannot be told apart by these targets: ({'), ('.join(pairs)}) fit alike; "
+        "give one more target that depends on them in another way, or fix one"
+    )
+
+
+def _of_runs(answer: dict[str, Any]) -> list[str]:
+    """How many runs, why no more, how far seeds scatter, and the check."""
+    runs = answer["runs"]
+    scatter = ", ".join(f"{d:.2g}" for d in runs["deviation"])
+    lines = [
+        f"{runs['count']} runs, {runs['seconds']:.0f} s; stopped as {answer['stopped']}; a single run scatters by {scatter}"
+    ]
+    if runs["misfit"] < MISFIT:
+        lines.append("the runs do not follow the polynomial through them: narrower bounds would make the answer safer")
+    for c in answer["check"]:
+        lines.append(
+            f"{c['runs']} fresh seeds with the best values: {c['quantity']} {c['mean']:.5g} ± {c['half_width']:.2g}"
+        )
+    return lines

@@ -1,0 +1,193 @@
+"""Experiments that a target can come from: a bridge, a collision with a wall, a scene of one's own; and what is read off them.
+
+A bridge and a collision are computed at once, without chance; a scene is run in the engine, from a seed.
+"""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from typing_extensions import TypedDict
+
+from pywet.bench import bridge_query, scenes
+from pywet.collisions.wall import sweep
+from pywet.collisions.wall.problem import Problem
+from pywet.config.loading import parse, read_yaml
+from pywet.errors import ConfigError, PywetError
+from pywet.files import parse_json, read_bytes, read_if_there, write_json
+from pywet.own_scene import commands
+from pywet.own_scene.description import Scene
+from pywet.runs.loaded import Run
+
+CURE = "name a file of `pywet bridge`, `pywet collide wall` or `pywet run-scene`, counted from the calibration's folder"
+AT_END = ("contacts_per_sphere", "bridges_per_sphere", "centre_of_mass_height_m")
+OF_SCENE: dict[str, Callable[[Run], float]] = {
+    "angle_of_repose_deg": lambda run: run.angle_of_repose(),
+    "drum_angle_deg": lambda run: float(scenes.bed_angles(run.path).mean()),
+    **{name: lambda run, name=name: float(run.contact_statistics[name].iloc[-1]) for name in AT_END},  # type: ignore[misc]
+}
+
+
+def _collision(problem: Problem, name: str) -> float:
+    from pywet.collisions.wall.wall import collide
+
+    value = collide(problem)[name]
+    return math.nan if value is None else float(value)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How a file becomes an experiment, and how a number is read off it; `of_chance`: by runs of an engine."""
+
+    read: Callable[[Path], dict[str, Any]]
+    build: Callable[[dict[str, Any], Path], Any]
+    quantities: Mapping[str, Callable[[Any], float]]
+    of_chance: bool = False
+
+
+def _json(path: Path) -> dict[str, Any]:
+    content = parse_json(read_bytes(path, CURE), str(path), CURE)
+    if not isinstance(content, dict):
+        raise ConfigError(f"{path} holds no keys; expected an experiment: {CURE}", file=path)
+    return content
+
+
+KINDS = {
+    "bridge": Kind(
+        _json,
+        bridge_query.checked,
+        {"pull_off_force_N": bridge_query.pull_off, "rupture_distance_m": bridge_query.rupture_distance},
+    ),
+    "wall": Kind(
+        _json,
+        lambda content, path: parse(Problem, content, str(path)),
+        {name: lambda p, name=name: _collision(p, name) for name in sweep.RESULTS if name.startswith("e_")},  # type: ignore[misc]
+    ),
+    "scene": Kind(
+        lambda path: read_yaml(path, Scene),
+        lambda content, path: Scene(**{**content, "folder": path.parent, "file": path}),
+        OF_SCENE,
+        of_chance=True,
+    ),
+}
+"""Key of a target -> its kind of experiment."""
+
+
+def quantities(kind: str) -> Mapping[str, Callable[[Any], float]]:
+    """What can be read off a kind of experiment."""
+    return KINDS[kind].quantities
+
+
+class Kept(TypedDict):
+    """What is kept of a run of an engine: what was read off it, how long it took."""
+
+    quantities: dict[str, float]
+    wall_s: float
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment as its file describes it."""
+
+    kind: str
+    file: Path
+    content: dict[str, Any]
+
+    @classmethod
+    def read(cls, kind: str, file: Path, changes: Mapping[str, Any]) -> Experiment:
+        """From its file, with some keys changed."""
+        content = KINDS[kind].read(file)
+        for key in changes:
+            if not holds(content, key):
+                raise ConfigError(f"changes names {key}, which is not in {file}; expected a key that is written there")
+        return cls(kind, file, _filled(content, changes))
+
+    @property
+    def of_chance(self) -> bool:
+        """Whether it is run in an engine."""
+        return KINDS[self.kind].of_chance
+
+    def built(self, settings: Mapping[str, float], seed: int = 0) -> Any:
+        """What is asked or run with these values of its keys; a seed is counted from that of a scene's file."""
+        content = _filled(self.content, {key: v for key, v in settings.items() if holds(self.content, key)})
+        if self.of_chance:
+            content["seed"] = content.get("seed", 1) + seed
+        try:
+            return KINDS[self.kind].build(content, self.file)
+        except PywetError as error:
+            said = ", ".join(f"{key} {value:.6g}" for key, value in settings.items())
+            raise ConfigError(f"{error} (with {said}: mend the bounds of the parameters)", file=self.file) from error
+
+    def value(self, quantity: str, settings: Mapping[str, float]) -> float:
+        """A number of an experiment without chance."""
+        return _number(quantities(self.kind)[quantity](self.built(settings)), quantity, settings)
+
+    def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:
+        """Numbers of a run of the engine; one whose numbers are kept in the folder is not done again."""
+        scene = self.built(settings, seed)
+        place = folder / _name(scene)
+        kept = read_if_there(place / "calibration.json", shape=Kept)
+        if kept is None or not set(wanted) <= set(kept["quantities"]):
+            started = time.monotonic()
+            run = commands.run(scene, place, ranks)
+            numbers = {q: _number(OF_SCENE[q](run), q, {**settings, "seed": scene.seed}) for q in wanted}
+            kept = Kept(quantities=numbers, wall_s=time.monotonic() - started)
+            write_json(place / "calibration.json", kept)
+        return Kept(quantities=kept["quantities"], wall_s=kept["wall_s"])
+
+
+def _name(scene: Scene) -> str:
+    """What a scene says, with the shapes of its STL files, as one word."""
+    said = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
+    word = hashlib.sha256(said.encode())
+    for wall in scene.walls:
+        word.update(read_bytes(scene.folder / wall.stl, CURE) if wall.stl else b"")
+    return word.hexdigest()[:16]
+
+
+def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:
+    if not math.isfinite(value):
+        said = ", ".join(f"{key} {v:.6g}" for key, v in settings.items())
+        raise PywetError(
+            f"there is no {quantity} with {said}; expected a number everywhere between the bounds: make them narrower, "
+            "or, where a heap is too small to have a slope, take more spheres"
+        )
+    return value
+
+
+def holds(content: Any, key: str) -> bool:
+    """Whether a dotted key is written in the content of a file.
+
+    >>> holds({"bodies": [{"radius_m": 1e-3}]}, "bodies.0.radius_m"), holds({"bodies": []}, "bodies.0.radius_m")
+    (True, False)
+    """
+    try:
+        for part in key.split("."):
+            content = content[_index(content, part)]
+    except (KeyError, IndexError, TypeError, ValueError):
+        return False
+    return True
+
+
+def _index(content: Any, part: str) -> str | int:
+    return int(part) if isinstance(content, list) else part
+
+
+def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy with other values at dotted keys that are there."""
+    filled = copy.deepcopy(content)
+    for key, value in values.items():
+        *path, last = key.split(".")
+        inner: Any = filled
+        for part in path:
+            inner = inner[_index(inner, part)]
+        inner[_index(inner, last)] = value
+    return filled

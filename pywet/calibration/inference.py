@@ -1,0 +1,203 @@
+"""From responses and targets to parameters: the best place, intervals by the profile likelihood, directions that stay unknown.
+
+Places are in the unit cube of the parameters' bounds. A residual is (response - target) over the standard error of both together.
+An interval holds all values of a parameter for which, the others chosen as well as can be, the sum of squared residuals exceeds
+the least one by no more than Student's quantile squared. For one parameter and one target that is Fieller's interval of inverse
+regression, and with a flat prior and a straight response the posterior's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from scipy import stats
+from scipy.ndimage import minimum_filter
+from scipy.optimize import brentq, least_squares
+
+from pywet.calibration.surface import Floats
+
+Response = Callable[[Floats], tuple[Floats, Floats, Floats]]
+"""Place -> mean of each target's response, variance of that mean, degrees of freedom of the variance."""
+STEP = 1e-3
+"""Of difference quotients: above the noise of what is computed, below what bends."""
+GRID = {1: 33, 2: 9, 3: 5}
+"""Number of parameters -> places along each among which starts are sought."""
+STARTS = 8
+LEAST = 1e-9
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of a parameter that fit, as shares of its bounds; an end is open where it is the window's and not the target's."""
+
+    low: float
+    high: float
+    open_low: bool
+    open_high: bool
+
+
+@dataclass
+class Problem:
+    """Targets with their standard errors and degrees of freedom, and the response; `window`: lowest and highest place."""
+
+    response: Response
+    values: Floats
+    errors: Floats
+    freedoms: Floats
+    confidence: float
+    window: tuple[Floats, Floats]
+    _known: dict[bytes, Floats] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        """Number of parameters."""
+        return len(self.window[0])
+
+    def residuals(self, place: Floats) -> Floats:
+        """Residual of each target at a place."""
+        key = place.tobytes()
+        if key not in self._known:
+            mean, variance, _ = self.response(place)
+            self._known[key] = (mean - self.values) / np.sqrt(self.errors**2 + variance)
+        return self._known[key]
+
+    def sum(self, place: Floats) -> float:
+        """Sum of squared residuals."""
+        return float((self.residuals(place) ** 2).sum())
+
+    def slopes(self, place: Floats, free: Sequence[int] | None = None) -> Floats:
+        """Derivatives of the residuals (targets, parameters) by difference quotients within the window."""
+        columns = []
+        for k in range(self.count) if free is None else free:
+            ends = [place.copy(), place.copy()]
+            ends[0][k] = max(place[k] - STEP * self._width[k], self.window[0][k])
+            ends[1][k] = min(place[k] + STEP * self._width[k], self.window[1][k])
+            columns.append((self.residuals(ends[1]) - self.residuals(ends[0])) / (ends[1][k] - ends[0][k]))
+        return np.stack(columns, axis=1)
+
+    @property
+    def _width(self) -> Floats:
+        return self.window[1] - self.window[0]
+
+    def least(self, start: Floats, held: int | None = None) -> Floats:
+        """The place of least squares reached from a start, one parameter held or none."""
+        free = [k for k in range(self.count) if k != held]
+        if not free:
+            return start
+
+        def whole(part: Floats) -> Floats:
+            place = start.copy()
+            place[free] = part
+            return place
+
+        def residuals(part: Floats) -> Floats:
+            return self.residuals(whole(part))
+
+        def slopes(part: Floats) -> Floats:
+            return self.slopes(whole(part), free)
+
+        low, high = self.window[0][free], self.window[1][free]
+        inside = np.clip(start[free], low + LEAST, high - LEAST)
+        found = least_squares(residuals, inside, slopes, (low, high), xtol=1e-10)
+        return whole(found.x)
+
+    @cached_property
+    def minima(self) -> list[Floats]:
+        """Where least squares end from the lowest places of a grid that no neighbour is below, the best first."""
+        places = self._grid()
+        sums = np.array([self.sum(place) for place in places]).reshape([GRID[self.count]] * self.count)
+        lowest = (sums == minimum_filter(sums, size=3, mode="nearest")).ravel()
+        starts = places[lowest][np.argsort(sums.ravel()[lowest])][:STARTS]
+        return sorted((self.least(start) for start in starts), key=self.sum)
+
+    def _grid(self, held: int | None = None, at: float = 0.0) -> Floats:
+        """Places all over the window, one parameter held or none."""
+        axes = [np.linspace(low, high, GRID[self.count]) for low, high in zip(*self.window, strict=True)]
+        if held is not None:
+            axes[held] = np.array([at])
+        return np.array(list(product(*axes)))
+
+    @property
+    def best(self) -> Floats:
+        """The place of the least sum."""
+        return self.minima[0]
+
+    @cached_property
+    def quantile(self) -> float:
+        """Student's, two-sided; degrees of freedom after Welch and Satterthwaite, those of the least known target."""
+        _, variance, freedom = self.response(self.best)
+        squares = self.errors**4 / self.freedoms + variance**2 / freedom
+        free = (self.errors**2 + variance) ** 2 / np.maximum(squares, 1e-300)
+        return float(stats.t.ppf(0.5 + 0.5 * self.confidence, free.min()))
+
+    @property
+    def reached(self) -> bool:
+        """Whether the targets can be what the response gives at the best place: not refuted at 1 %."""
+        return bool(stats.chi2.sf(self.sum(self.best), len(self.values)) >= 0.01)
+
+    def profile(self, k: int, at: float, start: Floats) -> tuple[float, Floats]:
+        """Sum above the least one with parameter k held at a value, the others at their best; and the place."""
+        held = start.copy()
+        held[k] = at
+        place = self.least(min([held, *self._grid(k, at)], key=self.sum), k)
+        return self.sum(place) - self.sum(self.best), place
+
+    def intervals(self, k: int) -> list[Interval]:
+        """Ranges of parameter k that fit, in their order."""
+        ranges: list[Interval] = []
+        for place in self.minima:
+            if self.sum(place) - self.sum(self.best) > self.quantile**2:
+                break
+            if not any(r.low - LEAST <= place[k] <= r.high + LEAST for r in ranges):
+                (low, open_low), (high, open_high) = self._end(k, place, 0), self._end(k, place, 1)
+                ranges.append(Interval(low, high, open_low, open_high))
+        return sorted(ranges, key=lambda r: r.low)
+
+    def _end(self, k: int, start: Floats, side: int) -> tuple[float, bool]:
+        """Where the profile leaves the quantile on a side of a place; whether only the window ends it."""
+        bound, sign = float(self.window[side][k]), 2.0 * side - 1.0
+        inside, place, step = float(start[k]), start, self._first_step(k, start)
+        while True:
+            outside = min(inside + step, bound) if side else max(inside - step, bound)
+            above, reached = self.profile(k, outside, place)
+            if above > self.quantile**2:
+                break
+            if outside == bound or sign * (bound - outside) < LEAST:
+                return bound, True
+            inside, place, step = outside, reached, 2.0 * step
+
+        def beyond(at: float) -> float:
+            return self.profile(k, at, place)[0] - self.quantile**2
+
+        if beyond(inside) >= 0.0:  # a second minimum just at the quantile
+            return inside, False
+        return float(brentq(beyond, inside, outside, xtol=1e-7)), False
+
+    def _first_step(self, k: int, place: Floats) -> float:
+        """A third of the half width that the slopes let expect."""
+        slopes = self.slopes(place)
+        deviation = float(np.sqrt(np.linalg.pinv(slopes.T @ slopes)[k, k]))
+        width = float(self._width[k])
+        return (
+            float(np.clip(deviation * self.quantile / 3.0, 1e-6 * width, width / 20.0)) if deviation else width / 20.0
+        )
+
+    def unknown(self) -> list[list[int]]:
+        """Parameters of each direction of no slope: along it from end to end the residuals change by less than the quantile.
+
+        Told from the slopes at the best place. A parameter belongs to a direction where changing it alone would matter; a
+        direction without such is one parameter on which the targets do not depend.
+        """
+        slopes = self.slopes(self.best) * self._width
+        _, sizes, directions = np.linalg.svd(slopes, full_matrices=True)
+        groups = []
+        for v, size in zip(directions, np.append(sizes, np.zeros(self.count))[: self.count], strict=True):
+            way = np.abs(v) / np.abs(v).max()
+            if size / np.abs(v).max() < self.quantile:
+                matters = way * np.linalg.norm(slopes, axis=0) > 0.5 * self.quantile
+                groups.append([k for k in range(self.count) if matters[k] or way[k] == 1.0])
+        return groups

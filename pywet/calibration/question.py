@@ -1,0 +1,137 @@
+"""What `pywet calibrate` is asked: targets that were measured, parameters with their bounds, how sure the answer is to be."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pywet.calibration.experiments import KINDS, Experiment, holds, quantities
+from pywet.config.loading import parse, read_yaml
+from pywet.errors import ConfigError
+from pywet.own_scene.walls import chosen
+from pywet.scene import Positive, Title
+from pywet.strict import Strict
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+LEVELS = {1: 5, 2: 3, 3: 3}
+"""Number of parameters -> values of each that a round of runs tries."""
+
+
+class Target(Strict):
+    """A measured number, and the file of `pywet bridge`, `pywet collide wall` or `pywet run-scene` whose experiment gives it."""
+
+    bridge: Path | None = None
+    wall: Path | None = None
+    scene: Path | None = None
+    changes: dict[str, Any] = Field(default_factory=dict)
+    """Keys of that file that have other values here, dotted: one file for several targets."""
+    quantity: str
+    value: float
+    scatter: Positive
+    """Standard deviation of a single measurement."""
+    repeats: Annotated[int, Field(ge=1, le=10_000)] = 1
+    """`value` is the mean of so many; of one, `scatter` is taken as known exactly."""
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        kind = self.kind
+        if self.quantity not in quantities(kind):
+            raise ValueError(f"quantity to be one of {', '.join(quantities(kind))}, not {self.quantity}")
+        return self
+
+    @property
+    def kind(self) -> str:
+        """Which of the kinds of experiment it is."""
+        return chosen(self, *KINDS) or ""
+
+    def experiment(self, folder: Path) -> Experiment:
+        """Its experiment; the file's path counts from a folder."""
+        return Experiment.read(self.kind, folder / getattr(self, self.kind), self.changes)
+
+    @property
+    def error(self) -> float:
+        """Standard error of `value`."""
+        return self.scatter / math.sqrt(self.repeats)
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom of the scatter."""
+        return self.repeats - 1.0 if self.repeats > 1 else math.inf
+
+
+class Parameter(Strict):
+    """What is to be found: a number between bounds that is put under `keys` (dotted) of every experiment whose file has them."""
+
+    keys: Annotated[tuple[str, ...], Field(min_length=1)]
+    low: float
+    high: float
+    log: bool = False
+    """Sought on a logarithmic scale: equal ratios count alike."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low < self.high or (self.log and self.low <= 0.0):
+            raise ValueError("low less than high" + (" and more than 0, as log is true" if self.log else ""))
+        return self
+
+    def at(self, share: float) -> float:
+        """The value so far between the bounds, 0 to 1."""
+        if self.log:
+            return float(self.low * (self.high / self.low) ** share)
+        return self.low + share * (self.high - self.low)
+
+
+class Question(Strict):
+    """The file."""
+
+    name: Title
+    targets: Annotated[tuple[Target, ...], Field(min_length=1, max_length=20)]
+    parameters: Annotated[dict[Title, Parameter], Field(min_length=1, max_length=3)]
+    confidence: Annotated[float, Field(ge=0.5, le=0.999)] = 0.95
+    seeds: Annotated[int, Field(ge=2, le=20)] = 2
+    """Runs at each place that is tried in an engine, each of a seed of its own."""
+    most_runs: Annotated[int, Field(le=10_000)] = 60
+    check_runs: Annotated[int, Field(ge=2, le=100)] = 3
+    """Runs at the answer, which take no part in finding it."""
+    folder: Path = Path()
+
+    @model_validator(mode="after")
+    def _enough(self) -> Self:
+        first = self.seeds * LEVELS[len(self.parameters)] ** len(self.parameters)
+        if self.most_runs < first:
+            raise ValueError(f"most_runs of at least {first}, the first round of {len(self.parameters)} parameters")
+        return self
+
+    def values(self, place: Floats) -> dict[str, float]:
+        """Values of the parameters at a place of the unit cube."""
+        return {name: p.at(float(u)) for (name, p), u in zip(self.parameters.items(), place, strict=True)}
+
+    def settings(self, place: Floats) -> dict[str, float]:
+        """The same by key of the experiments' files."""
+        values = self.values(place)
+        return {key: values[name] for name, p in self.parameters.items() for key in p.keys}
+
+
+def read(file: Path) -> tuple[Question, list[Experiment]]:
+    """Question and the experiment of each target, tried at both ends of all bounds; a sentence for each mistake."""
+    question = parse(Question, {**read_yaml(file, Question), "folder": file.parent}, str(file))
+    experiments = [target.experiment(question.folder) for target in question.targets]
+    for name, parameter in question.parameters.items():
+        for key in parameter.keys:
+            if not any(holds(e.content, key) for e in experiments):
+                raise ConfigError(
+                    f"{file}: parameters.{name}.keys names {key}, which stands in none of the targets' files; expected a key "
+                    "that is written there, dotted, such as materials.glass.friction or spheres.0.film_um",
+                    file=file, key=f"parameters.{name}.keys",
+                )  # fmt: skip
+    for end in (0.0, 1.0):
+        settings = question.settings(np.full(len(question.parameters), end))
+        for experiment in experiments:
+            experiment.built(settings)
+    return question, experiments

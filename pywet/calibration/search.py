@@ -1,0 +1,151 @@
+"""Finds the parameters: at once where nothing is of chance, else by rounds of runs in an engine that go where the answer is.
+
+A round tries places all over a window with several seeds each; all runs inside the window give the response. Then, whichever
+holds first: the answer ends at a side of the window that is no bound: the window grows there; it fills less than a third of the
+window: the window is drawn in; the response is known less than twice as well as the target: another round; else enough is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from pywet.calibration.experiments import Experiment
+from pywet.calibration.inference import Problem
+from pywet.calibration.question import LEVELS, Question
+from pywet.calibration.surface import Floats, Surface
+
+DRAWN_IN = 1.0 / 3.0
+"""Share of the window that an answer must fill."""
+KNOWN = 0.5
+"""Standard error of the response over that of the target which is enough: the interval is at most 12 % wider than need be."""
+ENOUGH = "the response is known at least twice as well as the target"
+SPENT = "most_runs are spent, more would narrow the intervals"
+AT_ONCE = "nothing is of chance"
+Said = Callable[[str], None]
+Measure = Callable[[Floats, int], tuple[Floats, float]]
+"""Place, seed -> values of the targets that are of chance, seconds."""
+
+
+@dataclass
+class Runs:
+    """Runs of the engine so far: places (n, parameters), values (n, targets of chance)."""
+
+    measure: Measure
+    say: Said
+    places: list[Floats] = field(default_factory=list)
+    values: list[Floats] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    def do(self, places: list[Floats], most: int) -> None:
+        """Runs at places, each with the next seed; what is predicted follows from the mean of those before."""
+        for k, place in enumerate(places):
+            value, seconds = self.measure(place, len(self.places))
+            self.places.append(place)
+            self.values.append(value)
+            self.seconds.append(seconds)
+            mean, left = float(np.mean(self.seconds)), len(places) - k - 1
+            self.say(
+                f"run {len(self.places)}: {', '.join(f'{v:.5g}' for v in value)} in {seconds:.0f} s; this round ends in about "
+                f"{left * mean:.0f} s, all in {max(left, most - len(self.places)) * mean:.0f} s at most"
+            )
+
+    def inside(self, window: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+        """Places and values of those in a window."""
+        places, values = np.array(self.places), np.array(self.values)
+        here = ((places >= window[0] - 1e-9) & (places <= window[1] + 1e-9)).all(axis=1)
+        return places[here], values[here]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The problem as it was solved, why no more was done, and, where an engine was run, its runs and their surface."""
+
+    problem: Problem
+    stopped: str
+    runs: Runs | None = None
+    surface: Surface | None = None
+
+
+def find(question: Question, experiments: list[Experiment], folder: Path, ranks: int, say: Said) -> Found:
+    """The answer to a question; runs are kept in the folder."""
+    chance = [k for k, e in enumerate(experiments) if e.of_chance]
+    targets, names = question.targets, [t.quantity for t in question.targets]
+
+    def direct(place: Floats) -> Floats:
+        """Means of all targets without chance, zero in place of the others."""
+        settings = question.settings(place)
+        return np.array([0.0 if e.of_chance else e.value(q, settings) for e, q in zip(experiments, names, strict=True)])
+
+    def measure(place: Floats, seed: int) -> tuple[Floats, float]:
+        settings, values, seconds = question.settings(place), [], 0.0
+        for k in chance:
+            same = tuple(names[j] for j in chance if experiments[j] == experiments[k])
+            kept = experiments[k].run(same, settings, seed, folder / "runs", ranks)
+            values.append(kept["quantities"][names[k]])
+            seconds += kept["wall_s"] if experiments.index(experiments[k]) == k else 0.0
+        return np.array(values), seconds
+
+    def problem(surface: Surface | None, window: tuple[Floats, Floats]) -> Problem:
+        def response(place: Floats) -> tuple[Floats, Floats, Floats]:
+            mean, variance, freedom = direct(place), np.zeros(len(targets)), np.full(len(targets), np.inf)
+            if surface is not None:
+                mean[chance], variance[chance] = surface.at(place)
+                freedom[chance] = surface.freedom
+            return mean, variance, freedom
+
+        values, errors, freedoms = (np.array([getattr(t, n) for t in targets]) for n in ("value", "error", "freedom"))
+        return Problem(response, values, errors, freedoms, question.confidence, window)
+
+    count = len(question.parameters)
+    if not chance:
+        return Found(problem(None, (np.zeros(count), np.ones(count))), AT_ONCE)
+    errors = np.array([targets[k].error for k in chance])
+    return rounds(problem, Runs(measure, say), errors, count, question.seeds, question.most_runs)
+
+
+def rounds(
+    problem: Callable[[Surface, tuple[Floats, Floats]], Problem], runs: Runs, errors: Floats, count: int, seeds: int, most: int
+) -> Found:  # fmt: skip
+    """Rounds of runs until enough is known or `most` runs are spent."""
+    window = np.zeros(count), np.ones(count)
+    while True:
+        runs.do(_round(window, seeds), most)
+        surface = Surface.through(*runs.inside(window))
+        solved = problem(surface, window)
+        moved = _moved(solved, window)
+        spread = np.sqrt(surface.at(solved.best)[1])
+        if moved is None and (spread <= KNOWN * errors).all():
+            return Found(solved, ENOUGH, runs, surface)
+        if len(runs.places) + len(_round(window, seeds)) > most:
+            return Found(solved, SPENT, runs, surface)
+        window = moved or window
+
+
+def _round(window: tuple[Floats, Floats], seeds: int) -> list[Floats]:
+    """Places of a round, all of them once, then again."""
+    grid = product(np.linspace(0.0, 1.0, LEVELS[len(window[0])]), repeat=len(window[0]))
+    return [window[0] + np.array(u) * (window[1] - window[0]) for u in grid] * seeds
+
+
+def _moved(solved: Problem, window: tuple[Floats, Floats]) -> tuple[Floats, Floats] | None:
+    """Where the next round is to look; None where here."""
+    low, high = window[0].copy(), window[1].copy()
+    ranges = [solved.intervals(k) for k in range(solved.count)]
+    for k, found in enumerate(ranges):
+        if any(r.open_low for r in found):
+            low[k] = max(0.0, low[k] - (window[1] - window[0])[k])
+        if any(r.open_high for r in found):
+            high[k] = min(1.0, high[k] + (window[1] - window[0])[k])
+    if (low < window[0]).any() or (high > window[1]).any():
+        return low, high
+    for k, found in enumerate(ranges):
+        first, last = min(r.low for r in found), max(r.high for r in found)
+        if last - first < DRAWN_IN * (window[1] - window[0])[k]:
+            low[k] = max(low[k], first - 0.5 * (last - first))
+            high[k] = min(high[k], last + 0.5 * (last - first))
+    return (low, high) if (low > window[0]).any() or (high < window[1]).any() else None

@@ -1,0 +1,179 @@
+"""`pywet calibrate` from file to answer: hidden values found again, kept runs not done again, mistakes in a sentence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from pywet.calibration import answer as answering
+from pywet.calibration import question as asking
+from pywet.calibration.search import find
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.own_scene import commands
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PULL = {
+    "name": "surface tension from a pull",
+    "targets": [{"bridge": str(EXAMPLES / "bridge.json"), "changes": {"laws": ["willett"]}, "quantity": "pull_off_force_N",
+                 "value": 7e-4, "scatter": 4e-5}],
+    "parameters": {"surface tension": {"keys": ["surface_tension_N_per_m"], "low": 0.02, "high": 0.1}},
+}  # fmt: skip
+
+
+def ask(folder: Path, content: dict[str, Any]) -> Path:
+    """A file of a calibration."""
+    path = folder / "ask.yaml"
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    return path
+
+
+def held(file: Path, hidden: dict[str, float], random: np.random.Generator) -> list[bool]:
+    """Targets made with hidden values (by name) and noise of their scatter: whether each value is in its interval."""
+    question, experiments = asking.read(file)
+    settings = {key: hidden[name] for name, p in question.parameters.items() for key in p.keys}
+    targets = tuple(
+        t.model_copy(update={"value": e.value(t.quantity, settings) + random.normal(0, t.error)})
+        for t, e in zip(question.targets, experiments, strict=True)
+    )
+    question = question.model_copy(update={"targets": targets})
+    solved = find(question, experiments, file.parent, 1, print).problem
+    return [
+        any(p.at(r.low) <= hidden[name] <= p.at(r.high) for r in solved.intervals(k))
+        for k, (name, p) in enumerate(question.parameters.items())
+    ]
+
+
+def test_two_hundred_hidden_surface_tensions(tmp_path: Path) -> None:
+    """190 are expected within 95 %; 180 and 199 are three standard deviations away."""
+    file, random = ask(tmp_path, PULL), np.random.default_rng(7)
+    inside = [held(file, {"surface tension": s}, random)[0] for s in random.uniform(0.03, 0.09, 200)]
+    assert 180 <= sum(inside) <= 199
+    assert sum(inside[:10]) >= 9  # ten hidden values: nine or ten of them
+
+
+def test_ten_hidden_viscosities(tmp_path: Path) -> None:
+    """Of a layer, from rebounds at two speeds: nine or ten of ten."""
+    content = yaml.safe_load((EXAMPLES / "calibrations" / "binder.yaml").read_text())
+    targets = [{**t, "wall": str(EXAMPLES / "wall_wet.json")} for t in content["targets"]]
+    viscosity = {"viscosity": content["parameters"]["viscosity in Pa s"]}
+    file, random = ask(tmp_path, {**content, "targets": targets, "parameters": viscosity}), np.random.default_rng(3)
+    assert sum(held(file, {"viscosity": v}, random)[0] for v in random.uniform(1e-3, 3e-3, 10)) >= 9
+
+
+def test_two_parameters_of_one_target_are_said_not_to_be_told_apart(tmp_path: Path) -> None:
+    """Surface tension and contact angle of one pull-off force; each pair of values that fit alike gives that force."""
+    angle = {"keys": ["bodies.0.contact_angle_deg", "bodies.1.contact_angle_deg"], "low": 0.0, "high": 60.0}
+    file = ask(tmp_path, {**PULL, "parameters": {**PULL["parameters"], "contact angle": angle}})  # type: ignore[dict-item]
+    answer = answering.calibrate(file, tmp_path / "out")
+    (group,) = answer["not_told_apart"]
+    assert group["parameters"] == ["surface tension", "contact angle"]
+    assert sum("surface tension and contact angle cannot be told apart" in line for line in answer["sentences"]) == 1
+    _, (pull,) = asking.read(file)
+    for row in group["alike"]:
+        settings = {
+            "surface_tension_N_per_m": row["surface tension"],
+            **dict.fromkeys(angle["keys"], row["contact angle"]),
+        }
+        assert abs(pull.value("pull_off_force_N", settings) - 7e-4) <= 1.97 * 4e-5
+    assert json.loads((tmp_path / "out" / "calibration.json").read_text())["not_told_apart"] == [group]
+
+
+def test_what_does_not_matter_and_what_is_not_reached_are_said(tmp_path: Path) -> None:
+    """Viscosity in a static force; a force that no surface tension between the bounds gives, which is exit code 1."""
+    viscosity = {"keys": ["viscosity_Pa_s"], "low": 1e-3, "high": 1e-1, "log": True}
+    idle = ask(tmp_path, {**PULL, "parameters": {"viscosity": viscosity, **PULL["parameters"]}})  # type: ignore[dict-item]
+    lines = answering.calibrate(idle, tmp_path / "idle")["sentences"]
+    assert any(line.startswith("viscosity cannot be told") for line in lines)
+    far = ask(tmp_path, {**PULL, "targets": [{**PULL["targets"][0], "value": 5e-3}]})  # type: ignore[dict-item]
+    done = CliRunner().invoke(app, ["calibrate", str(far), "--out", str(tmp_path / "far")])
+    assert done.exit_code == 1 and "no values between the bounds reproduce the targets" in done.stdout
+    assert "ends at 0.1 because that is its bound" in done.stdout
+    assert (tmp_path / "far" / "calibration.svg").read_text().startswith("<?xml")
+
+
+@pytest.fixture
+def engine(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """In place of the engine: bridges per sphere are ten times the friction, scattered by the seed; the scenes that ran."""
+    ran: list[Any] = []
+
+    def run(scene: Any, folder: Path, ranks: int) -> Any:
+        ran.append(scene)
+        folder.mkdir(parents=True)
+        friction = scene.materials["glass"].friction
+        noise = np.random.default_rng(scene.seed).normal(0, 0.1)
+        value = 10 * friction + noise if friction < 0.45 else np.nan
+        return SimpleNamespace(contact_statistics=pd.DataFrame({"bridges_per_sphere": [value]}))
+
+    monkeypatch.setattr(commands, "run", run)
+    return ran
+
+
+def drum(folder: Path, **parameter: Any) -> Path:
+    """A question to the small drum."""
+    target = {
+        "scene": str(EXAMPLES / "calibrations" / "small_drum.yaml"),
+        "quantity": "bridges_per_sphere",
+        "value": 3.0,
+    }
+    friction = {"keys": ["materials.glass.friction"], "low": 0.1, "high": 0.44, **parameter}
+    return ask(folder, {"name": "n", "targets": [{**target, "scatter": 0.3}], "parameters": {"friction": friction}})
+
+
+def test_runs_have_seeds_of_their_own_and_are_kept(tmp_path: Path, engine: list[Any]) -> None:
+    """Friction 0.3 ± 0.06; called again nothing runs again, and where a file is gone that run alone."""
+    said: list[str] = []
+    first = answering.calibrate(drum(tmp_path), tmp_path / "out", say=said.append)
+    count = len(engine)
+    assert len({scene.seed for scene in engine}) == count == first["runs"]["count"] + 3 == len(said) + 3
+    assert "this round ends in about" in said[0]
+    (friction,) = first["parameters"]["friction"]["intervals"]
+    assert 0.5 * (friction["low"] + friction["high"]) == pytest.approx(0.3, abs=0.02)
+    assert friction["high"] - friction["low"] == pytest.approx(0.12, abs=0.03)
+    assert first["check"][0]["mean"] == pytest.approx(3.0, abs=0.3)
+    assert answering.calibrate(drum(tmp_path), tmp_path / "out")["parameters"] == first["parameters"]
+    assert len(engine) == count
+    lost = next((tmp_path / "out" / "runs").iterdir())
+    (lost / "calibration.json").unlink()
+    lost.rmdir()
+    answering.calibrate(drum(tmp_path), tmp_path / "out")
+    assert len(engine) == count + 1
+
+
+def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:
+    with pytest.raises(
+        PywetError, match=r"there is no bridges_per_sphere with materials.glass.friction 0.5, seed 5; expected"
+    ):
+        answering.calibrate(drum(tmp_path, high=0.5), tmp_path / "out")
+
+
+def test_mistakes_of_the_file(tmp_path: Path) -> None:
+    """One sentence for each: what was given, what was expected."""
+    target, tension = PULL["targets"][0], PULL["parameters"]["surface tension"]  # type: ignore[index,call-overload]
+    for change, words in {
+        "quantity": ({"targets": [{**target, "quantity": "e_n"}]}, "quantity to be one of pull_off_force_N"),
+        "two kinds": ({"targets": [{**target, "wall": "x.json"}]}, "one of bridge, wall, scene, not bridge and wall"),
+        "no file": ({"targets": [{**target, "bridge": "none.json"}]}, "none.json could not be read"),
+        "no scatter": ({"targets": [{**target, "scatter": 0}]}, "targets.0.scatter is 0"),
+        "changes": ({"targets": [{**target, "changes": {"lawz": []}}]}, "changes names lawz, which is not in"),
+        "several laws": ({"targets": [{**target, "changes": {}}]}, "expected one capillary law: mend laws"),
+        "bounds": ({"parameters": {"s": {**tension, "low": 0.2}}}, "low less than high"),
+        "logarithm": ({"parameters": {"s": {**tension, "low": 0.0, "log": True}}}, "more than 0, as log is true"),
+        "key": ({"parameters": {"s": {**tension, "keys": ["sigma"]}}}, "sigma, which stands in none of the targets' files"),
+        "range": ({"parameters": {"s": {**tension, "high": 7e6}}}, "mend the bounds of the parameters"),
+        "few runs": ({"most_runs": 5}, "most_runs of at least 10"),
+        "no key": ({"seed": 3}, "key seed is not known"),
+    }.values():  # fmt: skip
+        done = CliRunner().invoke(
+            app, ["calibrate", str(ask(tmp_path, {**PULL, **change})), "--out", str(tmp_path / "out")]
+        )
+        said = " ".join(done.stderr.split())
+        assert done.exit_code == 1 and words in said, said
