@@ -12,7 +12,7 @@ from pywet.calibration.search import Found
 from pywet.files import atomic_write
 from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, STYLE, panels, plt, svg
 
-PLACES = 41
+PLACES = 25
 
 
 def draw(question: Question, found: Found, path: Path) -> None:

@@ -47,13 +47,16 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_srun_starts_the_ranks_of_a_run_on_two_nodes(tmp_path: Path) -> None:
-    """One rank a node, started by `srun --mpi=pmix`: the very events and ways of the run that mpirun starts."""
+def test_srun_starts_the_ranks_of_a_run(tmp_path: Path) -> None:
+    """Two ranks started by `srun --mpi=pmix`: the very events and ways of the run that mpirun starts.
+
+    On one node: two that are one machine cannot tell PMIx apart.
+    """
     spheres, runs = beds.bed((4, 4, 3)), [tmp_path / "srun", tmp_path / "mpirun"]
     for run_dir in runs:
         beds.prepare(run_dir, spheres, 400)
     code = f"from pywet.engines.liggghts import driver; driver.run({str(runs[0])!r}, 2, progress=False, mpi='srun --mpi=pmix')"
-    job = ["sbatch", "--wait", "--nodes=2", "--ntasks-per-node=1", f"--output={tmp_path}/job.log", "--wrap"]
+    job = ["sbatch", "--wait", "--time=60", "--nodes=1", "--ntasks=2", f"--output={tmp_path}/job.log", "--wrap"]
     with local_slurm.running():
         done = subprocess.run(
             [*job, shlex.join([sys.executable, "-c", code])], capture_output=True, text=True, check=False

@@ -21,6 +21,8 @@ from pywet.scene import ContactPair, Scene, WallMesh
 
 SCRIPT, DATA = "in.lammps", "particles.data"
 STATE = "id type x y z vx vy vz omegax omegay omegaz"
+NUMBERS = 5
+"""That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
 """Of a mesh's extent: faces closer than that are one."""
 
@@ -79,6 +81,7 @@ def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> 
     )  # fmt: skip
     yield from (f"read_data {DATA}", f"neighbor {listed!r} bin", "neigh_modify delay 0 every 1 check yes")
     yield from (f"variable skin equal {skin!r}", f"variable thickest_film equal {film!r}")
+    yield f"fix p_liquid all property/atom d2_liquid {NUMBERS}"
     yield from (
         "pair_style granular",
         "pair_coeff * * hooke 1.0 0.0 tangential linear_history 1.0 0.0 0.0 damping velocity",

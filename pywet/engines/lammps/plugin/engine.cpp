@@ -37,6 +37,9 @@ void Engine::attach(LAMMPS_NS::LAMMPS *lmp, const Walls &, bool presses) {
   if (!integrate) throw std::runtime_error("the deck has no fix named integrate");
   if (presses) throw std::runtime_error("walls of prisms were given; expected none in LAMMPS");
   at.free_group = integrate->groupbit;
+  int real, columns;
+  if (lmp->atom->find_custom("liquid", real, columns) < 0 || !real || columns != NUMBERS_TAKEN)
+    throw std::runtime_error("the deck has no fix property/atom d2_liquid with " + std::to_string(NUMBERS_TAKEN) + " numbers");
   skin = said("skin");
   thickest_film = said("thickest_film");
 }
@@ -48,6 +51,12 @@ double Engine::said(const char *variable) const {
 }
 
 int Engine::local(int id) const { return lmp_->atom->map(id); }
+
+void Engine::tell_ghosts() const {}  // one process in a box with walls has none
+
+void Engine::find_neighbours(Ranks &ranks) const {
+  for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
+}
 
 // For the engine all that a list holds beyond touch is skin; part of it is for films, which no way of the spheres may use up.
 void Engine::keep_skin() const {
@@ -64,6 +73,8 @@ void Engine::look() {
   at.x = atom->x; at.v = atom->v; at.omega = atom->omega;
   at.f = atom->f; at.torque = atom->torque;
   at.mass = atom->rmass;
+  int real, columns;
+  at.liquid = atom->darray[atom->find_custom("liquid", real, columns)];
   at.tag = atom->tag; at.mask = atom->mask;
   at.nlocal = atom->nlocal;
   at.nall = atom->nlocal + atom->nghost;
@@ -89,10 +100,11 @@ void Engine::shorten_lists() const {}  // for the step's time alone
 Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
 
 void Engine::check_box(const Spheres &spheres, const Ranks &, int64_t step) const {
-  for (size_t id = 1; id < spheres.ids(); id++)
-    if (spheres.exists(id) && local(int(id)) < 0)
-      throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) +
-                 "; enlarge the box or lower the time step");
+  if (at.nlocal == spheres.count) return;
+  int id = 1;
+  while (id < spheres.count && local(id) >= 0) id++;
+  throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) +
+             "; enlarge the box or lower the time step");
 }
 
 }  // namespace pywet
