@@ -97,7 +97,7 @@ def pitois_factor(speed: Floats, eta: float, sigma: float) -> Floats:
     return 1.0 + np.sqrt(speed * eta / sigma)
 
 
-def drawn_from_sphere(kind: Any, film: Floats, ri: Floats, rj: Floats, half_width: Any) -> Floats:
+def drawn_from_sphere(kind: Any, film: Any, ri: Any, rj: Any, half_width: Any) -> Floats:
     """Liquid that sphere i gives to a new bridge (E 8, 9, 12)."""
     sine = np.where(kind == LARGE_WALL, 0.5, rj / (ri + rj))
     cap = film / 2.0 * (1.0 - np.sqrt(1.0 - sine**2))

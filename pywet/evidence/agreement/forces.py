@@ -143,7 +143,7 @@ def _best(
 def _engine_formation(folder: Path, events: pd.DataFrame) -> Cell:
     """Volume of the new bridge against what the law draws from the films at the start."""
     films = read_table(folder / "history" / "spheres.parquet")["film"].to_numpy(float)
-    drawn = sum(laws.drawn_from_sphere(laws.SPHERE, float(film), R, R, 0.0) for film in films)
+    drawn = np.sum(laws.drawn_from_sphere(laws.SPHERE, films, R, R, 0.0))
     volume = events.loc[events["kind"] == FORMATION, "volume"].to_numpy(float)[:1]
     note = "event log; which volumes the films of every formation give is replayed in the rows above"
     return measured("formation_equal", LIGGGHTS, volume, np.array([drawn]), note=note, link="runs/pull_paper_equal/")
