@@ -24,7 +24,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Closest:
-    """Of each row: how far the part is; a closest point in the world and its triangle, of several as near the first."""
+    """Of each row: how far the part is; the closest point in the world; its triangle, of several as near the first."""
 
     distance: Floats
     point: Floats
@@ -106,7 +106,8 @@ class Parts:
             if len(rows):
                 d, q, t, row = self._closest(y[rows], part[rows], many[rows])
                 first = np.searchsorted(row, np.arange(len(rows)))
-                distance[rows], point[rows], triangle[rows] = np.minimum.reduceat(d, first), q[first], t[first]
+                distance[rows], triangle[rows] = np.minimum.reduceat(d, first), t[first]
+                point[rows] = q[np.lexsort((d, row))[first]]
                 least[rows] = np.minimum.reduceat(values[which[rows][row], t], first)
         return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
 

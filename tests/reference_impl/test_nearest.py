@@ -11,16 +11,30 @@ import pytest
 from reference_impl.motion import nearest
 
 
+def closest_to(corners: np.ndarray, x: list[float]) -> nearest.Closest:
+    """Of one fixed part with these triangles."""
+    setup: Any = SimpleNamespace(
+        corners=corners, part=np.zeros(len(corners), np.int64), step=1e-6,
+        scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
+        walls=[SimpleNamespace(first=0, last=len(corners), motion="fixed")],
+    )  # fmt: skip
+    none = np.zeros(1, np.int64)
+    return nearest.Parts(setup).closest(none, np.array([x]), none)
+
+
+@pytest.mark.parametrize("beside", [5e-8, -5e-8])
+def test_the_point_is_that_of_the_least_distance(beside: float) -> None:
+    """A sphere of 2.5 mm over a square, 50 nm beside the edge of its two triangles, which are as near to 5e-13 m."""
+    a, b, c, d = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+    x = [beside, -beside, 2.5e-3]
+    assert closest_to(np.array([[a, b, c], [a, c, d]]), x).point[0] == pytest.approx([beside, -beside, 0.0], abs=1e-15)
+
+
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_the_distance_is_the_least_of_triangles_as_near(order: tuple[int, int]) -> None:
     """Two triangles one above the other by 2e-12 m, a sphere of 5 mm over both: 4e-10 of the distance apart."""
     low = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
     corners = np.array([low, low + np.array([0.0, 0.0, 2e-12])])[list(order)]
-    setup: Any = SimpleNamespace(
-        corners=corners, part=np.zeros(2, np.int64), step=1e-6, scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
-        walls=[SimpleNamespace(first=0, last=2, motion="fixed")],
-    )  # fmt: skip
-    x = np.array([[0.0, 0.0, 5e-3]])
-    found = nearest.Parts(setup).closest(np.zeros(1, np.int64), x, np.zeros(1, np.int64))
+    found = closest_to(corners, [0.0, 0.0, 5e-3])
     assert found.triangle[0] == 0
     assert found.distance[0] == pytest.approx(5e-3 - 2e-12, abs=1e-15)
