@@ -189,7 +189,8 @@ def _bin(runs: Runs, folder: Path) -> str:
 
 
 REASONS: dict[int, Callable[[Runs, Path], str]] = {
-    2: _slower, 6: _wider, 7: _early, 11: _one_seed, 12: _closer, 17: _small_first, 21: _dry_near, 26: _side_wall, 29: _passing, 30: _bin,
+    2: _slower, 6: _wider, 7: _early, 11: _one_seed, 12: _closer, 17: _small_first, 21: _dry_near, 26: _side_wall,
+    29: _passing, 30: _bin,
 }  # fmt: skip
 TESTS: dict[int, Callable[[Sequence[RunDir]], pd.DataFrame]] = {7: curves, 26: side_walls, 30: passage}
 
