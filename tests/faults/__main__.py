@@ -79,7 +79,8 @@ def one(bench: Bench, number: int, seed: int, room: str) -> dict[str, str]:
     while verdict is None:
         mutant = draw(bench.files(room), chance)
         verdict: Verdict | None = bench.judge(mutant, room)
-    values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, verdict.said)
+    told = verdict.said.replace(f"{bench.tree}/", "")  # what is kept names no machine's folders
+    values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, told)
     return dict(zip(COLUMNS, values, strict=True))
 
 

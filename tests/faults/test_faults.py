@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -117,3 +118,4 @@ def test_the_page_is_that_of_the_kept_table() -> None:
     rows = read(page.KEPT)
     assert page.PAGE.read_text() == page.page(rows)
     assert all(row[page.WHY] for row in rows if page.verdict(row) in ("alike", "open"))
+    assert [row["said"] for row in rows if re.search(r"(?<![\w.])/\w+/", row["said"])] == []  # folders of a machine
