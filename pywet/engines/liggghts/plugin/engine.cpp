@@ -201,29 +201,38 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
 }
 
 // What is nearer than touch and the part of the skin that ways may use up cannot be missed by the engine's contacts before the next
-// list; the rest is there for near pairs alone, and would be walked through in every step. The order of what stays is kept.
+// list; the rest is there for near pairs alone, and would be walked through in every step. The order of what stays is kept, and
+// lists that followed each other in memory still do.
 void Engine::shorten_lists() const {
   LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
   LAMMPS_NS::NeighList *history = list->listgranhistory;
   const double *radius = lmp_->atom->radius;
   const double factor = lmp_->neighbor->contactDistanceFactor;
+  const int *end = nullptr;                             // of the list before, as the engine made it
+  int *to = nullptr, *touch = nullptr;
+  double *springs = nullptr;
   for (int q = 0; q < list->inum; q++) {
-    const int a = list->ilist[q];
-    int *partner = list->firstneigh[a];
-    int kept = 0;
-    for (int k = 0; k < list->numneigh[a]; k++) {
+    const int a = list->ilist[q], count = list->numneigh[a];
+    const int *partner = list->firstneigh[a], *touched = history ? history->firstneigh[a] : nullptr;
+    const double *sprung = history ? history->firstdouble[a] : nullptr;
+    if (partner != end) {
+      to = list->firstneigh[a];
+      if (history) touch = history->firstneigh[a], springs = history->firstdouble[a];
+    }
+    end = partner + count;
+    list->firstneigh[a] = to;
+    if (history) history->firstneigh[a] = touch, history->firstdouble[a] = springs;
+    for (int k = 0; k < count; k++) {
       const int b = partner[k] & NEIGHMASK;
       const double reach = factor * (radius[a] + radius[b]) + skin;
       const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
       if (dot(apart, apart) > reach * reach) continue;
-      if (history && kept < k) {
-        history->firstneigh[a][kept] = history->firstneigh[a][k];
-        const double *from = history->firstdouble[a] + history->dnum * k;
-        std::copy(from, from + history->dnum, history->firstdouble[a] + history->dnum * kept);
-      }
-      partner[kept++] = partner[k];
+      *to++ = partner[k];
+      if (!history) continue;
+      *touch++ = touched[k];
+      springs = std::copy(sprung + history->dnum * k, sprung + history->dnum * (k + 1), springs);
     }
-    list->numneigh[a] = kept;
+    list->numneigh[a] = int(to - list->firstneigh[a]);
   }
 }
 
