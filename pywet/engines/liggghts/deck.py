@@ -82,19 +82,9 @@ def film_factor(scene: Scene) -> float:
     return 1.0 + FILM_GROWTH * scene.liquid.initial_film_thickness_m / smallest
 
 
-def contact_distance_factor(scene: Scene) -> float:
-    """Within this many radii, beyond touch, the engine looks after a pair in every step and takes its spring away.
-
-    A fast pair that parts is there for a step at least; it is not wider, since each pair in it costs as much as a contact nearly.
-    """
-    step = FASTEST * scene.time_step_s / min(c.radius_m for c in scene.classes)
-    return min(film_factor(scene), 1.0 + step)
-
-
 def listed(scene: Scene) -> float:
-    """How far [m] beyond `contact_distance_factor` the neighbour list sees: skin, and where films can touch."""
-    widest = 2.0 * max(c.radius_m for c in scene.classes)
-    return skin(scene) + widest * (film_factor(scene) - contact_distance_factor(scene))
+    """How far [m] beyond touch the neighbour list sees: skin, and where films can touch."""
+    return skin(scene) + 2.0 * max(c.radius_m for c in scene.classes) * (film_factor(scene) - 1.0)
 
 
 def longest_bridge(scene: Scene) -> float:
@@ -279,7 +269,7 @@ def write_deck(
         # a cohesion model of the engine's own lives as far as films touch
         "listed": repr(skin(scene) if cohesion.words else listed(scene)),
         "thickest_film": repr(film_factor(scene) - 1.0),
-        "contact_distance_factor": repr((film_factor if cohesion.words else contact_distance_factor)(scene)),
+        "contact_distance_factor": repr(film_factor(scene) if cohesion.words else 1.0),
         "ghost_cutoff": repr(2.0 * max(c.radius_m for c in scene.classes) + longest_bridge(scene)),
         "gravity": {"magnitude": repr(size), **direction} if size else None,
         "stl": {w.name: _stl(w, run_dir, folder) for w in scene.walls},

@@ -95,7 +95,9 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
   return pairs;
 }
 
-void Engine::shorten_lists() const {}  // for the step's time alone
+void Engine::shorten_lists() {}  // for the step's time alone
+
+void Engine::forget_springs() const {}  // its contacts do so
 
 Vec Engine::press(int, double, const Vec &, double, const Vec &, double *) const { return Vec(); }
 

@@ -203,37 +203,58 @@ std::vector<std::pair<int, int> > Engine::neighbours() const {
 // What is nearer than touch and the part of the skin that ways may use up cannot be missed by the engine's contacts before the next
 // list; the rest is there for near pairs alone, and would be walked through in every step. The order of what stays is kept, and
 // lists that followed each other in memory still do.
-void Engine::shorten_lists() const {
+void Engine::shorten_lists() {
   LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
   LAMMPS_NS::NeighList *history = list->listgranhistory;
   const double *radius = lmp_->atom->radius;
-  const double factor = lmp_->neighbor->contactDistanceFactor;
   const int *end = nullptr;                             // of the list before, as the engine made it
   int *to = nullptr, *touch = nullptr;
   double *springs = nullptr;
+  runs_.clear();
   for (int q = 0; q < list->inum; q++) {
     const int a = list->ilist[q], count = list->numneigh[a];
     const int *partner = list->firstneigh[a], *touched = history ? history->firstneigh[a] : nullptr;
     const double *sprung = history ? history->firstdouble[a] : nullptr;
     if (partner != end) {
       to = list->firstneigh[a];
-      if (history) touch = history->firstneigh[a], springs = history->firstdouble[a];
+      if (history) {
+        touch = history->firstneigh[a];
+        springs = history->firstdouble[a];
+        runs_.push_back(Run{touch, springs, history->dnum, {}});
+      }
     }
     end = partner + count;
     list->firstneigh[a] = to;
     if (history) history->firstneigh[a] = touch, history->firstdouble[a] = springs;
     for (int k = 0; k < count; k++) {
       const int b = partner[k] & NEIGHMASK;
-      const double reach = factor * (radius[a] + radius[b]) + skin;
+      const double reach = radius[a] + radius[b] + skin;
       const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
       if (dot(apart, apart) > reach * reach) continue;
       *to++ = partner[k];
       if (!history) continue;
       *touch++ = touched[k];
       springs = std::copy(sprung + history->dnum * k, sprung + history->dnum * (k + 1), springs);
+      runs_.back().pairs.push_back({a, b});
     }
     list->numneigh[a] = int(to - list->firstneigh[a]);
   }
+  forget_springs();
+}
+
+// The engine itself does so only for pairs within its contact distance, each of which costs it nearly as much as a contact.
+void Engine::forget_springs() const {
+  const double *radius = lmp_->atom->radius;
+  for (const Run &run : runs_)
+    for (size_t k = 0; k < run.pairs.size(); k++) {
+      if (!run.touched[k]) continue;
+      const auto &[a, b] = run.pairs[k];
+      const double touch = radius[a] + radius[b];
+      const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
+      if (dot(apart, apart) < touch * touch) continue;
+      run.touched[k] = 0;
+      std::fill_n(run.springs + run.numbers * k, run.numbers, 0.0);
+    }
 }
 
 // The flags of this step are those with which the engine has just done its other walls.

@@ -59,7 +59,8 @@ class Engine {
   double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
-  void shorten_lists() const;                           // to the pairs that can touch before they are made anew
+  void shorten_lists();                                 // to the pairs that can touch before they are made anew
+  void forget_springs() const;                          // of pairs of the shortened lists that no longer touch
   void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
 
   // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
@@ -73,6 +74,13 @@ class Engine {
   std::vector<LAMMPS_NS::FixMeshSurface *> surfaces_;   // in the order of Walls::meshes
   LAMMPS_NS::FixWallGran *wall_law_ = nullptr;
   LAMMPS_NS::FixPropertyAtom *liquid_ = nullptr;
+  struct Run {                                          // of lists one after the other in memory
+    int *touched;
+    double *springs;
+    int numbers;                                        // of a spring
+    std::vector<std::pair<int, int> > pairs;
+  };
+  std::vector<Run> runs_;
 
   double said(const char *variable) const;              // by the deck
   bool read_mesh(size_t m, const Walls &walls, double *out) const;

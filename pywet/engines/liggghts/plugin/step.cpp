@@ -45,9 +45,10 @@ void Plugin::step(int64_t n) {
   clock.go(n);
   const bool fresh = clock.first || clock.again || engine.lists_are_new(n);
   const bool feeding = n < world.feed.last;
+  engine.look();
+  if (wet() && !fresh) engine.forget_springs();
   if (!clock.bridges_act() && !fresh && !rules.energy && !rules.weighs && !world.laws.shed_drop && wires.prisms.empty() && !feeding)
     return;
-  engine.look();
   if (clock.first || clock.again) engine.keep_skin();
   if (fresh && !world.ranks.alone()) {
     engine.find_neighbours(world.ranks);
