@@ -13,11 +13,11 @@ namespace pywet {
 void Impulses::set_aside() {
   if (!on()) return;
   const View &at = world_.engine.at;
-  others_.assign(6 * at.nlocal, 0.0);
-  for (int a = 0; a < at.nlocal; a++) {
-    std::swap_ranges(at.f[a], at.f[a] + 3, &others_[6 * a]);
-    std::swap_ranges(at.torque[a], at.torque[a] + 3, &others_[6 * a + 3]);
-  }
+  const int n = 3 * at.nlocal;
+  others_.assign(at.f[0], at.f[0] + n);
+  others_.insert(others_.end(), at.torque[0], at.torque[0] + n);
+  std::fill_n(at.f[0], n, 0.0);
+  std::fill_n(at.torque[0], n, 0.0);
   if (!world_.rules.energy) return;
   other_works_.assign(at.nlocal, Acting{});
   other_works_.swap(energy_.acting);
@@ -32,10 +32,8 @@ static void add_times(double weight, double *now, const double *before, int n) {
 void Impulses::act() {
   if (!on()) return;
   const View &at = world_.engine.at;
-  for (int a = 0; a < at.nlocal; a++) {
-    add_times(weight, at.f[a], &others_[6 * a], 3);
-    add_times(weight, at.torque[a], &others_[6 * a + 3], 3);
-  }
+  add_times(weight, at.f[0], others_.data(), 3 * at.nlocal);
+  add_times(weight, at.torque[0], others_.data() + 3 * at.nlocal, 3 * at.nlocal);
   if (!world_.rules.energy) return;
   for (int a = 0; a < at.nlocal; a++) {
     Acting &now = energy_.acting[a], &before = other_works_[a];

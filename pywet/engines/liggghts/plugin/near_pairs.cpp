@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace pywet {
 
 static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: numerical zero, 1e-4 of the radius in size
+
+static const double CLASS = 1.0 / 32;  // width of a class of gaps, of the skin
 
 static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair looked at
 
@@ -14,12 +17,11 @@ static double held(double volume) { return std::max(volume, 0.0); }
 
 void NearPairs::find() {
   travel_ = wall_travel_ = 0;
-  awake_ = 0;
   shift_before_.clear();
   for (const Mesh &mesh : world_.walls.meshes) shift_before_.push_back(mesh.shift);
-  pairs_.clear();
+  found_.clear();
   for (const auto &[a, b] : world_.engine.neighbours()) add(a, b);
-  std::stable_sort(pairs_.begin(), pairs_.end(), [](const Pair &a, const Pair &b) { return a.gap < b.gap; });
+  order();
   rest_.clear();
   for (const Pair &pair : pairs_) rest_.push_back(pair.gap);
   find_walls();
@@ -31,6 +33,21 @@ void NearPairs::find() {
   };
   for (size_t c = 0; c < pairs_.size(); c++) mark(SPHERE, pairs_[c].i, pairs_[c].j, int(c));
   for (size_t c = 0; c < wall_pairs_.size(); c++) mark(LARGE_WALL, wall_pairs_[c].i, wall_pairs_[c].j, int(c));
+}
+
+int NearPairs::class_of(const Pair &pair) const {
+  return int(std::clamp(pair.gap / (CLASS * world_.engine.skin), 0.0, CLASSES - 1.0));
+}
+
+void NearPairs::order() {
+  awake_ = awake_classes_ = 0;
+  std::fill(first_, first_ + CLASSES + 1, 0);
+  for (const Pair &pair : found_) first_[class_of(pair) + 1]++;
+  std::partial_sum(first_, first_ + CLASSES + 1, first_);
+  size_t next[CLASSES];
+  std::copy(first_, first_ + CLASSES, next);
+  pairs_.resize(found_.size());
+  for (const Pair &pair : found_) pairs_[next[class_of(pair)]++] = pair;
 }
 
 void NearPairs::bridged(Bridge &b) {
@@ -52,7 +69,7 @@ void NearPairs::add(int a, int b) {
   const int i = at.tag[a], j = at.tag[b];
   const double radii = world_.spheres.radius(i) + world_.spheres.radius(j);
   const double reach = radii + films_.thickness(a) + films_.thickness(b);
-  pairs_.push_back(Pair{i, j, a, b, radii, norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii});
+  found_.push_back(Pair{i, j, a, b, radii, norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii});
 }
 
 // What sphere and wall may move and their films grow before they touch, seen from when the candidates were found; `distance` of
@@ -67,10 +84,16 @@ double NearPairs::rest(const WallPair &pair, double distance) const {
 void NearPairs::find_walls() {
   const View &at = world_.engine.at;
   const Walls &walls = world_.walls;
-  std::unordered_map<uint64_t, Site> known;  // closest points outlive the list
-  for (WallPair &pair : wall_pairs_)
-    if (pair.site.distance_then >= 0) known.emplace(key_of(LARGE_WALL, pair.i, pair.j), std::move(pair.site));
-  wall_pairs_.clear();
+  std::vector<WallPair> before;          // closest points outlive the list
+  before.swap(wall_pairs_);
+  std::unordered_map<int, size_t> known;  // sphere -> the first of its own
+  for (size_t c = 0; c < before.size(); c++) known.emplace(before[c].i, c);
+  auto site_of = [&](int i, int part) {
+    const auto first = known.find(i);
+    for (size_t c = first == known.end() ? before.size() : first->second; c < before.size() && before[c].i == i; c++)
+      if (before[c].j == part) return std::move(before[c].site);
+    return walls.site_at(part);
+  };
   wall_rest_.clear();
   // before the next rebuild a sphere may move half the skin, a mesh its own way; films may grow meanwhile: one skin more
   const double thickest = films_.thickest_part();
@@ -88,8 +111,7 @@ void NearPairs::find_walls() {
       if (!here[m]) continue;
       double distance = Walls::outside(walls.parts[p].bounds, y[m]);
       if (distance >= far + films_.part_thickness(int(p))) continue;
-      const auto site = known.find(key_of(LARGE_WALL, i, int(p)));
-      wall_pairs_.push_back(WallPair{i, int(p), a, site == known.end() ? walls.site_at(int(p)) : std::move(site->second)});
+      wall_pairs_.push_back(WallPair{i, int(p), a, site_of(i, int(p))});
       const Site &then = wall_pairs_.back().site;
       if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
       wall_rest_.push_back(rest(wall_pairs_.back(), distance));
@@ -154,7 +176,7 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
   const View &at = world_.engine.at;
   const Laws &laws = world_.laws;
   const double way = 2 * (travel_ + films_.thicker);
-  while (awake_ < pairs_.size() && pairs_[awake_].gap <= way) awake_++;
+  while (awake_classes_ < CLASSES && awake_classes_ * CLASS * world_.engine.skin <= way) awake_ = first_[++awake_classes_];
   for (size_t c = 0; c < awake_; c++) {
     if (rest_[c] > way) continue;
     const Pair &pair = pairs_[c];

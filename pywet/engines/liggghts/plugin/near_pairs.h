@@ -34,7 +34,10 @@ class NearPairs {
   const World &world_;
   const Films &films_;
   Standing &standing_;
-  std::vector<Pair> pairs_;              // by the gap when they were found
+  static const int CLASSES = 64;
+  std::vector<Pair> found_, pairs_;      // in the order of the list, and by classes of the gap when they were found
+  size_t first_[CLASSES + 1];            // pair of a class
+  int awake_classes_ = 0;
   std::vector<WallPair> wall_pairs_;
   std::vector<double> rest_, wall_rest_; // way of each pair before which films cannot touch; infinity: a bridge
   size_t awake_ = 0;                     // the first pairs_, whose films may have met since they were found
@@ -42,6 +45,8 @@ class NearPairs {
   double travel_ = 0, wall_travel_ = 0;  // bounds of the way of a sphere and of a wall since the pairs were found
   std::vector<Vec> shift_before_;        // of each mesh, in the step before
 
+  int class_of(const Pair &pair) const;
+  void order();
   void find_walls();
   void add(int a, int b);
   double &rest_of(int kind, int pair) { return (kind == SPHERE ? rest_ : wall_rest_)[pair]; }
