@@ -69,6 +69,19 @@ def test_a_stopped_run_carries_spheres_and_step(
         assert str(error) == f"case02: LIGGGHTS stopped: {error.reason}" and "ERROR" not in error.reason
 
 
+def test_ranks_that_srun_did_not_start_are_no_stop_of_the_engine(tmp_path: Path) -> None:
+    """What srun says of two nodes on one machine: the failed launch is the reason, not the rank that it killed for it."""
+    said = ["Job step aborted: Waiting up to 7 seconds for job step to finish."]
+    said += ["error: task 0 launch failed: Unspecified error", "error: second: task 1: Killed"]
+    (tmp_path / process.OUTPUT).write_text("".join(f"srun: {line}\n" for line in said))
+    error = process.stopped(synthetic.scene(), tmp_path, 137)
+    assert error.reason == "task 0 launch failed: Unspecified error"
+    assert str(error).startswith(
+        f"case02: srun did not start all ranks ({error.reason}); expected nodes that are machines"
+    )
+    assert "simulate:nodes=1" in str(error) and "LIGGGHTS" not in str(error)
+
+
 def test_every_kind_is_the_one_that_a_command_shows() -> None:
     """All are `PywetError`, which the command line turns into one sentence, and can be made of a sentence alone."""
     kinds = [value for value in vars(errors).values() if isinstance(value, type) and issubclass(value, Exception)]

@@ -15,6 +15,8 @@ from pywet.scene import Scene
 LOOP_TIME = "loop_cpu_s.json"
 """File in which a moist run's first rank leaves the processor time of each piece and of the checkpoint after it [s]."""
 LOGS = (OUTPUT, LOG)
+LAUNCH = re.compile(r"^srun: error: (.* launch failed: .*)", re.MULTILINE)
+"""What srun says of ranks that no node started; after it come the ranks that it then killed elsewhere."""
 LARGEST_LOG = 50_000_000
 """Bytes at which a log shows an engine that writes without end: a run of any length writes some hundred lines."""
 
@@ -68,6 +70,13 @@ def _refuse_flood(folder: Path, scene: Scene) -> None:
 
 def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> StoppedRun:
     """What the engine said before it stopped. Text is all that comes from it, so that here, once, numbers are read from it."""
+    launch = LAUNCH.search((folder / OUTPUT).read_text(errors="replace"))
+    if launch:
+        sentence = (
+            f"{scene.name}: srun did not start all ranks ({launch[1]}); expected nodes that are machines of their own, since two "
+            f"nodes on one machine do not start under PMIx: ask for one (simulate:nodes=1), or read slurmd's log on each{more}"
+        )
+        return StoppedRun(sentence, reason=launch[1])
     reason = _reason(folder, returncode)
     spheres = [int(n) for pair in re.findall(r"\bspheres? (\d+)(?: and (\d+))?", reason) for n in pair if n]
     step = re.search(r"\bstep (\d+)", reason)
