@@ -17,6 +17,7 @@ import pandas as pd
 import pytest
 
 from pywet.bench import small
+from pywet.bench.bodies import water
 from reference_impl.motion import mesh, wall_motion, window
 from reference_impl.motion.touching import near_pairs
 from reference_impl.replay.replay import replay
@@ -273,13 +274,8 @@ def test_near_pairs_are_all_found() -> None:
     assert set(zip(*near_pairs(x, reach), strict=True)) == set(zip(a, b, strict=True))
 
 
-@pytest.mark.parametrize(("spin", "aside"), [(50.0, 0.0), (2000.0, 1e-8)])
-def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float) -> None:
-    """Dry spheres that part and meet again before the neighbour list is made anew begin with the spring they parted with.
-
-    A fact of the engine (a wet run clears it): counted and taken as logged, so that it is neither hidden nor called a fault.
-    The second pair slides, and what was kept turns its spring by a ten-thousandth only.
-    """
+def rubbing(folder: Path, spin: float, aside: float, **settings: Any) -> tuple[dict[str, Any], dict[str, int], int]:
+    """A sphere that turns at a wiggled place and touches another three times in a list; what closes, counts, meetings."""
     spheres = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(
@@ -287,14 +283,32 @@ def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float
         ),
     ]
     small.prepare(
-        tmp_path, scenes.spheres_of(scenes.R), spheres, scenes.contacts(1), time_step_s=1e-5, steps=320,
-        window_trajectories=True,
+        folder, scenes.spheres_of(scenes.R), spheres, scenes.contacts(1), time_step_s=1e-5, steps=320,
+        window_trajectories=True, **settings,
     )  # fmt: skip
-    small.run(tmp_path, spheres)
-    quantities, found = scenes.closed(tmp_path)
-    meetings = (np.diff(np.unique(found[0].touches.k)) > 1).sum()
-    assert found[0].counts["springs_left_over"] == meetings == 2
+    small.run(folder, spheres)
+    quantities, found = scenes.closed(folder)
+    return quantities, found[0].counts, int((np.diff(np.unique(found[0].touches.k)) > 1).sum())
+
+
+@pytest.mark.parametrize(("spin", "aside"), [(50.0, 0.0), (2000.0, 1e-8)])
+def test_springs_that_the_engine_keeps(tmp_path: Path, spin: float, aside: float) -> None:
+    """Dry spheres that part and meet again before the neighbour list is made anew begin with the spring they parted with.
+
+    A fact of the engine (a wet run clears it): counted and taken as logged, so that it is neither hidden nor called a fault.
+    The second pair slides, and what was kept turns its spring by a ten-thousandth only.
+    """
+    quantities, counts, meetings = rubbing(tmp_path, spin, aside)
+    assert counts["springs_left_over"] == meetings == 2
     assert quantities["contact_spring"].ok
+
+
+def test_wet_springs_begin_anew(tmp_path: Path) -> None:
+    """The same spheres with films: each meeting begins without a spring, which the check asks for in wet runs."""
+    quantities, counts, meetings = rubbing(tmp_path, 50.0, 0.0, liquid=water(1e-5), effects=small.PAPER)
+    assert meetings == 2
+    assert quantities["contact_spring"].ok
+    assert "springs_left_over" not in counts
 
 
 def test_ranks(tmp_path: Path) -> None:

@@ -16,23 +16,25 @@ static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair
 static double held(double volume) { return std::max(volume, 0.0); }
 
 void NearPairs::find() {
+  const size_t bridges = standing_.bridges.size();
   travel_ = wall_travel_ = 0;
   shift_before_.clear();
   for (const Mesh &mesh : world_.walls.meshes) shift_before_.push_back(mesh.shift);
+  of_sphere_.assign(world_.engine.at.nall + 1, bridges);
+  for (size_t k = bridges; k-- > 0;)
+    if (standing_.bridges[k].a >= 0) of_sphere_[standing_.bridges[k].a] = k;
   found_.clear();
   for (const auto &[a, b] : world_.engine.neighbours()) add(a, b);
   order();
-  rest_.clear();
-  for (const Pair &pair : pairs_) rest_.push_back(pair.gap);
   find_walls();
-  auto mark = [&](int kind, int i, int j, int pair) {
-    const int k = standing_.find(kind, i, j);
-    if (k < 0) return;
-    rest_of(kind, pair) = INF;
-    standing_.bridges[k].candidate = pair;
-  };
-  for (size_t c = 0; c < pairs_.size(); c++) mark(SPHERE, pairs_[c].i, pairs_[c].j, int(c));
-  for (size_t c = 0; c < wall_pairs_.size(); c++) mark(LARGE_WALL, wall_pairs_[c].i, wall_pairs_[c].j, int(c));
+}
+
+// They stand in the order of their first ends.
+int NearPairs::bridge_of(int kind, int a, int j) const {
+  const auto &bridges = standing_.bridges;
+  for (size_t k = of_sphere_[a]; k < bridges.size() && bridges[k].a == a; k++)
+    if (bridges[k].j == j && (bridges[k].kind == SPHERE) == (kind == SPHERE)) return int(k);
+  return -1;
 }
 
 int NearPairs::class_of(const Pair &pair) const {
@@ -47,7 +49,13 @@ void NearPairs::order() {
   size_t next[CLASSES];
   std::copy(first_, first_ + CLASSES, next);
   pairs_.resize(found_.size());
-  for (const Pair &pair : found_) pairs_[next[class_of(pair)]++] = pair;
+  rest_.resize(found_.size());
+  for (const Pair &pair : found_) {
+    const size_t c = next[class_of(pair)]++;
+    pairs_[c] = pair;
+    rest_[c] = pair.bridge < 0 ? pair.gap : INF;
+    if (pair.bridge >= 0) standing_.bridges[pair.bridge].candidate = int(c);
+  }
 }
 
 void NearPairs::bridged(Bridge &b) {
@@ -69,7 +77,8 @@ void NearPairs::add(int a, int b) {
   const int i = at.tag[a], j = at.tag[b];
   const double radii = world_.spheres.radius(i) + world_.spheres.radius(j);
   const double reach = radii + films_.thickness(a) + films_.thickness(b);
-  found_.push_back(Pair{i, j, a, b, radii, norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii});
+  const double gap = norm(Vec(at.x[a]) - Vec(at.x[b])) - reach - ROUND_OFF * radii;
+  found_.push_back(Pair{i, j, a, b, bridge_of(SPHERE, a, j), radii, gap});
 }
 
 // What sphere and wall may move and their films grow before they touch, seen from when the candidates were found; `distance` of
@@ -114,7 +123,9 @@ void NearPairs::find_walls() {
       wall_pairs_.push_back(WallPair{i, int(p), a, site_of(i, int(p))});
       const Site &then = wall_pairs_.back().site;
       if (then.distance_then >= 0) distance = std::max(distance, then.distance_then - norm(y[m] - then.reference));
-      wall_rest_.push_back(rest(wall_pairs_.back(), distance));
+      const int bridge = bridge_of(LARGE_WALL, a, int(p));
+      if (bridge >= 0) standing_.bridges[bridge].candidate = int(wall_rest_.size());
+      wall_rest_.push_back(bridge < 0 ? rest(wall_pairs_.back(), distance) : INF);
     }
   }
 }

@@ -24,6 +24,7 @@ class NearPairs {
   struct Pair {
     int i, j;                            // ids
     int a, b;
+    int bridge;                          // that stood when the pairs were found, or -1
     double radii;                        // sum of radii
     double gap;                          // between the films when the pairs were found, or less
   };
@@ -45,6 +46,9 @@ class NearPairs {
   double travel_ = 0, wall_travel_ = 0;  // bounds of the way of a sphere and of a wall since the pairs were found
   std::vector<Vec> shift_before_;        // of each mesh, in the step before
 
+  std::vector<size_t> of_sphere_;        // local index -> first of its bridges when the pairs are found
+
+  int bridge_of(int kind, int a, int j) const;
   int class_of(const Pair &pair) const;
   void order();
   void find_walls();

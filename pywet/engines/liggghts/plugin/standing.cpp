@@ -99,7 +99,10 @@ void Standing::sort() {
   order.reserve(bridges.size());
   for (size_t k = 0; k < bridges.size(); k++) {
     place(bridges[k]);
-    if (bridges[k].here) order.push_back(int(k));
+    if (bridges[k].here)
+      order.push_back(int(k));
+    else
+      index_.erase(key_of(bridges[k].kind, bridges[k].i, bridges[k].j));
   }
   std::sort(order.begin(), order.end(), [&](int p, int q) {
     const Bridge &a = bridges[p], &b = bridges[q];
@@ -112,7 +115,6 @@ void Standing::sort() {
   std::vector<Site> sites_in_order;      // without those of bridges that have ruptured
   sorted.reserve(order.size());
   lines.reserve(prepared_.size());
-  index_.clear();
   for (int k : order) {
     lines.insert(lines.end(), prepared(k), prepared(k + 1));
     index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(sorted.size());
