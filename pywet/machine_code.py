@@ -1,8 +1,9 @@
 """numba, with its machine code kept in this package's private cache. Modules that ask it to be kept take `numba` from here.
 
 numba itself looks only at the file of the function it keeps, not at those of the functions that are compiled into it, and
-loads what it finds. Here the folder's name stands for all sources that are compiled and for the processor, and a file whose
-check sum does not fit counts as missing. Not here: closures; one source text is many functions, see `force_law`.
+loads what it finds. Here the folder's name stands for all sources that are compiled, for where they lie (by which numba names
+its files) and for the processor, and a file whose check sum does not fit counts as missing. Not here: closures; one source
+text is many functions, see `force_law`.
 """
 
 from __future__ import annotations
@@ -27,10 +28,13 @@ _SUM = hashlib.sha256().digest_size
 
 
 def key() -> str:
-    """Hash over the processor and all sources that are compiled."""
-    digest = hashlib.sha256(f"{binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}".encode())
+    """Hash over the processor and all sources that are compiled, with their place."""
+    here = Path(__file__).parent
+    digest = hashlib.sha256(
+        f"{here} {binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}".encode()
+    )
     for room in COMPILED:
-        for path in sorted((Path(__file__).parent / room).rglob("*.py")):
+        for path in sorted((here / room).rglob("*.py")):
             digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 

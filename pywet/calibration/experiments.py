@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,11 @@ from pywet.bench import bridge_query, scenes
 from pywet.collisions.wall import sweep
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse, read_yaml
+from pywet.engines.liggghts import build, checkpoint
+from pywet.engines.process import package_version
 from pywet.errors import ConfigError, PywetError
 from pywet.files import parse_json, read_bytes, read_if_there, write_json
+from pywet.laws import own
 from pywet.own_scene import commands
 from pywet.own_scene.description import Scene
 from pywet.runs.loaded import Run
@@ -145,12 +149,26 @@ class Experiment:
 
 
 def _name(scene: Scene) -> str:
-    """What a scene says, with the shapes of its STL files, as one word."""
+    """What a run follows from, as one word: the scene as it is said, its STL files, its laws in files, and the program."""
     said = json.dumps(scene.model_dump(mode="json", exclude={"folder", "file"}), sort_keys=True)
-    word = hashlib.sha256(said.encode())
-    for wall in scene.walls:
-        word.update(read_bytes(scene.folder / wall.stl, CURE) if wall.stl else b"")
+    word = hashlib.sha256(said.encode() + _program())
+    chosen = scene.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
+    laws = [law for law in [*chosen.values(), *scene.laws.reference.values()] if own.is_own(law)]
+    files = [(scene.folder / wall.stl, CURE) for wall in scene.walls if wall.stl]
+    files += [(Path(own.placed(law, scene.folder).rpartition(":")[0]), own.CURE) for law in laws]
+    for file, cure in files:
+        word.update(hashlib.sha256(read_bytes(file, cure)).digest())
     return word.hexdigest()[:16]
+
+
+@cache
+def _program() -> bytes:
+    """Hash of the code that a run goes through, of the engine's plugin, and of the engine's version."""
+    digest = hashlib.sha256((package_version("liggghts") or "").encode())
+    here = sorted((Path(__file__).parents[1] / "own_scene").glob("*.py"))
+    for path in (*checkpoint.CODE, *here, Path(scenes.__file__), *sorted(build.SOURCES.glob("*"))):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.digest()
 
 
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +16,7 @@ import yaml
 from typer.testing import CliRunner
 
 from pywet.calibration import answer as answering
+from pywet.calibration import experiments
 from pywet.calibration import question as asking
 from pywet.calibration.search import find
 from pywet.cli.app import app
@@ -38,14 +41,14 @@ def ask(folder: Path, content: dict[str, Any]) -> Path:
 
 def held(file: Path, hidden: dict[str, float], random: np.random.Generator) -> list[bool]:
     """Targets made with hidden values (by name) and noise of their scatter: whether each value is in its interval."""
-    question, experiments = asking.read(file)
+    question, asked = asking.read(file)
     settings = {key: hidden[name] for name, p in question.parameters.items() for key in p.keys}
     targets = tuple(
         t.model_copy(update={"value": e.value(t.quantity, settings) + random.normal(0, t.error)})
-        for t, e in zip(question.targets, experiments, strict=True)
+        for t, e in zip(question.targets, asked, strict=True)
     )
     question = question.model_copy(update={"targets": targets})
-    solved = find(question, experiments, file.parent, 1, print).problem
+    solved = find(question, asked, file.parent, 1, print).problem
     return [
         any(p.at(r.low) <= hidden[name] <= p.at(r.high) for r in solved.intervals(k))
         for k, (name, p) in enumerate(question.parameters.items())
@@ -146,6 +149,44 @@ def test_runs_have_seeds_of_their_own_and_are_kept(tmp_path: Path, engine: list[
     lost.rmdir()
     answering.calibrate(drum(tmp_path), tmp_path / "out")
     assert len(engine) == count + 1
+
+
+@pytest.fixture
+def fresh() -> Iterator[None]:
+    """The program's hash is worked out anew, before and after."""
+    experiments._program.cache_clear()
+    yield
+    experiments._program.cache_clear()
+
+
+@pytest.mark.parametrize("changed", ["law", "plugin", "engine", None])
+def test_a_kept_run_is_of_the_same_law_plugin_and_engine(
+    changed: str | None, tmp_path: Path, engine: list[Any], fresh: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A changed law in a file, source of the plugin or version of the engine: the run is done again; else it is not."""
+    scene = yaml.safe_load((EXAMPLES / "calibrations" / "small_drum.yaml").read_text())
+    file, law, plugin = tmp_path / "scene.yaml", tmp_path / "mine.py", tmp_path / "plugin"
+    file.write_text(yaml.safe_dump({**scene, "laws": {"capillary": "mine.py:pull"}}, sort_keys=False))
+    law.write_text("def pull(): return 1")
+    shutil.copytree(experiments.build.SOURCES, plugin)
+    monkeypatch.setattr(experiments.build, "SOURCES", plugin)
+    monkeypatch.setattr(experiments, "package_version", lambda package: "3.8")
+    drum_of = experiments.Experiment.read("scene", file, {})
+
+    def run() -> None:
+        experiments._program.cache_clear()
+        drum_of.run(("bridges_per_sphere",), {"materials.glass.friction": 0.3}, 0, tmp_path / "runs", 1)
+
+    run()
+    if changed == "law":
+        law.write_text("def pull(): return 2")
+    elif changed == "plugin":
+        source = next(plugin.glob("*.cpp"))
+        source.write_text(source.read_text() + "\n")
+    elif changed == "engine":
+        monkeypatch.setattr(experiments, "package_version", lambda package: "3.9")
+    run()
+    assert len(engine) == (1 if changed is None else 2)
 
 
 def test_a_run_without_a_number_ends_in_a_sentence(tmp_path: Path, engine: list[Any]) -> None:
