@@ -5,6 +5,7 @@ Panels follow from the cases given: one per material (dry), one per configuratio
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import cycle
@@ -17,7 +18,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from pywet.report.collect import CaseResult
-from pywet.report.pictures import STYLE, plt, svg
+from pywet.report.pictures import STYLE, inline, plt, svg
 
 MOISTURE = ("#9a8f80", "#4a9bd4", "#0b3c78", "#6a51a3")
 """Colours of dry, first, second, … liquid amount."""
@@ -118,16 +119,41 @@ def _data(artist: Any) -> dict[str, Any]:
             "x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist()}  # fmt: skip
 
 
-def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> str:
-    """Fraction retained of one case with two presets of laws."""
+def embedded(panels: Sequence[Drawn], name: str) -> list[dict[str, str]]:
+    """Panels for a page: picture, what it shows in words, and its curves as JSON."""
+    return [
+        {
+            "svg": inline(panel.svg, f"{name}{k}"),
+            "alt": _said(panel),
+            "curves": json.dumps(panel.curves).replace("<", "\\u003c"),
+        }
+        for k, panel in enumerate(panels)
+    ]
+
+
+def _said(panel: Drawn) -> str:
+    """A panel in words, for those who do not see it."""
+    ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in panel.curves if c["y"]]
+    return f"{panel.title}: {'; '.join(ends) or 'nothing to show'}"
+
+
+def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[Drawn]:
+    """Fraction retained of one case with two presets of laws, one panel."""
 
     def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
         for result, name, colour in zip(group, ("paper", preset), ("#0b3c78", "#d98032"), strict=True):
             _curve(axes, result, "fraction_retained", color=colour, label=f"{name}, all")
-            _curve(axes, result, "fraction_retained_small", color=colour, linestyle=(0, (4, 2)), label=f"{name}, small")
+            _curve(
+                axes,
+                result,
+                "fraction_retained_near_mesh",
+                color=colour,
+                linestyle=(0, (4, 2)),
+                label=f"{name}, near mesh",
+            )
         _end(axes, group)
 
-    return grid(Sheet([(title(usual), [usual, twin])], draw, 1, _label_fraction), width=6.4)
+    return apart(Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction))
 
 
 def title(result: CaseResult) -> str:
@@ -158,27 +184,6 @@ def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> 
     sheet.draw(axes, group)
     _name_failed(axes, group)
     sheet.label(axes)
-
-
-def grid(sheet: Sheet, width: float = 12.0) -> str:
-    """All panels on a shared scale, so many inches wide. Empty text without panels."""
-    if not sheet.panels:
-        return ""
-    columns = min(sheet.columns, len(sheet.panels))
-    rows = -(-len(sheet.panels) // columns)
-    with plt.rc_context(STYLE):
-        size = (width, 0.6 + 3.3 * rows)
-        figure, axes = plt.subplots(
-            rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
-        )
-        for place, (name, group) in zip(axes.flat, sheet.panels, strict=False):
-            _panel(place, sheet, name, group)
-            place.label_outer()
-        for place in list(axes.flat)[len(sheet.panels) :]:
-            place.set_axis_off()
-        if sheet.draw is _draw_liquid:
-            _legend_below(figure, 5)
-        return svg(figure, transparent=True)
 
 
 def _legend_below(figure: Figure, columns: int) -> None:
@@ -212,8 +217,8 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
     table = result.retained
     if table is None or column not in table:
         return
-    time = table["time_since_opening_s"]
-    axes.plot(time, table[column], linewidth=1.7, gid=f"{result.case.name}:{column}", **look)
+    time, run = table["time_since_opening_s"], result.folder.name if result.folder else result.case.name
+    axes.plot(time, table[column], linewidth=1.7, gid=f"{run}:{column}", **look)
     if result.seeds:
         every = [np.interp(time, seed["time_since_opening_s"], seed[column]) for seed in (table, *result.seeds)]
         axes.fill_between(

@@ -9,7 +9,7 @@ from typing import Any
 
 from scipy import stats
 
-from pywet.report import page, plots
+from pywet.report import plots
 from pywet.report.collect import CaseResult
 
 
@@ -30,12 +30,12 @@ def shown(pairs: Sequence[Pair]) -> list[dict[str, Any]]:
 def _shown(pair: Pair) -> dict[str, Any]:
     said = "; ".join(pair.twin.problems)
     both = pair.usual.summary is not None and pair.twin.summary is not None
-    figure = plots.preset_curves(pair.usual, pair.twin, pair.preset) if both else ""
+    panels = plots.preset_curves(pair.usual, pair.twin, pair.preset) if both else []
     return {
         "case": pair.usual.case.case,
         "preset": pair.preset,
         "said": f"The run with {pair.preset} is not done: {said}" if said else "",
-        "figure": page.uri(figure.encode(), "svg") if figure else "",
+        "figure": plots.embedded(panels, f"presets{pair.usual.case.case}"),
         "rows": [*_numbers(pair)] if both else [],
         "apart": apart(ends(pair.usual), ends(pair.twin), pair.preset) if both else "",
     }

@@ -5,7 +5,6 @@ Gathers what the template `workflow/report/report.html.j2` shows; reads only wha
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ import pywet
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report import answer, browser, contributed, page, pictures, plots, presets
+from pywet.report import answer, browser, contributed, page, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
 from pywet.runs.rundir import RunDir
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
@@ -230,27 +229,10 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
 
 
 def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
-    """The panels of each figure: title, picture, what it shows in words, and its curves as JSON."""
+    """The panels of each figure."""
     sheets = {"moisture": plots.moisture, "dry": plots.dry, "classes": plots.classes, "liquid": plots.liquid}
     drawn = {name: plots.apart(sheet(results)) for name, sheet in sheets.items()}
-    return {
-        name: [
-            {
-                "svg": pictures.inline(panel.svg, f"{name}{k}"),
-                "alt": _said(panel),
-                "curves": json.dumps(panel.curves).replace("<", "\\u003c"),
-            }
-            for k, panel in enumerate(panels)
-        ]
-        for name, panels in drawn.items()
-        if panels
-    }
-
-
-def _said(panel: plots.Drawn) -> str:
-    """A panel in words, for those who do not see it."""
-    ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in panel.curves if c["y"]]
-    return f"{panel.title}: {'; '.join(ends) or 'nothing to show'}"
+    return {name: plots.embedded(panels, name) for name, panels in drawn.items() if panels}
 
 
 def _embedded(files: Sequence[Path | None]) -> str | None:

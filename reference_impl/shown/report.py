@@ -22,7 +22,7 @@ from reference_impl.replay.compare import Floats
 from reference_impl.shown import drawn, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
 
-FIGURES = ("moisture", "curves", "classes", "liquid")
+FIGURES = ("moisture", "curves", "classes", "liquid", "presets")
 TIME = "time since the slide opened in s"
 AXES = {"liquid": (TIME, "liquid in % of what was put in")}
 ROOM = 1e-5
@@ -30,6 +30,7 @@ ROOM = 1e-5
 APART = 40.0
 """Least distance of two colours of one panel, of 442 between black and white."""
 CLASSES = {"": "", ", small": "_small", ", near mesh": "_near_mesh", ", large": "_large"}
+PRESET_CLASSES = {"all": "", "near mesh": "_near_mesh"}
 CANNOT = "share that cannot pass"
 
 
@@ -47,13 +48,23 @@ class Runs:
 
     def __init__(self, folder: Path, cases: Path, listed: set[int]) -> None:
         self.folder, self.listed = folder, listed
+        self.pair: tuple[int, dict[str, str]] | None = None
+        """Of the section at hand: the case it shows with two presets, and the folder of each."""
         with cases.open() as lines:
             self.rows = [row for row in csv.DictReader(line for line in lines if not line.startswith("#"))]
         self.column = cache(self._column)
 
-    def name(self, number: int) -> str:
-        """Folder of a case."""
-        return f"case{number:02d}"
+    def name(self, number: int | str) -> str:
+        """Folder of a case; of a case with a preset it is its name."""
+        return f"case{number:02d}" if isinstance(number, int) else number
+
+    def read_pair(self, section: str) -> None:
+        """Know what a section on two presets is about."""
+        said = tables.presets(section)
+        self.pair = None
+        if said is not None:
+            twins = {p: f"{self.name(said[0])}_{p}" for p in said[1]}
+            self.pair = said[0], {p: t if (self.folder / t).exists() else self.name(said[0]) for p, t in twins.items()}
 
     def numbers(self) -> list[int]:
         """Cases of the report that have results."""
@@ -84,7 +95,7 @@ class Runs:
         """Material of a case."""
         return str(next(r for r in self.rows if int(r["case"]) == number)["material"])
 
-    def _column(self, number: int, column: str) -> tuple[Floats, Floats] | None:
+    def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
         """Times and values of a column of a case; of liquid in per cent of what was put in."""
         of_liquid = column.endswith("_m3")
         name = "liquid_by_holder" if of_liquid else "fraction_retained"
@@ -103,15 +114,15 @@ def check(report: Path, cases: Path) -> Read:
     text, read = report.read_text(encoding="utf-8"), Read()
     listed = {int(row[0]) for row in tables.table(tables.section(text, "cases"))[1:]}
     runs = Runs(report.parent, cases, listed)
-    colours: dict[str, dict[str, str]] = {"moisture": {}, "places": {}}
-    for figure in FIGURES:
-        section = tables.section(text, figure)
-        panels = drawn.panels(section) if section else []
+    colours: dict[str, dict[str, str]] = {"moisture": {}, "liquid": {}, "presets": {}}
+    for figure, section in ((f, part) for f in FIGURES for part in tables.sections(text, f) or [""]):
+        panels = drawn.panels(section)
+        runs.read_pair(section)
         for panel in panels:
             read.curves += len(panel.curves)
             read.faults += [f"figure {figure}, panel {panel.title!r}: {said}" for said in _panel(runs, figure, panel)]
-            read.faults += _colours(figure, panel, colours["places" if figure == "liquid" else "moisture"])
-        read.faults += _missing(runs, figure, panels)
+            read.faults += _colours(figure, panel, colours.get(figure, colours["moisture"]))
+        read.faults += _missing(runs, figure, section, panels)
     read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
     liquid = {int(row["case"]): float(row["liquid_percent"] or 0.0) for row in runs.rows}
     told, words = sentences.check(text, runs.folder, sorted(listed), liquid)
@@ -120,8 +131,13 @@ def check(report: Path, cases: Path) -> Read:
     return read
 
 
-def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int, str] | None:
+def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int | str, str] | None:
     """Case and column that a label of a panel means to a reader; None where there is none such."""
+    if figure == "presets":
+        preset, _, kind = label.partition(", ")
+        number, folders = runs.pair or (0, {})
+        named = preset in folders and panel.title == f"(a) {runs.configuration(number)}" and kind in PRESET_CLASSES
+        return (folders[preset], f"fraction_retained{PRESET_CLASSES[kind]}") if named else None
     if figure == "curves":
         title = re.fullmatch(r"\(\w\) dry (\S+)", panel.title)
         found = [
@@ -188,7 +204,7 @@ def _is(runs: Runs, curve: Curve) -> str:
         *(f"fraction_retained{c}" for c in (*CLASSES.values(), "_spheres")),
         *(f"{h}_m3" for h in tables.HOLDERS.values()),
     ]
-    for number in runs.numbers():
+    for number in [*runs.numbers(), *(runs.pair[1].values() if runs.pair else ())]:
         for column in columns:
             values = runs.column(number, column)
             if _same(curve, values):
@@ -249,7 +265,7 @@ def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(int(colour[k : k + 2], 16) for k in (1, 3, 5))
 
 
-def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
+def _missing(runs: Runs, figure: str, section: str, panels: list[Panel]) -> Iterator[str]:
     """Cases with results that a figure of all cases leaves out; curves beside a figure that it does not show."""
     shown = {c.claim.split(":")[0] for panel in panels for c in panel.curves if c.label and c.label != CANNOT}
     for number in filter(runs.done, runs.numbers()):
@@ -257,6 +273,8 @@ def _missing(runs: Runs, figure: str, panels: list[Panel]) -> Iterator[str]:
             figure == "moisture" or (figure == "curves" and not runs.liquid(number))
         ):
             yield f"figure {figure}: case {number} is not shown"
+    for folder in set(runs.pair[1].values()) - shown if runs.pair and tables.table(section) else ():
+        yield f"figure {figure}: {folder} is not shown"
     for panel in panels:
         for data in panel.beside:
             if f"{data['case']}:{data['column']}" not in [c.claim for c in panel.curves]:

@@ -241,12 +241,12 @@ def _entries(data: Any, name: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
 
 def _presets(text: str, cases: Cases) -> Iterator[Told]:
     """The same case with two presets: the table, column by column, and of which case it is."""
-    for part in re.findall(r'<section id="presets">.*?</section>', text, re.DOTALL):
-        said = re.search(r"<p>Case (\d+) once with <code>(\w+)</code>.*?once with <code>(\w+)</code>", part, re.DOTALL)
+    for part in tables.sections(text, "presets"):
         head, *rows = tables.table(part) or [[]]
-        if said is None or not rows:
+        pair = tables.presets(part)
+        if pair is None or not rows:
             continue
-        number, names = int(said[1]), (said[2], said[3])
+        number, names = pair
         yield f"presets, case {number}, columns", "1" if tuple(head[1:]) == names else "0", 1.0, "whole"
         for column, preset in enumerate(names, 1):
             suffix = f"_{preset}" if (cases.folder / f"case{number:02d}_{preset}").exists() else ""

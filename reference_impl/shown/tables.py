@@ -32,10 +32,20 @@ Told = tuple[str, str, float | None, str]
 """Where a number stands, its text, what it should be, and how it is rounded: `3 digits`, `2 places`, `unit`, `whole`, `power`."""
 
 
+def sections(text: str, name: str) -> list[str]:
+    """HTML of the sections of a name."""
+    return re.findall(rf'<section id="{name}">.*?</section>', text, re.DOTALL)
+
+
 def section(text: str, name: str) -> str:
     """HTML of one section; empty where there is none."""
-    found = re.search(rf'<section id="{name}">.*?</section>', text, re.DOTALL)
-    return found[0] if found else ""
+    return next(iter(sections(text, name)), "")
+
+
+def presets(part: str) -> tuple[int, tuple[str, str]] | None:
+    """Of which case a section shows two presets, and which."""
+    said = re.search(r"<p>Case (\d+) once with <code>(\w+)</code>.*?once with <code>(\w+)</code>", part, re.DOTALL)
+    return (int(said[1]), (said[2], said[3])) if said else None
 
 
 def table(text: str) -> list[list[str]]:

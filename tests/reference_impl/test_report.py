@@ -127,11 +127,12 @@ def read(path: Path) -> list[str]:
 
 
 def test_the_report_as_it_is(folder: Path, right: str) -> None:
-    """Two panels of three curves and a line, one of two and a line, one of two classes for three amounts, one stack of ten."""
+    """Two panels of three curves and a line, one of two and a line, one of two classes for three amounts, one stack of ten, and
+    one of two classes for two presets and a line."""
     path = folder / "whole.html"
     path.write_text(right)
     found = shown.check(path, ROOT / "config" / "cases.csv")
-    assert found.faults == [] and found.curves == 2 * 4 + 3 + 6 + 10 and found.numbers > 300
+    assert found.faults == [] and found.curves == 2 * 4 + 3 + 6 + 10 + 5 and found.numbers > 300
 
 
 Curve = Callable[..., None]
@@ -241,6 +242,22 @@ DRAWN: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
         "the colours of 'wires' and 'outlet' can hardly be told apart",
     ),
     "liquid in fractions": (in_fractions, "but is 0.01 times"),
+    "presets swapped in the legend": (
+        lambda p: p.setattr(
+            plots, "preset_curves", lambda usual, twin, _, drawn=plots.preset_curves: drawn(twin, usual, "exact")
+        ),
+        "labelled 'paper, all' should be fraction_retained of case case02, but is fraction_retained of case case02_exact",
+    ),
+    "both presets the same run": (
+        lambda p: p.setattr(
+            plots, "preset_curves", lambda usual, _, name, drawn=plots.preset_curves: drawn(usual, usual, name)
+        ),
+        "labelled 'exact, all' should be fraction_retained of case case02_exact, but is fraction_retained of case 2",
+    ),
+    "no figure of the presets": (
+        lambda p: p.setattr(plots, "preset_curves", lambda *_: []),
+        "figure presets: case02_exact is not shown",
+    ),
     "share of another": (
         lambda p: p.setattr(
             plots, "_end", lambda axes, g: axes.axhline(0.35, color="#aab3bb", linestyle=":", label=shown.CANNOT)

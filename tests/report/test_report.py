@@ -240,7 +240,8 @@ def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.C
     assert [len(g) for _, g in plots._panels(results, lambda r: r.configuration, plots.title)] == [3] * 6
     assert [r.case.case for r in plots._strong(results)] == [1, 2, 3, 7, 8, 9, 10, 11, 12, 16, 17, 18]
     for draw in (plots.dry, plots.moisture, plots.classes, plots.liquid):
-        assert "<svg" in plots.grid(draw(results))
+        panels = plots.apart(draw(results))
+        assert panels and all("<svg" in panel.svg for panel in panels)
 
 
 def test_curves_hold_the_numbers_of_the_tables(folder: Path, config: settings.Config) -> None:
