@@ -186,6 +186,27 @@ def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> 
     sheet.label(axes)
 
 
+def grid(sheet: Sheet, width: float = 12.0) -> str:
+    """All panels on a shared scale, so many inches wide. Empty text without panels."""
+    if not sheet.panels:
+        return ""
+    columns = min(sheet.columns, len(sheet.panels))
+    rows = -(-len(sheet.panels) // columns)
+    with plt.rc_context(STYLE):
+        size = (width, 0.6 + 3.3 * rows)
+        figure, axes = plt.subplots(
+            rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
+        )
+        for place, (name, group) in zip(axes.flat, sheet.panels, strict=False):
+            _panel(place, sheet, name, group)
+            place.label_outer()
+        for place in list(axes.flat)[len(sheet.panels) :]:
+            place.set_axis_off()
+        if sheet.draw is _draw_liquid:
+            _legend_below(figure, 5)
+        return svg(figure, transparent=True)
+
+
 def _legend_below(figure: Figure, columns: int) -> None:
     """One legend for all panels, below them."""
     found = {
