@@ -10,6 +10,7 @@ import errno
 import os
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -342,16 +343,17 @@ def test_begins_anew_and_says_so(cut_off: tuple[Path, Path], tmp_path: Path, cap
 
 
 def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
-    """Cut off by a full disk before its sums were taken: the first call says so, the next goes on from the older one."""
+    """One sphere more in its head than records, and sums of that: the first call says so, the next goes on from the older one.
+
+    A file that was cut off would not do: the engine then reads what its memory happened to hold, at times for ever.
+    """
     older, newer = points(cut_off[1])
     run_dir = tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
     engine = run_dir / newer.engine.relative_to(cut_off[1])
-    assert holds(engine.read_bytes(), 16) and not holds(engine.read_bytes(), 15)
-    size = engine.stat().st_size
-    for cut in (size - 1, size - 8, size // 2, 0):
-        assert not holds(engine.read_bytes()[:cut], 16), cut
-    os.truncate(engine, size - 400)
+    whole, count = engine.read_bytes(), struct.pack("<iq", 23, 16)  # the key of the number of spheres, and the number
+    assert whole.count(count) == 1
+    engine.write_bytes(whole.replace(count, struct.pack("<iq", 23, 17)))
     sums = engine.with_name(f"sums.{newer.step}.json")
     name = f"{checkpoint.FOLDER}/{engine.name}"
     given = read_json(sums, "")
@@ -360,6 +362,14 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     with pytest.raises(PywetError, match="LIGGGHTS stopped: Did not assign all atoms correctly"):
         driver.run(run_dir, progress=False)
     assert driver.run(run_dir, progress=False).resumed_at_step == older.step
+
+
+def test_a_restart_file_that_was_cut_off_is_noticed(cut_off: tuple[Path, Path]) -> None:
+    """Before its sums are taken, wherever it was cut off: no checkpoint is made of it."""
+    data = points(cut_off[1])[1].engine.read_bytes()
+    assert holds(data, 16) and not holds(data, 15)
+    for cut in (1, 8, 400, len(data) // 2, len(data)):
+        assert not holds(data[: len(data) - cut], 16), cut
 
 
 def test_a_restart_file_that_the_stock_program_would_read_for_ever(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
