@@ -4,6 +4,11 @@
 // removes older ones. The state ends with a check sum.
 #include "checkpoint.h"
 
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -19,13 +24,13 @@ struct Head {
   double initial, left, formed, ruptured;
 };
 
-uint32_t check_sum(const std::vector<char> &data) {  // CRC-32
+uint32_t check_sum(const char *data, size_t size) {  // CRC-32
   uint32_t table[256], c = 0xFFFFFFFFu;
   for (uint32_t k = 0; k < 256; k++) {
     table[k] = k;
     for (int bit = 0; bit < 8; bit++) table[k] = table[k] & 1 ? (table[k] >> 1) ^ 0xEDB88320u : table[k] >> 1;
   }
-  for (char byte : data) c = table[(c ^ uint32_t(static_cast<unsigned char>(byte))) & 0xFF] ^ (c >> 8);
+  for (const char *end = data + size; data < end; data++) c = table[(c ^ uint8_t(*data)) & 0xFF] ^ (c >> 8);
   return ~c;
 }
 
@@ -82,7 +87,7 @@ void Checkpoint::save() {
   put(out, bridges.data(), bridges.size());
   put_all(springs);
   if (world_.laws.shed_drop) shedding_.keep(put_all);
-  const uint32_t sum = check_sum(out);
+  const uint32_t sum = check_sum(out.data(), out.size());
   put(out, &sum, 1);
   const std::string path = logs_.directory() + "/checkpoint/state." + std::to_string(world_.clock.now) + ".partial";
   FILE *file = fopen(path.c_str(), "wb");
@@ -91,36 +96,40 @@ void Checkpoint::save() {
   if (!good) throw std::runtime_error("the checkpoint " + path + " could not be written; is the disk full?");
 }
 
-// All of the file but its check sum, which is right; else nothing.
-static std::vector<char> checked(const std::string &path) {
-  FILE *file = fopen(path.c_str(), "rb");
-  if (!file) throw std::runtime_error("the checkpoint " + path + " cannot be read");
-  std::vector<char> data;
-  char block[65536];
-  for (size_t n; (n = fread(block, 1, sizeof(block), file)) > 0;) data.insert(data.end(), block, block + n);
-  fclose(file);
-  uint32_t sum = 0;
-  if (data.size() <= sizeof(Head) + sizeof(sum)) return {};
-  std::memcpy(&sum, &data[data.size() - sizeof(sum)], sizeof(sum));
-  data.resize(data.size() - sizeof(sum));
-  return sum == check_sum(data) ? data : std::vector<char>();
+// The file as it lies on disk: a rank holds no copy of what is others', the ranks of a machine share its pages.
+static std::shared_ptr<const char> mapped(const std::string &path, size_t &size) {
+  const int file = open(path.c_str(), O_RDONLY);
+  struct stat status = {};
+  void *at = MAP_FAILED;
+  if (file >= 0 && fstat(file, &status) == 0) at = mmap(nullptr, size = status.st_size, PROT_READ, MAP_PRIVATE, file, 0);
+  if (file >= 0) close(file);
+  if (at == MAP_FAILED) throw std::runtime_error("the checkpoint " + path + " cannot be read");
+  return {static_cast<const char *>(at), [n = size](const char *p) { munmap(const_cast<char *>(p), n); }};
 }
 
 void Checkpoint::resume(const std::string &state_file) {
-  const std::vector<char> state = checked(state_file);
+  size_t size = 0;
+  uint32_t sum = 0;
+  file_ = mapped(state_file, size);
   Head head = {};
-  if (!state.empty()) std::memcpy(&head, state.data(), sizeof(head));
+  if (size > sizeof(head) + sizeof(sum)) {
+    size -= sizeof(sum);
+    std::memcpy(&sum, file_.get() + size, sizeof(sum));
+    if (sum == check_sum(file_.get(), size)) std::memcpy(&head, file_.get(), sizeof(head));
+  }
   if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.spheres != world_.spheres.count ||
       head.triangles != int64_t(films_.wall.size()))
     throw std::runtime_error("the checkpoint " + state_file + " is damaged or of another scene");
-  const char *from = state.data() + sizeof(Head);
+  const char *from = file_.get() + sizeof(Head);
   auto take_all = [&](auto &numbers) {
     int64_t n = 0;
     take(from, &n, 1);
     numbers.resize(n);
     take(from, numbers.data(), numbers.size());
   };
-  take_all(spheres_);
+  take(from, &count_, 1);
+  spheres_ = reinterpret_cast<const SphereState *>(from);
+  from += count_ * sizeof(SphereState);
   Sums sums;
   take(from, &sums, 1);
   if (world_.ranks.first()) {
@@ -138,11 +147,8 @@ void Checkpoint::resume(const std::string &state_file) {
     at.liquid[a][LOAD] = sphere.load;
     at.liquid[a][WEIGHED] = sphere.weighed;
   }
-  for (int64_t k = 0; k < head.bridges; k++) {
-    Told told;
-    take(from, &told, 1);
-    standing_.expect(told);
-  }
+  standing_.expect({file_, reinterpret_cast<const Told *>(from)}, head.bridges);
+  from += head.bridges * sizeof(Told);
   std::vector<WireSpring> springs;
   take_all(springs);
   wires_.take_up(springs);
@@ -155,20 +161,20 @@ void Checkpoint::resume(const std::string &state_file) {
 
 const SphereState &Checkpoint::of(int id) const {
   const auto before = [](const SphereState &sphere, int64_t id) { return sphere.id < id; };
-  return *std::lower_bound(spheres_.begin(), spheres_.end(), int64_t(id), before);
+  return *std::lower_bound(spheres_, spheres_ + count_, int64_t(id), before);
 }
 
 // The set-up of a run evaluates the forces anew with the speeds of the step itself; the kick that follows in an unbroken run
 // uses those of half a step back.
 bool Checkpoint::restore_forces() {
-  if (spheres_.empty()) return false;
+  if (!file_) return false;
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {
     const SphereState &saved = of(at.tag[a]);
     std::copy(saved.force, saved.force + 3, at.f[a]);
     std::copy(saved.torque, saved.torque + 3, at.torque[a]);
   }
-  std::vector<SphereState>().swap(spheres_);
+  file_.reset();
   return true;
 }
 

@@ -1,7 +1,7 @@
 // The plugin's state at a step, saved and taken up.
 #pragma once
+#include <memory>
 #include <string>
-#include <vector>
 
 #include "shedding.h"
 #include "wires.h"
@@ -34,7 +34,9 @@ class Checkpoint {
   Weight &weight_;
   Shedding &shedding_;
   Logs &logs_;
-  std::vector<SphereState> spheres_;             // by id, of the step the run is resumed at
+  std::shared_ptr<const char> file_;             // of the step the run is resumed at, until its forces are restored
+  const SphereState *spheres_ = nullptr;         // in it, by id
+  int64_t count_ = 0;
 
   const SphereState &of(int id) const;
 };

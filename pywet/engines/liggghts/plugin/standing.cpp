@@ -72,22 +72,36 @@ std::vector<Told> Standing::mine() const {
   return told;
 }
 
+void Standing::expect(std::shared_ptr<const Told> all, int64_t n) {
+  told_ = std::move(all);
+  count_told_ = n;
+}
+
 // The rank that owned the first end tells of every bridge that is not its own alone from now on.
 void Standing::exchange() {
   const View &at = world_.engine.at;
   std::vector<Told> leaving;
-  leaving.swap(told_);
-  const size_t said = leaving.size();    // to all
   for (Bridge &b : bridges) {
     const bool was_mine = b.mine;
     locate(b);
     if (was_mine && !(b.mine && (b.kind != SPHERE || at.owned(b.b))))
       leaving.push_back(Told{b.kind, b.i, b.j, 0, b.volume, b.rupture_distance});
   }
-  if (!world_.ranks.alone() && said == 0) leaving = world_.ranks.near(leaving);
-  for (const Told &told : leaving) {
-    if (find(told.kind, told.i, told.j) >= 0) continue;
-    Bridge b = made(told);
+  if (told_) {
+    take_up(told_.get(), count_told_);
+    told_.reset();
+  } else if (!world_.ranks.alone()) {
+    leaving = world_.ranks.near(leaving);
+  }
+  take_up(leaving.data(), int64_t(leaving.size()));
+}
+
+// Those of them that have an end here and are not known yet.
+void Standing::take_up(const Told *told, int64_t n) {
+  for (const Told *end = told + n; told < end; told++) {
+    if (world_.engine.local(told->i) < 0 && (told->kind != SPHERE || world_.engine.local(told->j) < 0)) continue;
+    if (find(told->kind, told->i, told->j) >= 0) continue;
+    Bridge b = made(*told);
     locate(b);
     if (b.here) add(b);
   }

@@ -1,5 +1,6 @@
 // Bridges that stand and of which this rank owns an end, in the order of their ends in memory since the engine last made its lists.
 #pragma once
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -21,7 +22,7 @@ class Standing {
   void place(Bridge &b) const;           // where its ends are on this rank
   void add(Bridge b);
   void remove(size_t k);                 // the last one takes its place
-  void expect(const Told &told) { told_.push_back(told); }  // of a checkpoint, on every rank
+  void expect(std::shared_ptr<const Told> all, int64_t n);  // those of a checkpoint, on every rank
   void exchange();                       // after spheres have changed ranks; all ranks take part
   void sort();
   std::vector<Told> mine() const;        // those that are counted here
@@ -37,9 +38,11 @@ class Standing {
   const World &world_;
   std::vector<Line> prepared_;           // Laws::lines a bridge, in the order of `bridges`
   std::unordered_map<uint64_t, int> index_;  // key -> bridge
-  std::vector<Told> told_;               // of which it is not known yet whether they have an end here
+  std::shared_ptr<const Told> told_;     // of which it is not known yet whether they have an end here
+  int64_t count_told_ = 0;
 
   void enter(size_t k);
+  void take_up(const Told *told, int64_t n);
   void locate(Bridge &b) const;
 };
 
