@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
+import scipy
 
 from pywet.apparatus.surface import Floats
 from pywet.errors import PywetError
@@ -82,7 +82,7 @@ def _place_all(
     done: list[tuple[SphereClass, Floats]] = []
     for sphere in sorted(classes, key=lambda c: (-c.radius_m, c.type)):
         trees: list[tuple[Any, float]] = [
-            (cKDTree(points), SPACING * (sphere.radius_m + other.radius_m)) for other, points in done
+            (scipy.spatial.cKDTree(points), SPACING * (sphere.radius_m + other.radius_m)) for other, points in done
         ]
         points = _place_class(sphere, region, height, trees, generator)
         if points is None:
@@ -113,7 +113,7 @@ def _place_class(
         for tree, distance in trees:
             trial = trial[np.isinf(tree.query(trial, distance_upper_bound=distance)[0])]
         if len(points) and len(trial):
-            near = cKDTree(points).query(trial, distance_upper_bound=2.0 * SPACING * sphere.radius_m)[0]
+            near = scipy.spatial.cKDTree(points).query(trial, distance_upper_bound=2.0 * SPACING * sphere.radius_m)[0]
             trial = trial[np.isinf(near)]
         points = np.concatenate([points, _thin(trial, 2.0 * SPACING * sphere.radius_m)[:missing]])
     return points if len(points) == sphere.count else None
@@ -134,7 +134,7 @@ def _thin(trial: Floats, distance: float) -> Floats:
     """Of trial centres keep, in their order, those that are not closer than `distance` to one kept before."""
     if len(trial) < 2:
         return trial
-    pairs = cKDTree(trial).query_pairs(distance, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(trial).query_pairs(distance, output_type="ndarray")
     keep = np.ones(len(trial), dtype=bool)
     for first, second in pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]:
         if keep[first]:

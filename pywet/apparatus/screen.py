@@ -7,7 +7,7 @@ one part; its ends lie inside the side wall, so that there is no way around it.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from pywet.apparatus.solids import wire
 from pywet.apparatus.surface import SAME_POINT_M, SMALLEST_ANGLE_DEG, Floats, Surface, make_surface
@@ -70,5 +70,5 @@ def _meet(wires: list[Floats]) -> bool:
     """Whether nodes of two wires lie so close that they would be one."""
     nodes = [np.unique(corners.reshape(-1, 3), axis=0) for corners in wires]
     owner = np.repeat(np.arange(len(nodes)), [len(n) for n in nodes])
-    close = cKDTree(np.concatenate(nodes)).query_pairs(2.0 * SAME_POINT_M, output_type="ndarray")
+    close = scipy.spatial.cKDTree(np.concatenate(nodes)).query_pairs(2.0 * SAME_POINT_M, output_type="ndarray")
     return bool((owner[close[:, 0]] != owner[close[:, 1]]).any())

@@ -1,10 +1,9 @@
-"""Surfaces to and from binary STL, by meshio. The order of the triangles is kept; parts are not part of an STL file."""
+"""Surfaces to and from binary STL, by meshio, loaded when needed. Triangles keep their order; an STL file has no parts."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import meshio
 import numpy as np
 
 from pywet.apparatus.surface import Motion, Surface, make_surface
@@ -15,6 +14,8 @@ from pywet.scene import Holder
 
 def write_stl(surface: Surface, path: Path) -> None:
     """Write the triangles in their order; coordinates are single precision already, so nothing is lost."""
+    import meshio
+
     mesh = meshio.Mesh(surface.vertices, [("triangle", surface.triangles)])
     with atomic_write(Path(path)) as temporary:
         meshio.write(temporary, mesh, file_format="stl", binary=True)
@@ -40,6 +41,8 @@ def read_stl(
 
     `unit_m`: the unit of the file's coordinates [m].
     """
+    import meshio
+
     path = Path(path)
     if not path.is_file():
         raise PywetError(f"no STL file at {path}; give the path of a surface mesh")

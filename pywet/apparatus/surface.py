@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from pywet.errors import PywetError
 from pywet.scene import Holder
@@ -81,8 +79,8 @@ class Surface:
         """Number of bodies not joined by a vertex, and the body of every triangle, shape (m,)."""
         first, second = self.triangles.ravel(), np.roll(self.triangles, -1, axis=1).ravel()
         n = len(self.vertices)
-        links = coo_array((np.ones(len(first)), (first, second)), shape=(n, n))
-        count, label = connected_components(links, directed=False)
+        links = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), shape=(n, n))
+        count, label = scipy.sparse.csgraph.connected_components(links, directed=False)
         return int(count), np.asarray(label, dtype=np.int64)[self.triangles[:, 0]]
 
     def _cross(self) -> Floats:
@@ -156,7 +154,7 @@ def _check_parts(surface: Surface) -> None:
 def _check_shape(surface: Surface) -> None:
     if not np.isfinite(surface.vertices).all():
         raise PywetError(f"surface {surface.name}: a vertex is not finite; mend the mesh")
-    close = cKDTree(surface.vertices).query_pairs(SAME_POINT_M)
+    close = scipy.spatial.cKDTree(surface.vertices).query_pairs(SAME_POINT_M)
     if close:
         raise PywetError(
             f"surface {surface.name}: {len(close)} pairs of vertices are closer than {SAME_POINT_M:g} m; merge them"

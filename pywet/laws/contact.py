@@ -84,6 +84,21 @@ def damping(restitution: float, mass: float, stiffness: float) -> float:
     return -2.0 * log_e * math.sqrt(mass * stiffness) / math.hypot(math.pi, log_e)
 
 
+def leapfrog_damping(restitution: float, mass: float, stiffness: float, step: float) -> float:
+    """Damping [kg/s] that gives a pair its restitution at this time step [s], in engines that step by leapfrog.
+
+    γ₀ = −2 ln e √(m_eff k_n)/√(π² + ln² e) (E after 4) is exact for Δt → 0. An engine takes the damping from the velocity half
+    a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
+    (e = 0.44); `at_step` removes this in the mean over the instant of touch (left: 0.3 %).
+    """
+    return at_step(damping(restitution, mass, stiffness), mass, step)
+
+
+def at_step(gamma: float, m: float, step: float) -> float:
+    """γ₀ → γ₀/(1 + γ₀ Δt/(4 m)), the dashpot that an engine is given."""
+    return gamma / (1.0 + gamma * step / (4.0 * m))
+
+
 def film_volume(thickness: float, radius: float) -> float:
     """Liquid of a film of given thickness on a sphere [m3]: 4/3 π ((r + h)³ − r³) without cancellation."""
     h, r = thickness, radius

@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from pywet.apparatus.motion import peak_speed
 from pywet.errors import PywetError, UnstableStep
@@ -89,21 +89,6 @@ class Advice:
         ]
 
 
-def leapfrog_damping(pair: ContactPair, m_eff: float, time_step: float) -> float:
-    """Normal damping [kg/s] that gives the pair's restitution at this time step, in engines that step by leapfrog.
-
-    γ₀ = −2 ln e √(m_eff k_n)/√(π² + ln² e) (E after 4) is exact for Δt → 0. An engine takes the damping from the velocity half
-    a step back and sees a contact up to a step late, which makes e too low by up to 1.6 % at twenty steps a collision
-    (e = 0.44); `_at_step` removes this in the mean over the instant of touch (left: 0.3 %).
-    """
-    return _at_step(contact.damping(pair.restitution, m_eff, pair.normal_stiffness_N_per_m), m_eff, time_step)
-
-
-def _at_step(gamma: float, m: float, step: float) -> float:
-    """γ₀ → γ₀/(1 + γ₀ Δt/(4 m)), the dashpot that an engine is given."""
-    return gamma / (1.0 + gamma * step / (4.0 * m))
-
-
 def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, crowd: float = 1.0) -> float:
     """Largest stable step [s] of relative mass m [kg], spring k [N/m], dashpot gamma and drag c [kg/s]; inf without any.
 
@@ -114,7 +99,7 @@ def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, cro
         return math.inf
 
     def margin(step: float) -> float:
-        kappa, y, x = crowd * k * step**2 / m, crowd * _at_step(gamma, m, step) * step / m, c * step / m
+        kappa, y, x = crowd * k * step**2 / m, crowd * contact.at_step(gamma, m, step) * step / m, c * step / m
         if implicit:
             return 4.0 - 2.0 * (y - x) - kappa
         return 4.0 - 2.0 * (crowd * x + y) - kappa
@@ -125,7 +110,7 @@ def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, cro
     high = 4.0 * max([*bounds, m / c if c > 0 else 0.0])
     while margin(high) > 0.0:
         high *= 2.0
-    return float(brentq(margin, 0.0, high, rtol=1e-12))
+    return float(scipy.optimize.brentq(margin, 0.0, high, rtol=1e-12))
 
 
 def advise(scene: Scene) -> Advice:

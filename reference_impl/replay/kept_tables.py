@@ -5,8 +5,11 @@ Whether they are whole is asked in whole.py; here whether they say the same as t
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
@@ -113,8 +116,15 @@ CARRIED = (("films", "film"), ("bridges", "volume"), ("wall_films", "film"))
 def _sums(run: Run, steps: Floats, table: str, column: str) -> Floats:
     """A column of a snapshot added up at each output."""
     rows = run.table(table)
-    at = np.searchsorted(steps, rows["step"].to_numpy())
-    return np.bincount(at, rows[column].to_numpy(float), len(steps))[: len(steps)]
+    return added_up(rows[column].to_numpy(float), np.searchsorted(steps, rows["step"].to_numpy()), len(steps))
+
+
+def added_up(values: Floats, group: NDArray[np.intp], groups: int) -> Floats:
+    """Sums of groups 0, 1, ...; in pairs of pairs: one after the other, a hundred thousand equal bridges lose 1e-12."""
+    order = np.argsort(group, kind="stable")
+    ends = np.searchsorted(group[order], np.arange(groups + 1))
+    ordered = values[order]
+    return np.array([ordered[first:end].sum() for first, end in pairwise(ends)])
 
 
 def velocities(setup: window.Setup) -> list[Quantity]:

@@ -16,7 +16,6 @@ from pywet.engines.liggghts import deck
 from pywet.errors import PywetError
 from pywet.files import atomic_write, read_table
 from pywet.laws import contact
-from pywet.planning.time_steps import leapfrog_damping
 from pywet.scene import ContactPair, Scene, WallMesh
 
 SCRIPT, DATA = "in.lammps", "particles.data"
@@ -67,7 +66,8 @@ def region(vertices: NDArray[np.float64], name: str) -> str:
 
 def law(scene: Scene, pair: ContactPair) -> str:
     """The dry contact: spring and absolute dashpot, tangential spring with a slider and no dashpot."""
-    damping = leapfrog_damping(pair, contact.pair_mass(scene.classes, pair), scene.time_step_s)
+    mass = contact.pair_mass(scene.classes, pair)
+    damping = contact.leapfrog_damping(pair.restitution, mass, pair.normal_stiffness_N_per_m, scene.time_step_s)
     normal, tangential = pair.normal_stiffness_N_per_m, pair.tangential_stiffness_N_per_m
     return f"hooke {normal!r} {float(damping)!r} tangential linear_history {tangential!r} 0.0 {pair.friction!r} damping velocity"
 

@@ -19,7 +19,6 @@ from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.files import atomic_write, read_table
 from pywet.laws import contact, registry
-from pywet.planning.time_steps import leapfrog_damping
 from pywet.scene import Rotation, Scene, Slide, Vibration, WallMesh
 from pywet.shipped import place
 
@@ -57,7 +56,7 @@ def property_matrices(scene: Scene) -> dict[str, str]:
         row = (
             pair.normal_stiffness_N_per_m,
             pair.tangential_stiffness_N_per_m,
-            leapfrog_damping(pair, m_eff, scene.time_step_s),
+            contact.leapfrog_damping(pair.restitution, m_eff, pair.normal_stiffness_N_per_m, scene.time_step_s),
             0.0 if scene.effects.tangential_history else sliding_drag(m_eff, scene.time_step_s),
             pair.friction,
             pair.rolling_friction_m / r_red,

@@ -13,8 +13,7 @@ import numpy as np
 
 from pywet.apparatus.surface import Floats
 from pywet.errors import PywetError
-from pywet.laws.contact import pair_mass
-from pywet.planning.time_steps import leapfrog_damping
+from pywet.laws.contact import leapfrog_damping, pair_mass
 from pywet.scene import Scene
 
 LARGEST_MISS = 0.02
@@ -43,7 +42,9 @@ def contacts(scene: Scene) -> Contacts:
     for pair in scene.pairs:
         mass = pair_mass(scene.classes, pair)
         critical = 2.0 * np.sqrt(mass * pair.normal_stiffness_N_per_m)
-        wanted.append(leapfrog_damping(pair, mass, scene.time_step_s) / critical)
+        wanted.append(
+            leapfrog_damping(pair.restitution, mass, pair.normal_stiffness_N_per_m, scene.time_step_s) / critical
+        )
     share, miss = _shares(scene, np.array(wanted))
     if miss > LARGEST_MISS or share.min() < 0:
         raise PywetError(

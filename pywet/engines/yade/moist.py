@@ -19,8 +19,7 @@ from pywet.engines.stock.yade import YADE_LAWS
 from pywet.engines.yade.driver import build_task, check_engine, execute, finish
 from pywet.errors import PywetError
 from pywet.files import read_json
-from pywet.laws.contact import pair_mass
-from pywet.planning.time_steps import leapfrog_damping
+from pywet.laws.contact import leapfrog_damping, pair_mass
 from pywet.scene import ContactPair, Scene
 
 
@@ -102,4 +101,5 @@ def _number(scene: Scene, pair: ContactPair, name: str) -> float:
         return pair.normal_stiffness_N_per_m
     if name == "ks":
         return pair.tangential_stiffness_N_per_m
-    return leapfrog_damping(pair, pair_mass(scene.classes, pair), scene.time_step_s)
+    mass = pair_mass(scene.classes, pair)
+    return leapfrog_damping(pair.restitution, mass, pair.normal_stiffness_N_per_m, scene.time_step_s)
