@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tests.engines.liggghts import planted, planted_in_yard
-from tests.reference_impl import planted_files, planted_log, planted_yard, test_newton, test_report, test_vtk
+from tests.reference_impl import planted_files, planted_log, planted_yard, test_newton, test_report, test_scenes, test_vtk
 
 PAGE = Path(__file__).parents[1] / "docs" / "planted_faults.md"
 
@@ -62,6 +62,8 @@ AFTER = (
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
     Place("drawing", "the code that draws the report's figures", "reference_impl/test_report.py",
           of_report(test_report.DRAWN, "figures")),
+    Place("3-D scene", "what a page holds for its 3-D scene", "reference_impl/test_scenes.py",
+          of_report(test_scenes.FAULTS, "3-D scene")),
     Place("page", "the report's page", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
 )  # fmt: skip
 HEAD = """# Planted faults

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay.compare import Floats
-from reference_impl.shown import drawn, sentences, tables
+from reference_impl.shown import drawn, scenes, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
 
 FIGURES = ("moisture", "curves", "classes", "liquid", "presets")
@@ -40,6 +40,8 @@ class Read:
 
     curves: int = 0
     numbers: int = 0
+    scenes: int = 0
+    """Numbers of the 3-D scenes."""
     faults: list[str] = field(default_factory=list)
 
 
@@ -126,8 +128,9 @@ def check(report: Path, cases: Path) -> Read:
     read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
     liquid = {int(row["case"]): float(row["liquid_percent"] or 0.0) for row in runs.rows}
     told, words = sentences.check(text, runs.folder, sorted(listed), liquid)
+    read.scenes, unlike = scenes.check(text, runs.folder)
     read.numbers += len(told)
-    read.faults += [*wrong, *tables.wrong_of(told), *words]
+    read.faults += [*wrong, *tables.wrong_of(told), *words, *unlike]
     return read
 
 
@@ -284,7 +287,9 @@ def _missing(runs: Runs, figure: str, section: str, panels: list[Panel]) -> Iter
 def main(arguments: list[str]) -> int:
     """Say what is shown wrong."""
     read = check(Path(arguments[0]), Path(arguments[1]))
-    print(f"{read.curves} curves and {read.numbers} numbers read; {len(read.faults)} wrong")
+    print(
+        f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
+    )
     print("\n".join(read.faults))
     return int(bool(read.faults))
 

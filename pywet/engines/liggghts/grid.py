@@ -51,7 +51,8 @@ def words(scene: Scene, xy: ArrayLike, ranks: int) -> str:
 def places(state: Path) -> np.ndarray:
     """Where the spheres of a checkpoint are in the plan view, (n, 2): from the plugin's state of it."""
     count = int(np.fromfile(state, "<i8", 1, offset=STATE_HEAD_B)[0])
-    return np.asarray(np.fromfile(state, STATE, count, offset=STATE_HEAD_B + 8)["place"])
+    spheres = np.memmap(state, STATE, "r", STATE_HEAD_B + 8, (count,)) if count else np.zeros(0, STATE)
+    return np.asarray(spheres["place"])
 
 
 def _grids(ranks: int) -> Iterator[tuple[int, int]]:

@@ -37,7 +37,7 @@ def bed(run_dir: Path, ranks: int) -> Path:
     return run_dir
 
 
-@pytest.mark.parametrize("ranks", [2, 4])
+@pytest.mark.parametrize("ranks", [2, 4, pytest.param(8, marks=pytest.mark.slow)])
 def test_same_bed(one_rank: Path, tmp_path: Path, ranks: int) -> None:
     """Same formations and ruptures in the same steps, same ledger; trajectories within round-off growth over 18 ms.
 
@@ -55,7 +55,8 @@ def test_same_bed(one_rank: Path, tmp_path: Path, ranks: int) -> None:
     assert beds.apart(one_rank, other).max() < 1e-9 * beds.RADIUS
     contacts_log, same_log = (beds.table(p, "history/contacts") for p in (one_rank, other))
     assert len(contacts_log) == len(same_log) > 0
-    balanced_in_x_and_y(other, ranks)
+    if ranks <= 4:  # eight share more columns than the bed is wide
+        balanced_in_x_and_y(other, ranks)
     holds_what_is_near(one_rank, other, ranks)
 
 
