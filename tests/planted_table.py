@@ -7,7 +7,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tests.engines.liggghts import planted, planted_in_yard
-from tests.reference_impl import planted_files, planted_log, planted_yard, test_newton, test_report, test_scenes, test_vtk
+from tests.reference_impl import (
+    planted_files,
+    planted_log,
+    planted_yard,
+    test_newton,
+    test_report,
+    test_scenes,
+    test_vtk,
+)
 
 PAGE = Path(__file__).parents[1] / "docs" / "planted_faults.md"
 
