@@ -35,6 +35,7 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
         logged, own, size, rows = _joined([law["wall_closest_point"] for law in laws if "wall_closest_point" in law])
         yield Link("wall_closest_point", "closest point of a wall", rows, logged, own, size, _shift(logged, own))
         return  # forces at a wrong place follow from it
+    yield from _pushes(found, failed)
     parts = [_parts(setup, f) for f in found]
     for name, what, kind in (("newton_force", "force that acts", 0), ("newton_torque", "torque that acts", 1)):
         if name in failed:
@@ -50,6 +51,34 @@ def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link
                 yield from of_terms(broken)
 
             yield Link(name, what, rows, logged, own, size, suspects, newton.limit(setup), marks=_marks(terms))
+
+
+PUSHES = {
+    "window_push": "what other forces change of the speed, as semi-implicit drag takes it",
+    "window_spin_push": "what other torques change of the spin, as semi-implicit drag takes it",
+    "window_sharing": "number of bridges that share a sphere, as semi-implicit drag takes it",
+}
+
+
+def _pushes(found: list[Forces], failed: list[str]) -> Iterator[Link]:
+    """What semi-implicit drag starts from, where that is beyond its limits: a term lost or with another sign, a factor."""
+    for name, what in PUSHES.items():
+        parts = [f.checks[name] for f in found if name in f.checks]
+        if name not in failed or not parts:
+            continue
+        logged, own, size, rows = _joined(parts)
+        second = np.concatenate([p[4] for p in parts])
+
+        def suspects(
+            broken: Floats, logged: Floats = logged, own: Floats = own, second: Floats = second
+        ) -> Iterator[Suspect]:
+            yield Suspect("that of the second sphere is left out", own - second)
+            yield Suspect("that of the second sphere has the other sign", own - 2.0 * second)
+            yield Suspect("that of the first sphere is left out", second)
+            by = fitted(lambda factor: factor * own, logged, broken)
+            yield Suspect(f"it is {by:.6g} times what it should be", by * own, by)
+
+        yield Link(name, what, rows, logged, own, size, suspects)
 
 
 NUMBERS: dict[str, dict[str, float]] = {

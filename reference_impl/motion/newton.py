@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import dry, mesh, touching, wet
+from reference_impl.motion import dry, mesh, pushes, touching, wet
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
 from reference_impl.motion.window import Setup, Window, springs, windows
@@ -99,6 +99,9 @@ def _window(
         checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
     bridges = wet.of_window(run, setup, window) if run is not None else None
     force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
+    if run is not None and bridges is not None and run.meta.get("viscous_integration", "explicit") != "explicit":
+        least = np.maximum(sizes, window.mass * STANDARD_WEIGHT)
+        checks |= pushes.against_log(run, setup, window, bridges, force, torque, least, doubt / limit(setup))
     counts["dry_contacts"] = len(touches)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
@@ -207,6 +210,7 @@ SCALES = {
     "wall_velocity": ("itself, or 1 mm/s", TOLERANCE),
     "window_position": ("radius", 1e-12),
     "window_velocity": ("speed, or 1 mm/s", TOLERANCE),
+    **{name: (scale, TOLERANCE) for name, scale in pushes.SCALES.items()},
 }
 """What each deviation is held against, and its limit."""
 
@@ -234,7 +238,8 @@ def limit(setup: Setup) -> float:
 def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity:
     logged, own, scale = (np.concatenate([p[k] for p in parts]) for k in range(3))
     rows = pd.concat([p[3] for p in parts], ignore_index=True)
-    most = limit(setup) if name in ("newton_force", "newton_torque") else SCALES[name][1]
+    summed = ("newton_force", "newton_torque", "window_push", "window_spin_push")
+    most = limit(setup) if name in summed else SCALES[name][1]
     return compare(name, SCALES[name][0], logged, own, scale, rows, most)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ import pytest
 
 from pywet.bench import small
 from pywet.bench.bodies import water
-from reference_impl.motion import mesh, wall_motion, window
+from reference_impl.diagnosis import diagnosis, motion
+from reference_impl.motion import mesh, newton, pushes, wall_motion, window
 from reference_impl.motion.touching import near_pairs
 from reference_impl.replay.replay import replay
 from tests.reference_impl import newton_scenes as scenes
@@ -114,9 +116,42 @@ def test_moist_bed(moist: Path) -> None:
     assert result["newton"]["windows"] == [[163, 237], [563, 637], [963, 1037], [1363, 1437]]
 
 
-def test_semi_implicit_drag(tmp_path: Path) -> None:
-    """The drag that acts is the weakened one; the law closes with it."""
-    assert_closed(scenes.moist_bed(tmp_path, viscous_integration="semi_implicit"), contacts=400)
+@pytest.fixture(scope="module")
+def semi_implicit(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The moist bed with semi-implicit drag."""
+    return scenes.moist_bed(tmp_path_factory.mktemp("implicit"), viscous_integration="semi_implicit")
+
+
+def test_semi_implicit_drag(semi_implicit: Path) -> None:
+    """The drag that acts is the weakened one; the law closes with it, and it starts from what all other forces change."""
+    assert_closed(semi_implicit, contacts=400)
+    quantities = replay(semi_implicit)["quantities"]
+    assert all(quantities[name]["ok"] and quantities[name]["count"] > 400 for name in pushes.SCALES)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "said"),
+    [
+        ("window_push", lambda own, second: 1.01 * own, "it is 1.01 times what it should be"),
+        ("window_push", lambda own, second: own - second, "that of the second sphere is left out"),
+        ("window_spin_push", lambda own, second: own - 2 * second, "that of the second sphere has the other sign"),
+        ("window_sharing", lambda own, second: own - second, "that of the second sphere is left out"),
+    ],
+)
+def test_a_wrong_start_of_semi_implicit_drag_is_found_and_named(
+    semi_implicit: Path, name: str, wrong: Callable[[Any, Any], Any], said: str
+) -> None:
+    """As an engine would log it that starts its drag from something else."""
+    _, found = scenes.closed(semi_implicit)
+    planted = []
+    for f in found:
+        _, own, size, rows, second = f.checks[name]
+        planted.append(replace(f, checks={**f.checks, name: (wrong(own, second), own, size, rows, second)}))
+    setup = window.read(semi_implicit)
+    failed = [q.name for q in newton.check(setup, planted) if not q.ok]
+    assert failed == [name]
+    sentences = [f["sentence"] for f in diagnosis.diagnose(motion.links(setup, planted, failed), failed)["findings"]]
+    assert any(said in sentence and motion.PUSHES[name] in sentence for sentence in sentences), sentences
 
 
 def test_dry_replay(dry: Path) -> None:

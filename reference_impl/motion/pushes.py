@@ -1,0 +1,72 @@
+"""What semi-implicit drag starts from, in the recorded windows: by how much all other forces push the bodies of a bridge in the
+step, and among how many bridges the mass of a sphere is shared. Forces are those of newton.py without the drag."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from reference_impl.motion.wet import Bridges
+from reference_impl.motion.window import Setup, Window
+from reference_impl.replay.compare import Floats
+from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.laws import SPHERE
+from reference_impl.replay.lives import RUPTURE
+
+SCALES = {
+    "window_push": "speed that the sizes of all forces on both bodies give in the step, at least that of the weight",
+    "window_spin_push": "the same of the spin at the surface, and the doubt about a rolling direction over the limit",
+    "window_sharing": "each counts 1",
+}
+
+
+def against_log(
+    run: Run, setup: Setup, window: Window, b: Bridges, force: Floats, torque: Floats, sizes: Floats, doubt: Floats
+) -> dict[str, tuple[Any, ...]]:
+    """The log's pushes and counts; sums of all forces and their sizes by step and sphere, doubt over its limit.
+
+    Behind logged values, own ones, scale and rows stands what the second sphere has of the own value.
+    """
+    force, torque, count = force.copy(), torque.copy(), _ruptured(run, setup, window.steps)
+    pair = np.flatnonzero(~b.wall)
+    drag = b.weight[:, None] * (b.force() + (b.capillary * b.acting["capillary"])[:, None] * b.n)
+    turns = [b.weight[:, None] * turn for turn in b.torques(setup)]
+    ends = (np.arange(len(b.k)), b.a, 1.0), (pair, b.b, -1.0)
+    for (at, who, sign), turn in zip(ends, turns, strict=True):
+        np.add.at(force, (b.k[at], who[at]), -sign * drag[at])
+        np.add.at(torque, (b.k[at], who[at]), -turn[at])
+        np.add.at(count, (b.k[at], who[at]), 1.0)
+    linear = np.where(setup.free, setup.step / window.mass, 0.0)
+    turning = linear / (0.4 * setup.radius**2)
+    own = {name: np.zeros((len(b.k), 3)) for name in ("window_push", "window_spin_push")}
+    of_second = {name: np.zeros((len(b.k), 3)) for name in own}
+    scale = {name: np.full(len(b.k), 1e-300) for name in own}
+    shared = np.zeros((len(b.k), 2))
+    for (at, who, sign), column in zip(ends, (0, 1), strict=True):
+        where, r = (b.k[at], who[at]), setup.radius[who[at]]
+        of_second["window_push"][at] = sign * linear[where][:, None] * force[where]
+        of_second["window_spin_push"][at] = (r * turning[where])[:, None] * torque[where]
+        for name, pushed in own.items():
+            pushed[at] += of_second[name][at]
+        scale["window_push"][at] += linear[where] * sizes[where]
+        scale["window_spin_push"][at] += r * turning[where] * (r * sizes[where] + doubt[where])
+        shared[at, column] = count[where] * setup.free[who[at]]
+    logged = {"window_push": vectors(b.table, "push"), "window_spin_push": vectors(b.table, "spin_push")}
+    for pushed in of_second.values():
+        pushed[b.wall] = 0.0  # of the first alone
+    found: dict[str, tuple[Any, ...]] = {n: (logged[n], own[n], scale[n], b.table, of_second[n]) for n in own}
+    said = b.table[["sharing_i", "sharing_j"]].to_numpy(float)
+    return {**found, "window_sharing": (said, shared, np.ones(len(said)), b.table, shared * [0.0, 1.0])}
+
+
+def _ruptured(run: Run, setup: Setup, steps: Floats) -> Floats:
+    """Bridges of each sphere that rupture in a step: they act no more, but their spheres are still shared by them."""
+    events, count = run.rows("events", int(steps[0]), int(steps[-1])), np.zeros((len(steps), len(setup.ids)))
+    for end, broke in (
+        ("i", events["kind"] == RUPTURE),
+        ("j", (events["kind"] == RUPTURE) & (events["partner_kind"] == SPHERE)),
+    ):
+        at = events[broke & events["step"].isin(steps)]
+        np.add.at(count, (np.searchsorted(steps, at["step"]), np.searchsorted(setup.ids, at[end])), 1.0)
+    return count
