@@ -1,4 +1,4 @@
-"""Ranks change nothing but round-off: events, ledger, trajectories on 1, 2 and 4 ranks; long bridges across a boundary."""
+"""Ranks change nothing but round-off: events, ledger, trajectories on 1, 2, 4 and 8 ranks; long bridges across a boundary."""
 
 from __future__ import annotations
 
