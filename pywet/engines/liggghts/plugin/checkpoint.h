@@ -14,6 +14,7 @@ struct SphereState {
   int64_t id;
   double place[2], film, load, weighed, force[3], torque[3];
 };
+static_assert(sizeof(SphereState) == 96, "records must match STATE of grid.py");
 
 class Checkpoint {
  public:
