@@ -36,7 +36,7 @@ import the changed module about what is left.
 - *found*: of those that are neither crash nor alike; *before*: the same when they were first tried, before checks and tests
   were added for what they showed.
 
-Of plugin, laws and driver few have been tried so far: of these rooms the table shows little.
+Where the reason says that tests were not asked, an open change may still be one that they notice.
 
 """
 NOTICED = ("replay", "program", "tests")
