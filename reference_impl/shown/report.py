@@ -78,6 +78,11 @@ class Runs:
         path = self.folder / self.name(number) / "status" / "results.json"
         return path.exists() and bool(json.loads(path.read_text())["ok"])
 
+    def moist(self, number: int) -> bool:
+        """Whether a case is done and was run with bridges."""
+        scene = self.folder / self.name(number) / "scene.json"
+        return self.done(number) and bool(json.loads(scene.read_text())["effects"]["bridges"])
+
     def configuration(self, number: int) -> str:
         """A case but for its liquid, in the report's words."""
         row = next(r for r in self.rows if int(r["case"]) == number)
@@ -128,7 +133,7 @@ def check(report: Path, cases: Path) -> Read:
     read.numbers, wrong = tables.check(text, runs.folder, runs.numbers())
     liquid = {int(row["case"]): float(row["liquid_percent"] or 0.0) for row in runs.rows}
     told, words = sentences.check(text, runs.folder, sorted(listed), liquid)
-    read.scenes, unlike = scenes.check(text, runs.folder)
+    read.scenes, unlike = scenes.check(text, runs.folder, [runs.name(n) for n in runs.numbers() if runs.moist(n)])
     read.numbers += len(told)
     read.faults += [*wrong, *tables.wrong_of(told), *words, *unlike]
     return read

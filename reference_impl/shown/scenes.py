@@ -10,7 +10,7 @@ import html
 import json
 import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -40,11 +40,16 @@ WIRES = 2
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
-def check(text: str, folder: Path) -> tuple[int, list[str]]:
-    """How many numbers the scenes of a page hold, and what is wrong; runs are folders in `folder` of the names shown."""
-    count, wrong = 0, []
-    for name, data in SCENE.findall(text):
-        run = folder / html.unescape(name)
+def check(text: str, folder: Path, expected: Collection[str] = ()) -> tuple[int, list[str]]:
+    """How many numbers the scenes of a page hold, and what is wrong; runs are folders in `folder` of the names shown.
+
+    `expected`: runs that must have a scene.
+    """
+    found = [(html.unescape(name), data) for name, data in SCENE.findall(text)]
+    wrong = [f"scene of {name}: there is none" for name in expected if name not in {name for name, _ in found}]
+    count = 0
+    for name, data in found:
+        run = folder / name
         scene = Scene(json.loads(data), Logs(run))
         wrong += [f"scene of {run.name}: {said}" for said in scene.wrong()]
         count += scene.count
@@ -208,10 +213,12 @@ class Scene:
         density = {c["type"]: c["density_kg_per_m3"] for c in self.logs.scene["classes"]}
         mass = self.logs.radius**3 * np.array([density[k] for k in self.logs.kind])
         stream = Rows(io.where(self.logs.folder, "trajectory"), "trajectory", ["step", "id", "z"])
-        above, values, edge = np.ones(self.rows, bool), [], self.logs.scene.get("bin_z_m") or -np.inf
+        edge = self.logs.scene.get("bin_z_m")
+        above, values = np.ones(self.rows, bool), []
         for step in self.steps:
             rows = stream.until(step)
-            above[np.searchsorted(self.logs.ids, rows["id"][rows["z"] < edge].to_numpy())] = False
+            if edge is not None:
+                above[np.searchsorted(self.logs.ids, rows["id"][rows["z"] < edge].to_numpy())] = False
             values.append(float(mass[above].sum() / mass.sum()))
         return values
 

@@ -26,6 +26,8 @@ from tests.faults.trial import Bench
 COLUMNS = ("number", "room", "file", "line", "what", "by", "said")
 OPEN = ("not reached", "no effect", "survives")
 """Verdicts after which the tests are asked."""
+SAID = 200
+"""Letters that are kept of what is said."""
 ASKED = "asked:"
 """Begins what is said of a fault that no test noticed."""
 
@@ -79,7 +81,7 @@ def one(bench: Bench, number: int, seed: int, room: str) -> dict[str, str]:
     while verdict is None:
         mutant = draw(bench.files(room), chance)
         verdict: Verdict | None = bench.judge(mutant, room)
-    told = verdict.said.replace(f"{bench.tree}/", "")  # what is kept names no machine's folders
+    told = verdict.said.replace(f"{bench.tree}/", "")[:SAID]  # in this order: half a path would be kept
     values = (str(number), room, below(mutant.path), str(mutant.line), mutant.what, verdict.by, told)
     return dict(zip(COLUMNS, values, strict=True))
 

@@ -53,7 +53,7 @@ def follow(way: Way) -> Verdict:
         return _stages(way)
     except PywetError as error:
         crash = way.run / "engine.partial" / server.CRASH
-        return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error)[:200])
+        return Verdict("crash", crash.read_text()) if crash.exists() else Verdict("program", str(error))
 
 
 def _stages(way: Way) -> Verdict:
@@ -124,7 +124,7 @@ def _of_view(run: Path) -> Verdict | None:
         wrong = vtk.disagreement(run)
     except ReplayError as error:  # the reference cannot read it, and says so
         wrong = str(error)
-    return Verdict("replay", wrong[:200]) if wrong else None
+    return Verdict("replay", wrong) if wrong else None
 
 
 def _of_replay(content: dict[str, Any] | None) -> Verdict | None:
@@ -138,7 +138,7 @@ def _finding(findings: list[Any], bad: list[str]) -> str:
     """The first sentence of the diagnosis, else what is beyond its limit."""
     first = findings[0] if findings else None
     sentence = first.get("sentence") if isinstance(first, dict) else getattr(first, "sentence", None)
-    return str(sentence)[:200] if sentence else f"beyond: {', '.join(bad)}"[:200]
+    return str(sentence) if sentence else f"beyond: {', '.join(bad)}"
 
 
 def marks(run: Path) -> dict[str, str]:

@@ -137,7 +137,7 @@ def _worker(arguments: list[str], folder: Path, keep_counts: bool) -> None:
         sys.argv = arguments
         code = worker.main()
     except BaseException as error:
-        (folder / CRASH).write_text(f"{type(error).__name__}: {error}"[:200])
+        (folder / CRASH).write_text(f"{type(error).__name__}: {error}")
     sys.stdout.flush()
     if keep_counts:
         reach.keep(folder / REACHED)

@@ -170,7 +170,7 @@ class Bench:
                 return Verdict("not reached")
             answer = server.in_copy(lambda: self._trial(self._way(scene, room, library), mutant), LIMIT_S)
         if "crash" in answer:
-            return Verdict("crash", answer["crash"][:200])
+            return Verdict("crash", answer["crash"])
         if answer["by"] == "survives":
             return self._changed(scene, room)
         return Verdict(answer["by"], answer["said"])

@@ -450,6 +450,12 @@ SHOWN: dict[str, tuple[Callable[[str], str], str]] = {
         lambda t: t.replace("lasts 1.6 s, of which 0.2 s", "lasts 0.2 s, of which 1.6 s"),
         "simulated, duration: '0.2' is shown; expected 1.6",
     ),
+    "a 3-D scene missing": (
+        lambda t: re.sub(
+            r'<script type="application/json" class="run" data-name="case02">.*?</script>', "", t, flags=re.DOTALL
+        ),
+        "scene of case02: there is none",
+    ),
     "shape of the sieve": (lambda t: t.replace("mm square sieve", "mm round sieve"), "simulated, shape"),
     "an assumption misprinted": (
         cell("assumptions", "apparatus · outlet height mm", 1, digit),
