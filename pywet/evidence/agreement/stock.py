@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,11 @@ from pywet.evidence.agreement.rows import EASO, WASHINO, YADE
 
 YADE_LAWS = {"paper": "Rabinovich", "exact": "Willett_numeric"}
 """Preset -> the law of YADE that stands for it; a stock model of LIGGGHTS has one law."""
-PROGRAMS = {YADE: yade_force, WASHINO: liggghts_force, EASO: liggghts_force}
+PROGRAMS: dict[str, Callable[[pd.DataFrame, str], pd.DataFrame]] = {
+    YADE: yade_force,
+    WASHINO: liggghts_force,
+    EASO: liggghts_force,
+}
 SCAN = 61
 """Points of each of the two scans for the end of a force: found within 4e-4 of itself."""
 
