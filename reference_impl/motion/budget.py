@@ -25,6 +25,7 @@ from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
 WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
+"""Columns of the energy log that add up to the change of kinetic energy."""
 VELOCITY = tuple(f"{q}{axis}" for q in "vw" for axis in "xyz")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capillary_stored": 1e-6, "gravity": 1e-3,
