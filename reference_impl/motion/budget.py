@@ -85,14 +85,13 @@ class Budget:
         x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
         m, free = self.setup.mass, self.setup.free
         fall, doubt = self._fall(outputs, x, v, events)
+        room = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
         own: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
             "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
             "gravity": fall.sum(axis=1),
-            "gravity_size": np.abs(fall).sum(axis=1)
-            + doubt
-            + float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6,
+            "gravity_size": np.abs(fall).sum(axis=1) + doubt + room,
         }
         self.rows.append(pd.DataFrame({**own, **of_bridges}))
 
@@ -186,16 +185,9 @@ class Budget:
             size = self.size("formed", both, turnover)
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
             own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
-            found.append(
-                one(
-                    "capillary",
-                    own_work,
-                    SLACK * both["steps"]
-                    + 1e-9 * turnover
-                    + SUMMED * (both["formed_own"].abs() + both["ruptured_own"].abs()),
-                    "works of the steps of the events",
-                )
-            )
+            of_events = both["formed_own"].abs() + both["ruptured_own"].abs()
+            room = SLACK * both["steps"] + 1e-9 * turnover + SUMMED * of_events
+            found.append(one("capillary", own_work, room, "works of the steps of the events"))
         return found
 
 
