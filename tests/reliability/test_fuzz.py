@@ -164,7 +164,7 @@ def query(bench: Bench, given: tuple[str, tuple[float, str, Any]]) -> None:
     elif name.startswith("wall"):
         sentence(lambda: json.dumps(sweep.records(sweep.table(sweep.read(file), threads=1)), allow_nan=False))
     else:
-        sentence(lambda: json.dumps(spheres.collide_file(file), allow_nan=False))
+        sentence(lambda: json.dumps(spheres.describe(spheres.run(spheres.read(file))), allow_nan=False))
 
 
 def scene(bench: Bench, given: tuple[float, str, Any]) -> None:

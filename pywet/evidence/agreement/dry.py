@@ -17,9 +17,9 @@ import pandas as pd
 from pywet.bench import small
 from pywet.bench.bodies import contacts, sphere_classes
 from pywet.errors import PywetError
-from pywet.evidence.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
 from pywet.evidence.agreement.replayed import momenta
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.files import read_table
 from pywet.laws.contact import damping
 

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.evidence.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.agreement.model import Cell, Floats, Source, basis, impossible, measured, not_run, truth
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.compare import statistics, verdict
 from pywet.evidence.compare.statistics import Sample
 from pywet.files import read_table

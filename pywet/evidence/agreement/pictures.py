@@ -10,9 +10,8 @@ from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from pywet.evidence.agreement.columns import LIGGGHTS, YADE
 from pywet.evidence.agreement.model import Source
-from pywet.evidence.agreement.rows import PAIRS
+from pywet.evidence.agreement.rows import LIGGGHTS, PAIRS, YADE
 from pywet.report.page import paragraph, picture
 
 STYLES: dict[str, dict[str, Any]] = {

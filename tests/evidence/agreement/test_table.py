@@ -15,9 +15,9 @@ from pywet import stages
 from pywet.engines.lammps import build
 from pywet.errors import PywetError
 from pywet.evidence.agreement import dry, engines, lammps, page, pictures, replayed, single, sources
-from pywet.evidence.agreement.columns import COLUMNS, LIGGGHTS, REFERENCE, YADE
+from pywet.evidence.agreement import stock as stock_programs
 from pywet.evidence.agreement.model import Cell, Source, impossible, measured, said, truth
-from pywet.evidence.agreement.rows import BY_KEY, GROUPS, QUANTITIES, ROWS
+from pywet.evidence.agreement.rows import BY_KEY, COLUMNS, GROUPS, LIGGGHTS, QUANTITIES, REFERENCE, ROWS, YADE
 from pywet.evidence.agreement.stock import Stock
 from tests.screening import synthetic
 
@@ -174,10 +174,26 @@ def test_without_lammps_its_column_says_how_to_get_it(tmp_path: Path, monkeypatc
 def test_end_of_a_force_is_found_between_two_points() -> None:
     """The coarse scan's bracket; a scan that does not hold the end gives NaN."""
     points = pd.DataFrame({"pair": "p", "what": "coarse", "separation": np.linspace(0, 1, 11)})
-    stock = Stock({("easo", "easo"): points.assign(force=np.where(points["separation"] < 0.55, 1.0, 0.0))})
+    stock = Stock({"easo": points.assign(force=np.where(points["separation"] < 0.55, 1.0, 0.0))})
     assert stock.bracket("easo", "p", "coarse") == pytest.approx((0.5, 0.6))
-    stock.tables["easo", "easo"] = points.assign(force=1.0)
+    stock.tables["easo"] = points.assign(force=1.0)
     assert np.isnan(stock.bracket("easo", "p", "coarse")).all()
+
+
+def test_a_stock_program_that_is_missing_blanks_its_column(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others are measured, in both calls."""
+
+    def absent(points: pd.DataFrame, law: str) -> pd.DataFrame:
+        raise PywetError("the program yade was not found")
+
+    programs = {YADE: absent, "easo": lambda points, law: points.assign(force=2.0)}
+    monkeypatch.setattr(stock_programs, "PROGRAMS", programs)
+    stock = Stock()
+    for what in ("gaps", "curve"):
+        stock.measure(pd.DataFrame({"pair": ["p"], "what": what, "separation": 1e-5}))
+    assert stock.missing == {YADE: "the program yade was not found"} and stock.there == ["easo"]
+    gaps, force = stock.force("easo", "exact", "p", "curve")
+    assert (gaps.tolist(), force.tolist()) == ([1e-5], [2.0])
 
 
 def test_dry_impact_solved() -> None:
