@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pywet.collisions.wall import drag, engine, twin, wall
+from pywet.collisions.wall.problem import Readings
 from pywet.laws import registry, toroid
 from tests.collisions.cases import problem
 
@@ -57,7 +58,12 @@ def test_each_step_from_the_model_to_the_engine(tmp_path: Path) -> None:
     """The engine agrees with its own equations solved in Python to 1e-3 (50 steps per contact); the frozen volume is most of
     the difference to the model, the rest is below 0.01.
     """
-    steps = twin.ladder(problem(GLASS, ("water", 100)), tmp_path)["e_n"].to_numpy()
+    case, changed = problem(GLASS, ("water", 100)), {}
+    steps = [wall.collide(case)["e_n"]]
+    for name, reading in (("bridge_volume", "frozen"), ("rupture_from", "wall"), ("capillary", "film_and_bridge")):
+        changed[name] = reading
+        steps.append(wall.collide(case.model_copy(update={"readings": Readings.model_validate(changed)}))["e_n"])
+    steps += [twin.normal_coefficient(case), engine.throw(case, tmp_path).e_n]
     assert steps[-1] == pytest.approx(steps[-2], abs=1e-3)
     assert steps[1] - steps[0] == pytest.approx(0.044, abs=1e-3)
     assert np.abs(np.diff(steps[1:])).max() < 0.01

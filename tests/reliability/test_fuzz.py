@@ -38,7 +38,7 @@ from pywet.planning import time_steps as advisor
 from pywet.report import collect, report, vtk
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
-from pywet.screening import cases, results, summary
+from pywet.screening import cases, results
 from tests.report.test_report import REPLAY
 from tests.screening import synthetic
 
@@ -164,7 +164,7 @@ def query(bench: Bench, given: tuple[str, tuple[float, str, Any]]) -> None:
     elif name.startswith("wall"):
         sentence(lambda: json.dumps(sweep.records(sweep.table(sweep.read(file), threads=1)), allow_nan=False))
     else:
-        sentence(lambda: json.dumps(spheres.collide_file(file), allow_nan=False))
+        sentence(lambda: json.dumps(spheres.describe(spheres.run(spheres.read(file))), allow_nan=False))
 
 
 def scene(bench: Bench, given: tuple[float, str, Any]) -> None:
@@ -240,7 +240,7 @@ def table(bench: Bench, given: tuple[float, float, float, str, Any]) -> None:
 def read_all(run_dir: Path) -> None:
     """Results and what is drawn of a run."""
     run = RunDir(run_dir)
-    summary.summarise(run, results.Results.of(run))
+    results.summarise(run, results.Results.of(run))
     for step in run.timeline.steps[:1]:
         for kind in vtk.KINDS.values():
             kind(run, int(step))

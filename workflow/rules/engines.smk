@@ -26,41 +26,13 @@ rule engine_run:
         "../scripts/engine_run.py"
 
 
-rule engine_compare:
-    input:
-        liggghts=expand(rules.engine_run.output.table, engine="liggghts", seed=ENGINE_SEEDS),
-        yade=expand(rules.engine_run.output.table, engine="yade", seed=ENGINE_SEEDS),
-    output:
-        verdict=f"{ENGINES}/dry/verdict.json",
-        table=f"{ENGINES}/dry/fraction_retained.parquet",
-        rows=f"{ENGINES}/dry/rows.parquet",
-        picture=f"{ENGINES}/dry/engines_screening.png",
-    log:
-        f"{ENGINES}/logs/compare.log",
-    script:
-        "../scripts/engine_compare.py"
-
-
-rule engine_pulls:
-    output:
-        rows=f"{ENGINES}/pulls/rows.parquet",
-        limits=f"{ENGINES}/pulls/limits.parquet",
-        picture=f"{ENGINES}/pulls/engines_pulls.png",
-    params:
-        what="pulls",
-    log:
-        f"{ENGINES}/logs/pulls.log",
-    script:
-        "../scripts/engine_small.py"
-
-
 rule engine_contacts:
     input:
         config=CONFIG_FILES,
     output:
         rows=f"{ENGINES}/contacts/rows.parquet",
     params:
-        what="contacts",
+        config=CONFIG,
     log:
         f"{ENGINES}/logs/contacts.log",
     script:
@@ -72,40 +44,14 @@ rule engine_bed:
         table=f"{ENGINES}/bed/seed{{seed}}/bed.parquet",
     wildcard_constraints:
         seed="[0-9]+",
-    params:
-        what="bed",
-        seed="{seed}",
     log:
         f"{ENGINES}/logs/bed_{{seed}}.log",
     script:
         "../scripts/engine_small.py"
 
 
-rule engine_beds:
-    input:
-        expand(rules.engine_bed.output.table, seed=[1, 2, 3, 4, 5]),
-    output:
-        rows=f"{ENGINES}/bed/rows.parquet",
-        picture=f"{ENGINES}/bed/engines_bed.png",
-    params:
-        what="beds",
-    log:
-        f"{ENGINES}/logs/beds.log",
-    script:
-        "../scripts/engine_small.py"
-
-
 rule engines:
     input:
-        rules.engine_compare.output.rows,
+        expand(rules.engine_run.output.table, engine=["liggghts", "yade"], seed=ENGINE_SEEDS),
         rules.engine_contacts.output.rows,
-        rules.engine_pulls.output.rows,
-        rules.engine_beds.output.rows,
-    output:
-        f"{ENGINES}/engines.parquet",
-    params:
-        what="all",
-    log:
-        f"{ENGINES}/logs/engines.log",
-    script:
-        "../scripts/engine_small.py"
+        expand(rules.engine_bed.output.table, seed=[1, 2, 3, 4, 5]),

@@ -1,14 +1,16 @@
-"""One small scene in all engines: the pulls, a bed of one seed, or all beds together; what is asked is in params."""
+"""One small scene in all engines: a bed of one seed, or single contacts; what is asked is in params."""
 
 from pathlib import Path
 
-from pywet import stages
-from pywet.evidence.engines import small_scenes
+import pandas as pd
 
+from pywet import stages
+from pywet.evidence.engines import bed, contacts
+from pywet.files import write_table
+
+file = Path(snakemake.output[0])
 with stages.logged(Path(snakemake.log[0]), echo=True):
-    small_scenes.write(
-        snakemake.params.what,
-        [Path(p) for p in snakemake.input],
-        [Path(p) for p in snakemake.output],
-        int(snakemake.params.get("seed", 1)),
-    )
+    if "seed" in snakemake.wildcards.keys():
+        write_table(bed.settle(file.parent, bed.Bed(seed=int(snakemake.wildcards.seed))), file)
+    else:
+        write_table(pd.DataFrame(contacts.rows(Path(snakemake.params.config), file.parent)), file, csv=True)

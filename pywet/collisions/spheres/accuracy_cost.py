@@ -6,8 +6,6 @@ The error is that of the final velocities against the tightest run, over the lar
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -16,8 +14,7 @@ from pywet.collisions.spheres.equal import three_equal_spheres
 from pywet.collisions.spheres.problem import Problem
 from pywet.collisions.spheres.simulate import METHODS, Run, run
 from pywet.errors import PywetError
-from pywet.files import write_json
-from pywet.report.pictures import GREEN, NAVY, ORANGE, panels, save_png
+from pywet.report.pictures import GREEN, NAVY, ORANGE, panels
 
 REPEATS = 3
 TOLERANCES = tuple(10.0**-k for k in range(4, 11))
@@ -69,10 +66,3 @@ def draw(table: pd.DataFrame) -> Figure:
         ax.grid(True, lw=0.3)
     axes[0].legend(fontsize=6)
     return figure
-
-
-def write_accuracy_cost(folder: Path) -> None:
-    """`accuracy_cost.json` and `accuracy_cost.png`."""
-    table = measured()
-    write_json(folder / "accuracy_cost.json", table.to_dict(orient="records"))
-    save_png(draw(table), folder / "accuracy_cost.png")

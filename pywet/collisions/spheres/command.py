@@ -18,7 +18,7 @@ from pywet.errors import shown
 from pywet.files import read_json
 
 __all__ = [
-    "METHODS", "Problem", "Run", "collide", "collide_file", "describe", "head_on_restitution", "mechanism", "outcome", "parse",
+    "METHODS", "Problem", "Run", "collide", "describe", "head_on_restitution", "mechanism", "outcome", "parse",
     "read", "run", "stokes_to_rebound", "three_equal_spheres", "wet_restitution",
 ]  # fmt: skip
 
@@ -36,8 +36,3 @@ def collide(description: dict[str, Any], where: str = "the description") -> dict
 def read(path: Path) -> Problem:
     """The problem that a JSON file describes."""
     return parse(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))
-
-
-def collide_file(path: Path) -> dict[str, Any]:
-    """Run the description in a JSON file."""
-    return describe(run(read(path)))

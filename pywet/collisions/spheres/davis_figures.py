@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -16,9 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 
 from pywet.collisions.spheres.equal import head_on_restitution, three_equal_spheres
-from pywet.collisions.spheres.maps import WINDOW, Plane, curve, plane, two_sphere_curve, window
+from pywet.collisions.spheres.maps import WINDOW, Plane, curve, window
 from pywet.collisions.spheres.simulate import run
-from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, panels, save_png
+from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, panels
 
 COLOURS = (ORANGE, NAVY, GREEN)
 """Spheres 1, 2, 3."""
@@ -127,32 +126,14 @@ def figure_13b() -> Figure:
     return figure
 
 
-def single_collisions(folder: Path) -> None:
-    """Figures 5, 7, 8, 11, 13b, 14, 15."""
-    stars = (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
-    partners = [("St$_n$ = 2", {"St_n": 2.0}, (0.0, 1.5, 2.59, 3.2, 4.0, 4.57, 5.2))]
-    below = {"St_n": 2.0, "theta23_deg": -45.0, "h_min": 0.04}
-    transfer = [("θ$_{23}$ = −45°", below, (0.0, 0.3, 0.6, 0.7, 2.5, 4.5, 6.08, 7.0))]
-    for name, figure in (
-        ("05", snapshots([(f"St$_n$ = {s:g}", {"St_n": s}, stars) for s in (2.0, 5.0, 10.0)])),
-        ("14", snapshots(partners)),
-        ("15", snapshots(transfer)),
-        ("07", figure_7()),
-        ("08", figure_8()),
-        ("11", figure_11()),
-        ("13b", figure_13b()),
-    ):
-        save_png(figure, folder / f"figure_{name}.png")
-
-
-def family(title: str, members: Sequence[tuple[str, dict[str, Any]]], stokes: np.ndarray = STOKES) -> Figure:
+def family(title: str, members: Sequence[tuple[str, dict[str, Any]]]) -> Figure:
     """Curves over St_n, one for each member: e12 solid, e23 dashed, broken where they jump."""
     figure, (ax,) = panels(1, 1, (6.4, 4.4))
     for k, (label, given) in enumerate(members):
         colour = shade(0.9 * k / max(len(members) - 1, 1))
-        for column, values in enumerate(curve(stokes, **{"t_end": 600.0, **given}).T):
+        for column, values in enumerate(curve(STOKES, **{"t_end": 600.0, **given}).T):
             line = np.where(np.abs(np.diff(values, prepend=values[0])) > 0.12, np.nan, values)
-            ax.plot(stokes, line, color=colour, ls="--" if column else "-", lw=1.2, label=None if column else label)
+            ax.plot(STOKES, line, color=colour, ls="--" if column else "-", lw=1.2, label=None if column else label)
     ax.set(xlabel="St$_n$", ylabel="e$_{12}$ (solid), e$_{23}$ (dashed)", xlim=(0, 20), ylim=(0, 1), title=title)
     ax.legend(fontsize=8)
     return figure
@@ -163,7 +144,7 @@ def figure_6() -> Figure:
     figure = family("ĥ$_a$ = 0.01, ĥ$_m$ = 0.05, no capillary force", [("three spheres, 45°", {})])
     ax, some = figure.axes[0], np.arange(1.0, 20.5, 1.0)
     ax.plot(STOKES, [head_on_restitution(s, 0.05) for s in STOKES], color=GREY, ls=":", label="two, head on (41), (42)")
-    ax.plot(some, two_sphere_curve(some, t_end=1500.0), "o", mfc="none", color=RED, ms=4, label="two, 45°")
+    ax.plot(some, curve(some, h23_0=None, t_end=1500.0)[:, 0], "o", mfc="none", color=RED, ms=4, label="two, 45°")
     ax.legend(fontsize=8)
     return figure
 
@@ -184,7 +165,7 @@ def outcome_map(map_: Plane) -> Figure:
     figure, (ax,) = panels(1, 1, (6.8, 5.0))
     at = map_.angle_deg, map_.stokes
     norm = BoundaryNorm(np.arange(-0.5, 5.0), 5)
-    ax.pcolormesh(*at, map_.outcome, cmap=ListedColormap(PAINT), norm=norm, shading="nearest")
+    ax.pcolormesh(*at, map_.outcome, cmap=ListedColormap(PAINT), norm=norm, shading="nearest", rasterized=True)
     ax.contourf(*at, map_.slow, levels=[0.5, 1.5], hatches=["///"], colors="none")
     marks = [Patch(facecolor=c, label=n) for c, n in zip(PAINT, OUTCOMES, strict=True)]
     marks.append(Patch(facecolor="none", edgecolor="black", hatch="///", label="1-2: stick-rotate-separate"))
@@ -192,29 +173,3 @@ def outcome_map(map_: Plane) -> Figure:
     title = f"outcome at t* = {WINDOW:g}, no capillary force"
     ax.set(xlabel="θ$_{12,0}$ [°]", ylabel="St$_n$", title=title, yscale="log")
     return figure
-
-
-THICK = ((0.005, 0.1, 2000.0), (0.01, 0.05, 1000.0), (0.02, 0.025, 500.0))
-FAMILIES: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
-    "09": (
-        "capillary number",
-        [("Ca → ∞", {}), *((f"Ca = {c:g}", {"Ca": c, "t_end": t}) for c, t in ((100.0, 250.0), (40.0, 60.0), (10.0, 60.0)))],
-    ),
-    "10a": ("impact angle", [(f"{a:g}°", {"theta12_deg": a}) for a in (15.0, 22.5, 30.0, 37.5, 45.0, 60.0)]),
-    "12a": ("film thickness", [(f"ĥ$_a$ = {a:g}", {"h_a": a, "h_min": h, "Ca": c}) for a, h, c in THICK]),
-    "12b": ("smallest gap", [(f"ĥ$_m$ = {h:g}", {"h_min": h, "Ca": 1000.0}) for h in (0.02, 0.05, 0.1)]),
-    "13a": ("friction", [(f"μ$_f$ = {m:g}", {"mu_f": m}) for m in (0.0, 0.1, 0.2)]),
-}  # fmt: skip
-"""Figure -> title and members."""
-
-
-def over_stokes(folder: Path, grid: int = 60, workers: int = 2) -> None:
-    """Figures 6, 9, 10a, 10b, 12a, 12b, 13a and the map of outcomes."""
-    save_png(figure_6(), folder / "figure_06.png")
-    for name, (title, members) in FAMILIES.items():
-        save_png(family(title, members), folder / f"figure_{name}.png")
-        print(f"figure {name}", flush=True)
-    flat = plane(np.linspace(1.0, 80.0, grid), np.linspace(0.5, 20.0, grid), workers=workers)
-    save_png(contour(flat), folder / "figure_10b.png")
-    log = plane(np.linspace(0.5, 85.0, grid), np.geomspace(0.5, 40.0, grid), workers=workers)
-    save_png(outcome_map(log), folder / "outcome_map.png")

@@ -11,6 +11,7 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
@@ -20,13 +21,17 @@ from pywet.bench import bodies, small
 from pywet.collisions.spheres.accuracy_cost import distance
 from pywet.collisions.spheres.equal import three_equal_spheres
 from pywet.collisions.spheres.simulate import Run, run
-from pywet.files import atomic_write, read_table, write_json
-from pywet.report.pictures import GRID, NAVY, RED, panels, save_png
+from pywet.files import atomic_write, read_table
+from pywet.report.pictures import GRID, NAVY, RED, panels
 from pywet.scene import Effects
 
 RADIUS, DENSITY, SPEED, H_A, H_MIN = 1e-3, 2000.0, 0.4, 0.01, 0.05
 """Radius [m], density [kg/m3], normal speed [m/s], and δ/(2r), of which h_min/δ = 0.001 r/δ = 0.05 follows."""
 PAIRS = ((0, 1), (0, 2), (1, 2))
+PART = 30
+"""Steps of the engine in a dry collision."""
+STIFFNESS = (1e7, 1e8, 1e9, 1e10)
+"""Of the contacts that are compared [N/m]."""
 LAWS = "from pywet.laws.davis import tangential\n\nfilm = tangential({over_a!r})\n"
 TILT = np.linalg.qr(np.array([[1.0, 0.3, -0.2], [0.4, 1.0, 0.5], [0.1, -0.6, 1.0]]))[0]
 """Rotation of the collision's plane in space."""
@@ -40,7 +45,6 @@ class Twin:
     position: np.ndarray
     velocity: np.ndarray
     wall_s: float
-    steps: int
 
     @property
     def gap(self) -> np.ndarray:
@@ -55,17 +59,15 @@ def model(stokes: float, theta12_deg: float, ca: float | None, t_end: float) -> 
     return run(problem, times=np.linspace(0.0, t_end, 401)[1:])
 
 
-def twin(
-    run_dir: Path, stokes: float, theta12_deg: float, ca: float | None, t_end: float, stiffness: float, part: int = 30
-) -> Twin:
-    """The collision in the engine; `stiffness` of the contact [N/m], `part` steps per dry collision."""
+def twin(run_dir: Path, stokes: float, theta12_deg: float, ca: float | None, t_end: float, stiffness: float) -> Twin:
+    """The collision in the engine; `stiffness` of the contact [N/m]."""
     delta, s_min, a = 2.0 * RADIUS * H_A, 1e-3 * RADIUS, 0.5 * RADIUS
     kinds = bodies.sphere_classes(RADIUS, counts=3, density=DENSITY, angle_rad=0.0)
     reduced = 0.5 * kinds[0].mass_kg
     viscosity = reduced * SPEED / (6.0 * math.pi * a**2 * stokes)
     tension = 3.0 * viscosity * a * SPEED / (ca * delta) if ca else 0.05
     contact = math.pi * math.sqrt(reduced / stiffness)
-    steps = math.ceil(t_end * delta / SPEED / (contact / part))
+    steps = math.ceil(t_end * delta / SPEED / (contact / PART))
     step = t_end * delta / SPEED / steps
     p = three_equal_spheres(stokes, theta12_deg=theta12_deg, h_a=H_A, t_end=t_end)
     reach = 2.0 * RADIUS + (delta - s_min) * (1.0 - 1e-9)  # a bridge forms where films overlap, not where they touch
@@ -87,15 +89,11 @@ def twin(
     )  # fmt: skip
     began = time.perf_counter()
     small.run(run_dir, spheres)
-    return trajectory(run_dir, delta, time.perf_counter() - began, steps)
-
-
-def trajectory(run_dir: Path, delta: float, wall_s: float, steps: int) -> Twin:
-    """The trajectory in the model's units, back in its plane."""
+    wall_s = time.perf_counter() - began
     table = read_table(run_dir / "trajectory.parquet").sort_values(["step", "id"])
     at, v = (table[[f"{q}{axis}" for axis in "xyz"]].to_numpy().reshape(-1, 3, 3) for q in ("", "v"))
     moments = table["time"].to_numpy().reshape(-1, 3)[:, 0]
-    return Twin(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s, steps)
+    return Twin(moments * SPEED / delta, at @ TILT / delta, v @ TILT / SPEED, wall_s)  # back in its plane
 
 
 def error(seen: Twin, exact: Run) -> float:
@@ -103,31 +101,40 @@ def error(seen: Twin, exact: Run) -> float:
     return distance(seen.velocity[-1, :, :2], exact)
 
 
-def compare(folder: Path, work: Path, stiffness: tuple[float, ...] = (1e7, 1e8, 1e9, 1e10)) -> None:
-    """`engine.json` and `engine.png`: gaps over time in both, and the error over the contact's stiffness (and so wall time)."""
+def compare() -> pd.DataFrame:
+    """Lines of the figure as rows `line`, `x`, `y`, at St 12 and 30°: gaps over time [t̂] in the model and in the stiffest run of
+    the engine, and for both the error over the wall time [s] and `setting`: the contact's stiffness [N/m], the tolerance.
+    """
     given = (12.0, 30.0, None, 8.0)
-    exact, twins = model(*given), {k: twin(work / f"k{k:.0e}", *given, k) for k in stiffness}
-    rows = [(k, error(seen, exact), seen.wall_s, seen.steps) for k, seen in twins.items()]
-    table = pd.DataFrame(rows, columns=["stiffness_N_per_m", "error", "wall_s", "steps"])
-    write_json(folder / "engine.json", table.to_dict(orient="records"))
-    save_png(draw(table, twins[stiffness[-1]], exact), folder / "engine.png")
-
-
-def draw(table: pd.DataFrame, seen: Twin, exact: Run) -> Figure:
-    """Gaps over time in the model and in the stiffest run of the engine; what accuracy costs in either."""
-    figure, (left, right) = panels(2, 2, (5.0, 4.0))
-    for pair, colour, name in ((0, NAVY, "1-2"), (2, RED, "2-3")):
-        left.plot(seen.time, seen.gap[:, pair], ".", ms=2, color=colour)
-        gap = exact.record["gap"][:, pair]
-        left.plot(exact.record["time"], gap, color=colour, lw=0.8, label=f"{name}: line model, dots engine")
-    left.axhline(H_MIN, color=GRID, ls=":", lw=0.8)
-    left.set(xlabel="t̂", ylabel="ĥ", ylim=(0, 1.5), xlim=(0, 6), title="St 12, 30°")
-    right.loglog(table["wall_s"], table["error"], "o-", color=NAVY, label="engine, stiffer contact →")
+    exact = model(*given)
+    with TemporaryDirectory() as work:
+        twins = {k: twin(Path(work) / f"k{k:.0e}", *given, k) for k in STIFFNESS}
+    seen, record = twins[STIFFNESS[-1]], exact.record
+    parts = [
+        pd.DataFrame({"line": f"{name} {side}", "x": x, "y": y[:, pair]})
+        for pair, name in ((0, "1-2"), (2, "2-3"))
+        for side, x, y in (("engine", seen.time, seen.gap), ("model", record["time"], record["gap"]))
+    ]
+    rows = [("engine, stiffer contact →", made.wall_s, error(made, exact), k) for k, made in twins.items()]
     for rtol in (1e-3, 1e-6, 1e-9):
         one = run(exact.problem.with_(rtol=rtol))
-        right.loglog(
-            [one.wall_s], [max(distance(one.velocity, exact), 1e-12)], "s", color=RED, label=f"model, rtol {rtol:g}"
-        )
+        rows.append(("model, smaller tolerance ↓", one.wall_s, distance(one.velocity, exact), rtol))
+    return pd.concat([*parts, pd.DataFrame(rows, columns=["line", "x", "y", "setting"])], ignore_index=True)
+
+
+def draw(table: pd.DataFrame) -> Figure:
+    """Gaps over time in the model and in the stiffest run of the engine; what accuracy costs in either."""
+    figure, (left, right) = panels(2, 2, (5.0, 4.0))
+    colours = {"1-2": NAVY, "2-3": RED, "engine,": NAVY, "model,": RED}
+    for name, points in table.groupby("line", sort=False):
+        colour = colours[str(name).split()[0]]
+        if points["setting"].notna().all():
+            right.loglog(points["x"], points["y"].clip(lower=1e-12), "o-", color=colour, label=name)
+        else:
+            style = "." if str(name).endswith("engine") else "-"
+            left.plot(points["x"], points["y"], style, ms=2, lw=0.8, color=colour, label=name)
+    left.axhline(H_MIN, color=GRID, ls=":", lw=0.8)
+    left.set(xlabel="t̂", ylabel="ĥ", ylim=(0, 1.5), xlim=(0, 6), title="St 12, 30°")
     right.set(xlabel="wall time [s]", ylabel="error of the final velocities")
     for ax in (left, right):
         ax.legend(fontsize=7)

@@ -23,7 +23,7 @@ def window(theta12_deg: float, h_a: float = 0.01, t_star: float = WINDOW) -> flo
     return t_star * math.cos(math.radians(theta12_deg)) / h_a
 
 
-def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any], workers: int = 2) -> list[Any]:
+def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any]) -> list[Any]:
     """Run all jobs (arguments of `three_equal_spheres`) in threads, the compiled part without the interpreter's lock."""
 
     def one(given: dict[str, Any]) -> Any:
@@ -31,7 +31,7 @@ def many(jobs: Iterable[dict[str, Any]], then: Callable[[Run], Any], workers: in
 
     jobs = list(jobs)
     first = [one(jobs[0])] if jobs else []  # compiles, if need be, in one thread
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor() as pool:
         return first + list(pool.map(one, jobs[1:]))
 
 
@@ -40,15 +40,9 @@ def restitutions(made: Run) -> tuple[float, float]:
     return wet_restitution(made, (0, 1)) or 0.0, wet_restitution(made, (1, 2)) or 0.0
 
 
-def curve(stokes: np.ndarray, workers: int = 2, **given: Any) -> np.ndarray:
-    """e12 and e23 over St_n, shape (n, 2)."""
-    return np.array(many(({"St_n": float(s), **given} for s in stokes), restitutions, workers))
-
-
-def two_sphere_curve(stokes: np.ndarray, **given: Any) -> np.ndarray:
-    """e12 of two spheres over St_n, shape (n,)."""
-    jobs = ({"St_n": float(s), "h23_0": None, **given} for s in stokes)
-    return np.array(many(jobs, restitutions))[:, 0]
+def curve(stokes: np.ndarray, **given: Any) -> np.ndarray:
+    """e12 and e23 over St_n, shape (n, 2); e23 is 0 where there is no third sphere."""
+    return np.array(many(({"St_n": float(s), **given} for s in stokes), restitutions))
 
 
 @dataclass(frozen=True)
@@ -73,18 +67,14 @@ def code(made: Run) -> int:
     return {(0, 1): 1, (1, 2): 2, (0, 2): 3}[made.overlapping[0]]
 
 
-def plane(angle_deg: np.ndarray, stokes: np.ndarray, t_star: float = WINDOW, workers: int = 2, **given: Any) -> Plane:
-    """Collisions over a grid of angles and Stokes numbers, conditions of the paper's Fig. 5 unless given."""
+def plane(angle_deg: np.ndarray, stokes: np.ndarray) -> Plane:
+    """Collisions over a grid of angles and Stokes numbers, conditions of the paper's Fig. 5."""
 
     def then(made: Run) -> tuple[float, float, int, bool]:
         return *restitutions(made), code(made), mechanism(made, (0, 1)) == "stick-rotate-separate"
 
-    jobs = [
-        {"St_n": float(s), "theta12_deg": float(a), "t_end": window(float(a), t_star=t_star), **given}
-        for s in stokes
-        for a in angle_deg
-    ]
-    rows = many(jobs, then, workers)
+    jobs = [{"St_n": float(s), "theta12_deg": float(a), "t_end": window(float(a))} for s in stokes for a in angle_deg]
+    rows = many(jobs, then)
     shape = (len(stokes), len(angle_deg))
     e12, e23, kinds, slow = (np.array([row[k] for row in rows]).reshape(shape) for k in range(4))
     return Plane(angle_deg, stokes, e12, e23, kinds, slow)

@@ -6,7 +6,7 @@ Times are the best of a few repetitions on one core; the reference is the compil
 from __future__ import annotations
 
 import timeit
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -82,20 +82,13 @@ def settings(methods: dict[str, int]) -> Iterator[tuple[str, float, Callable[[St
         yield "Verlet", 1.0 / steps, lambda s, n=steps: verlet.collide(s.parameters, s.state, s.contact_s / n)  # type: ignore[misc]
 
 
-def cost(
-    cases: Sequence[Problem] | None = None,
-    methods: dict[str, int] | None = None,
-    repeats: int = 3,
-    report: Callable[[str], None] | None = None,
-) -> pd.DataFrame:
-    """One row per method and tolerance (Verlet: steps per contact): largest error over the cases, seconds, calls."""
-    cases = cases or examples()
+def cost(methods: dict[str, int] | None = None, repeats: int = 3) -> pd.DataFrame:
+    """One row per method and tolerance (Verlet: steps per contact): largest error over the examples, seconds, calls."""
+    cases = examples()
     starts = [prepared(case) for case in cases]
     exact = [wall.integrate(s.parameters, s.state, 1e-13, "compiled").state for s in starts]
     rows = []
     for method, setting, collide in settings(methods or METHODS):
-        if report is not None:
-            report(f"{method} at {setting:.0e}")
         raws = [collide(s) for s in starts]  # machine code is made before the clock starts
         if any(raw.code != compiled.OK for raw in raws):
             continue

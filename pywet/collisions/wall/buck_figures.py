@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -15,16 +13,15 @@ from matplotlib.figure import Figure
 
 from pywet.collisions.wall import accuracy_cost
 from pywet.collisions.wall.curves import WORKS
-from pywet.files import atomic_write
-from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, svg
+from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, VIOLET, panels
 
 COLOURS = (NAVY, SKY, ORANGE, GREEN, VIOLET, "#9a8f80")
 WORK_COLOURS = dict(zip(WORKS, (ORANGE, SKY, NAVY, "#9a8f80"), strict=True))
 LABELS = {
     "e_n": "normal coefficient $e_n$",
     "e_t": "tangential coefficient $e_t$",
-    "e_omega": "rotational coefficient $e_\\omega$",
     "omega_out": "spin afterwards $\\omega_R$ in rad/s",
+    "e_omega": "rotational coefficient $e_\\omega$",
 }
 LIMITS = {"e_n": (0.0, 1.0), "e_t": (-1.5, 3.0)}
 SLIDES, BOTH, ROLLS = ("#f0d9c4", "slides"), ("#e8ecef", "both"), ("#cfe3f2", "rolls")
@@ -83,7 +80,7 @@ def angle_axes(place: Axes, column: str, **how: Any) -> None:
     place.set(xlabel=ANGLE, ylabel=LABELS[column], xlim=(0.0, 90.0), **how)
 
 
-def over_angle(table: pd.DataFrame, columns: tuple[str, ...]) -> Figure:
+def over_angle(table: pd.DataFrame, columns: tuple[str, ...] = tuple(LABELS)) -> Figure:
     """Figs. 10 to 13: coefficients over the collision angle."""
     figure, axes = panels(len(columns), 2, (4.4, 3.0))
     for place, column in zip(axes, columns, strict=False):
@@ -143,23 +140,3 @@ def engine(table: pd.DataFrame) -> Figure:
     place.set(xlabel=VELOCITY, ylabel=LABELS["e_n"], ylim=(0.0, 1.0))
     place.legend(loc="lower right")
     return figure
-
-
-DRAW: dict[str, Callable[[pd.DataFrame], Figure]] = {
-    "fig06": convergence,
-    "fig07": over_velocity,
-    "fig08": over_velocity,
-    "fig09": dissipation,
-    "fig10": lambda table: over_angle(table, ("e_n", "e_t", "omega_out")),
-    "fig11": lambda table: over_angle(table, ("e_n", "e_t", "omega_out", "e_omega")),
-    "fig12": regimes,
-    "fig13": lambda table: over_angle(table, ("e_n", "e_t", "omega_out", "e_omega")),
-    "accuracy": accuracy,
-    "engine": engine,
-}
-
-
-def save(figure_name: str, table: pd.DataFrame, path: Path) -> None:
-    """Draw a table into an SVG file."""
-    with plt.rc_context({**STYLE, "text.parse_math": True}), atomic_write(path) as temporary:
-        temporary.write_text(svg(DRAW[figure_name](table)), encoding="utf-8")

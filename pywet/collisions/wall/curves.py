@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,6 @@ from pywet.collisions.wall.problem import Problem
 LARGE, SMALL, ALUMINA = "glass_1.74mm", "glass_0.91mm", "alumina_1.74mm"
 VELOCITIES = np.concatenate([np.arange(0.02, 1.5, 0.02), np.arange(1.5, 5.01, 0.1)])
 ANGLES = np.concatenate([np.arange(0.5, 89.0, 0.5), np.arange(89.0, 89.95, 0.1)])
-TABLE_4_MEAN = (-623.0, -961.0, -1366.0, -1777.0)
-"""Initial spins of Fig. 11 [rad/s]: the means of table 4 on 100 µm Tween 20 (the text says about −600 to −1800)."""
 Layer = tuple[str, int] | None
 SAID = {"water": "water", "tween20": "Tween 20", "glycerol35": "35 % glycerol", "glycerol50": "51 % glycerol"}
 WORKS = ("contact", "viscous", "capillary", "gravity")
@@ -121,9 +119,9 @@ def oblique() -> pd.DataFrame:
 
 
 def spinning() -> pd.DataFrame:
-    """Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with four spins."""
-    friction = buck_tables.FRICTION["tween20"]
-    return _table([("", f"{w:g} rad/s", over_angle(("tween20", 100), friction, w)) for w in TABLE_4_MEAN])
+    """Figs. 11 and 12: γ-Al2O3 on 100 µm Tween 20 with the mean spins of table 4 (the text says about −600 to −1800 rad/s)."""
+    friction, spins = buck_tables.FRICTION["tween20"], [mean for mean, _ in buck_tables.SPINS["tween20_100um"].values()]
+    return _table([("", f"{w:g} rad/s", over_angle(("tween20", 100), friction, w)) for w in spins])
 
 
 def liquids() -> pd.DataFrame:
@@ -131,16 +129,3 @@ def liquids() -> pd.DataFrame:
     layers: tuple[Layer, ...] = (None, ("tween20", 100), ("tween20", 150), ("glycerol35", 100))
     frictions = [buck_tables.FRICTION[layer[0] if layer else "dry"] for layer in layers]
     return _table([("", name(k), over_angle(k, mu, -500.0)) for k, mu in zip(layers, frictions, strict=True)])
-
-
-FIGURES: dict[str, Callable[[], pd.DataFrame]] = {
-    "fig06": convergence,
-    "fig07": normal_glass,
-    "fig08": normal_alumina,
-    "fig09": dissipation,
-    "fig10": oblique,
-    "fig11": spinning,
-    "fig12": spinning,
-    "fig13": liquids,
-}
-"""Figure -> its table. What accuracy costs and the comparison with an engine have modules of their own."""

@@ -21,14 +21,8 @@ def unbounded(speed: float, rim: float, viscosity: float, density: float) -> flo
     '2.38341e-04'
     """
     reynolds = 2.0 * rim * speed * density / viscosity
-    return (
-        6.0
-        * math.pi
-        * viscosity
-        * rim
-        * speed
-        * (1.0 + 0.25 * reynolds / (1.0 + math.sqrt(reynolds)) + reynolds / 60.0)
-    )
+    creeping = 6.0 * math.pi * viscosity * rim * speed
+    return creeping * (1.0 + 0.25 * reynolds / (1.0 + math.sqrt(reynolds)) + reynolds / 60.0)
 
 
 @njit(error_model="numpy")

@@ -18,6 +18,8 @@ from pywet.config.loading import parse
 from pywet.errors import PywetError
 from pywet.files import read_json
 
+Report = Callable[[int, int], None]
+"""Called with how many collisions are done, and of how many."""
 MOST = 1_000_000
 RESULTS = (
     "e_n", "e_t", "e_omega", "stuck", "v_n_out", "v_t_out", "omega_out", "rupture_length_m", "bridge_volume_m3", "duration_s",
@@ -60,11 +62,7 @@ def combinations(content: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict
 
 
 def table(
-    content: dict[str, Any],
-    where: str = "the input",
-    *,
-    threads: int = 2,
-    report: Callable[[int, int], None] | None = None,
+    content: dict[str, Any], where: str = "the input", *, threads: int = 2, report: Report = lambda done, total: None
 ) -> pd.DataFrame:
     """One row per combination: the swept values, the results, the energies [J]; a refused one has its sentence in `refused`."""
     count = math.prod(len(values) for _, values in swept(content))
@@ -78,18 +76,14 @@ def table(
 
 
 def collide_all(
-    problems: Sequence[tuple[dict[str, Any], Problem]],
-    *,
-    threads: int = 2,
-    report: Callable[[int, int], None] | None = None,
+    problems: Sequence[tuple[dict[str, Any], Problem]], *, threads: int, report: Report = lambda done, total: None
 ) -> pd.DataFrame:
     """The table of given problems; collisions run beside each other in `threads` (the compiled ones do not hold the lock)."""
     rows = []
     with ThreadPoolExecutor(threads) as pool:
         for row in pool.map(_row, problems, chunksize=16):
             rows.append(row)
-            if report is not None:
-                report(len(rows), len(problems))
+            report(len(rows), len(problems))
     return pd.DataFrame(rows)
 
 
@@ -105,7 +99,4 @@ def _row(pair: tuple[dict[str, Any], Problem]) -> dict[str, Any]:
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """The table as plain rows; None where there is no number."""
-    return [
-        {str(key): None if pd.isna(value) else value for key, value in row.items()}
-        for row in frame.to_dict(orient="records")
-    ]
+    return frame.astype(object).where(frame.notna(), None).to_dict(orient="records")  # type: ignore[return-value]

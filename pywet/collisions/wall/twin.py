@@ -78,25 +78,6 @@ def _ending(event: Callable[[float, np.ndarray], float], direction: float) -> An
     return event
 
 
-def ladder(case: Problem, folder: Path) -> pd.DataFrame:
-    """e_n from the model to the engine, one difference at a time; each row keeps those above it."""
-    steps: list[tuple[str, dict[str, str]]] = [
-        ("the model", {}),
-        ("volume of the bridge frozen at film exit", {"bridge_volume": "frozen"}),
-        ("length of the bridge counted from the wall", {"rupture_from": "wall"}),
-        ("capillary force in the film as well", {"capillary": "film_and_bridge"}),
-    ]
-    readings: dict[str, str] = {}
-    rows = []
-    for said, changed in steps:
-        readings |= changed
-        like = case.model_copy(update={"readings": Readings.model_validate(readings)})
-        rows.append((said, wall.collide(like)["e_n"]))
-    twin = "gap from the wall, volume and φ from the film drawn, linear contact (twin)"
-    rows += [(twin, normal_coefficient(case)), ("the engine, same laws", engine.throw(case, folder).e_n)]
-    return pd.DataFrame(rows, columns=["step", "e_n"])
-
-
 def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)) -> pd.DataFrame:
     """e_n of 1.74 mm glass on 100 µm of water over the impact velocity: model, its nearest readings, twin and engine."""
     near = Readings(bridge_volume="frozen", rupture_from="wall", capillary="film_and_bridge")

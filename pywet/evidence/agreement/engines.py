@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.evidence.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.agreement.model import Cell, Floats, Source, basis, impossible, measured, not_run, truth
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.compare import statistics, verdict
 from pywet.evidence.compare.statistics import Sample
 from pywet.files import read_table
@@ -40,7 +40,7 @@ LINK = "../crosscheck/dry/"
 
 
 def source(crosscheck: Path) -> Source:
-    """Cells of the beds and of the dry screening; bands of the fraction retained for the picture."""
+    """Cells of the beds, contacts and dry screening; fraction retained of every run for the picture."""
     dry = crosscheck / "dry"
     groups = {engine: sorted(p.parents[1] for p in dry.glob(f"{engine}/seed*/results/fraction_retained.parquet"))
               for engine in (LIGGGHTS, YADE)}  # fmt: skip
@@ -53,7 +53,7 @@ def source(crosscheck: Path) -> Source:
         cells += [not_run(row, column, HOW) for row in ("retained_dry", *ENDS) for column in (LIGGGHTS, YADE)]
     else:
         cells += list(_retained(groups))
-        curves["retained"] = {engine: _band(runs) for engine, runs in groups.items()}
+        curves["retained"] = _curves(groups)
     return Source("engines", [*cells, *_beds(crosscheck), *_contacts(crosscheck)], curves)
 
 
@@ -93,16 +93,14 @@ def _pair(
     yield Cell(row, YADE, "measured", size(worst), m, None, at, note, LINK, not beyond)
 
 
-def _band(runs: list[Path]) -> dict[str, Any]:
-    """Mean, least and largest fraction retained over time."""
-    tables = [read_table(r / "results" / "fraction_retained.parquet") for r in runs]
-    values = np.array([t["fraction_retained"].to_numpy(float) for t in tables])
-    return {
-        "time": tables[0]["time_since_opening_s"].tolist(),
-        "mean": values.mean(axis=0).tolist(),
-        "low": values.min(axis=0).tolist(),
-        "high": values.max(axis=0).tolist(),
-    }
+def _curves(groups: dict[str, list[Path]]) -> dict[str, Any]:
+    """Fraction retained of every run of both groups, at the times of the first."""
+    tables = {engine: [read_table(r / "results" / "fraction_retained.parquet") for r in runs]
+              for engine, runs in groups.items()}  # fmt: skip
+    time = tables[LIGGGHTS][0]["time_since_opening_s"]
+    at_times = {engine: [np.interp(time, t["time_since_opening_s"], t["fraction_retained"]).tolist() for t in of]
+                for engine, of in tables.items()}  # fmt: skip
+    return {"time": time.tolist(), **at_times}
 
 
 def _beds(crosscheck: Path) -> Iterator[Cell]:

@@ -18,7 +18,6 @@ from pywet.bench import bridge_engine
 from pywet.bench.pair import Pair
 from pywet.engines.stock.liggghts import liggghts_drag
 from pywet.errors import PywetError
-from pywet.evidence.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
 from pywet.evidence.agreement.pairs import (
     ANGLE,
@@ -32,8 +31,8 @@ from pywet.evidence.agreement.pairs import (
     drawn_gaps,
     pairs,
 )
-from pywet.evidence.agreement.rows import PAIRS
-from pywet.evidence.agreement.stock import LAWS, SCAN, Stock, scans
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, PAIRS, REFERENCE, ROWS, WASHINO, YADE
+from pywet.evidence.agreement.stock import SCAN, YADE_LAWS, Stock, scans
 from pywet.files import read_table
 from pywet.schema import FORMATION, RUPTURE
 from reference_impl.bridge import bridge as own_bridge
@@ -41,7 +40,6 @@ from reference_impl.replay import laws
 
 CAPILLARY = {"paper": ("rabinovich", "willett_unequal"), "exact": ("young_laplace", "young_laplace")}
 """Preset -> capillary law and rupture law."""
-STOCK = (YADE, WASHINO, EASO)
 
 
 def source(folder: Path) -> Source:
@@ -49,6 +47,9 @@ def source(folder: Path) -> Source:
     cells: list[Cell] = []
     curves: dict[str, Any] = {}
     stock = _stock_forces()
+    for column, why in stock.missing.items():
+        rows = [row.key for row in ROWS if row.key.startswith(("capillary_", "rupture_paper", "rupture_exact"))]
+        cells += [not_run(row, column, why) for row in rows]
     for pair in pairs():
         curves[pair.key] = {}
         for preset in CAPILLARY:
@@ -76,7 +77,7 @@ def _stock_forces() -> Stock:
     stock.measure(pd.concat(asked, ignore_index=True))
     fine = [
         {p.key: p for p in pairs()}[key].points(gaps, f"fine {column}")
-        for column in STOCK
+        for column in stock.there
         for key, gaps in scans(stock, list(RADII), column).items()
     ]
     if fine:
@@ -167,19 +168,15 @@ NOTES = {
 
 
 def _note(column: str, preset: str) -> str:
-    return NOTES.get(column) or f"YADE's law {LAWS[YADE, preset]}; it takes a wall for an equal sphere"
+    return NOTES.get(column) or f"YADE's law {YADE_LAWS[preset]}; it takes a wall for an equal sphere"
 
 
 def _stock(pair: Pair, stock: Stock) -> Iterator[Cell]:
     """YADE and the stock models at the same gaps."""
-    for column in STOCK:
+    for column in stock.there:
         for preset in CAPILLARY:
             row = f"capillary_{preset}_{pair.key}"
-            try:
-                gaps, values = stock.force(column, preset, pair.key, "gaps")
-            except PywetError as error:
-                yield not_run(row, column, str(error))
-                continue
+            gaps, values = stock.force(column, preset, pair.key, "gaps")
             wanted = pair.paper(gaps) if preset == "paper" else pair.exact(gaps)
             yield measured(row, column, values, wanted, at=_named(gaps, pair.limit(preset)), note=_note(column, preset))
 
@@ -191,28 +188,20 @@ def _overlap(pair: Pair, stock: Stock) -> Iterator[Cell]:
         touch = pair.paper(np.zeros(3)) if preset == "paper" else pair.exact(np.zeros(3))
         own = lambda: np.full(3, own_bridge.solve(0.0, *pair.bridge).force * SIGMA)  # noqa: E731
         yield from _best(row, preset, "force at touch", "the law is a fit", own, touch, "collocation")
-        for column in STOCK:
-            try:
-                at, values = stock.force(column, preset, pair.key, "overlap")
-            except PywetError as error:
-                yield not_run(row, column, str(error))
-                continue
+        for column in stock.there:
+            at, values = stock.force(column, preset, pair.key, "overlap")
             says = "no capillary force while spheres overlap" if column == YADE else _note(column, preset)
             yield measured(row, column, values, touch, at=[f"overlap {-s / R:.1%} of r" for s in at], note=says)
 
 
 def _edges(pair: Pair, stock: Stock) -> Iterator[Cell]:
     """Where the force of a stock program ends; from the stock models' own law also the volume their bridge has."""
-    for column in STOCK:
-        rows = {preset: f"rupture_{preset}_{pair.key}" for preset in CAPILLARY}
-        try:
-            edge = stock.edge(column, pair.key)
-        except PywetError as error:
-            yield from (not_run(row, column, str(error)) for row in rows.values())
-            continue
-        for preset, row in rows.items():
+    for column in stock.there:
+        edge = stock.edge(column, pair.key)
+        for preset in CAPILLARY:
+            row, limit = f"rupture_{preset}_{pair.key}", np.array([pair.limit(preset)])
             note = "where its force ends, found within 4e-4; no dynamic factor"
-            yield measured(row, column, np.array([edge]), np.array([pair.limit(preset)]), note=note)
+            yield measured(row, column, np.array([edge]), limit, note=note)
         if pair.key == "equal":
             yield from _formation(pair, column, edge)
     if pair.key == "equal":
@@ -273,13 +262,10 @@ def _curves(pair: Pair, stock: Stock) -> dict[str, Any]:
     apart = drawn_gaps(pair)[drawn_gaps(pair) >= 0]
     exact = [None if math.isnan(f) else f for f in pair.exact(apart)]
     curves: dict[str, Any] = {"exact solution": {"gap": apart.tolist(), "force": exact}}
-    for column in STOCK:
+    for column in stock.there:
         for preset in CAPILLARY if column == YADE else ("paper",):
-            try:
-                gaps, values = stock.force(column, preset, pair.key, "curve")
-            except PywetError:
-                continue
-            name = f"YADE {LAWS[column, preset]}" if column == YADE else f"stock {column}"
+            gaps, values = stock.force(column, preset, pair.key, "curve")
+            name = f"YADE {YADE_LAWS[preset]}" if column == YADE else f"stock {column}"
             curves[name] = {"gap": gaps.tolist(), "force": [float(v) for v in np.nan_to_num(values)]}
     return curves
 

@@ -13,10 +13,9 @@ from pywet.bench import small
 from pywet.engines.lammps import build
 from pywet.errors import PywetError
 from pywet.evidence.agreement import dry, forces, replayed
-from pywet.evidence.agreement.columns import LAMMPS, LIGGGHTS
 from pywet.evidence.agreement.model import Cell, Source, impossible, not_run
 from pywet.evidence.agreement.pairs import compared_gaps, pairs
-from pywet.evidence.agreement.rows import ROWS
+from pywet.evidence.agreement.rows import LAMMPS, LIGGGHTS, ROWS
 
 MOVES = "it has no moving STL walls: screening is beyond its range"
 ELSEWHERE = "its scene is not run there; laws and books are those of LIGGGHTS + pywet"

@@ -57,7 +57,7 @@ class Source:
 
 def measured(
     row: str, column: str, values: Floats, truth: Floats, size: Floats | None = None, *, at: Sequence[str] = (),
-    note: str = "", link: str = "",
+    note: str = "", link: str = ""
 ) -> Cell:  # fmt: skip
     """Largest and median of |values − truth|/size (size: |truth|) over all values; `at` says where each one is.
 

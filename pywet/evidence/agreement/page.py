@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.evidence.agreement import pictures
-from pywet.evidence.agreement.columns import COLUMNS, LIGGGHTS
 from pywet.evidence.agreement.model import Cell, Source, said
-from pywet.evidence.agreement.rows import GROUPS, ROWS, Row
+from pywet.evidence.agreement.rows import BY_KEY, COLUMNS, GROUPS, LIGGGHTS, ROWS, Row
 from pywet.evidence.agreement.sources import SOURCES, data_file
 from pywet.files import write_json
-from pywet.report.page import Card, Section, paragraph, table, write
+from pywet.report.page import Card, Rows, Section, left, paragraph, table, table_of, write
 from pywet.report.page import Cell as Td
 
 BINS = (
@@ -96,7 +95,7 @@ def cards(results: Table) -> list[Card]:
     ]
     if ours:
         worst = max(ours, key=lambda c: c.deviation or 0.0)
-        name = next(r for r in ROWS if r.key == worst.row)
+        name = BY_KEY[worst.row]
         shown.append(Card(said(worst.deviation), f"its worst row: {name.quantity}, {name.scene}"))
     if failed:
         shown.append(Card(str(len(failed)), f"sources without result: {', '.join(failed)}", "bad"))
@@ -168,14 +167,14 @@ def _hint(row: Row, cell: Cell) -> str:
 
 def meanings(results: Table) -> str:
     """What a reader should take from the colours; every row in which LIGGGHTS + pywet is not at round-off, with the reason."""
-    by_row = {r.key: r for r in ROWS}
     loose = sorted((c for c in results.ours if (c.deviation or 0.0) > ROUND_OFF), key=lambda c: -(c.deviation or 0.0))
-    rows: list[list[Td | str]] = [
-        [by_row[c.row].quantity, Td(by_row[c.row].scene, left=True), said(c.deviation), Td(c.note, left=True)]
-        for c in loose
-    ]
     listed = paragraph("All rows in which LIGGGHTS + pywet is farther than `1e-9` from the truth, and why:")
-    return "".join(paragraph(t) for t in MEANINGS) + listed + table(["quantity", "scene", "deviation", "why"], rows)
+    return "".join(paragraph(t) for t in MEANINGS) + listed + table_of(loose, {
+        "quantity": lambda c: BY_KEY[c.row].quantity,
+        "scene": lambda c: left(BY_KEY[c.row].scene),
+        "deviation": lambda c: said(c.deviation),
+        "why": lambda c: left(c.note),
+    })  # fmt: skip
 
 
 MEANINGS = (
@@ -197,30 +196,30 @@ MEANINGS = (
 
 def limits(results: Table) -> str:
     """Reasons of the empty cells, by column, most frequent first."""
-    by_row = {r.key: r for r in ROWS}
     reasons: dict[str, dict[str, list[str]]] = {column: {} for column in COLUMNS}
     for (key, column), cell in results.cells.items():
         if cell.state in ("impossible", "not run", "failed"):
             why = cell.note if cell.state == "impossible" else f"{cell.state}: {cell.note}"
-            reasons[column].setdefault(why, []).append(by_row[key].quantity)
-    rows: list[list[Td | str]] = []
+            reasons[column].setdefault(why, []).append(BY_KEY[key].quantity)
+    rows: Rows = []
     for column, of in reasons.items():
         for k, (why, quantities) in enumerate(sorted(of.items(), key=lambda item: -len(item[1]))):
             kinds = ", ".join(dict.fromkeys(quantities))
             short = kinds if len(kinds) < 110 else kinds[:107] + "…"
             name = COLUMNS[column] if k == 0 else ""
-            rows.append([name, Td(why, left=True), str(len(quantities)), Td(short, hint=kinds, left=True)])
+            rows.append([name, left(why), str(len(quantities)), Td(short, hint=kinds, left=True)])
     return table(["program", "reason", "cells", "quantities"], rows)
 
 
 def provenance(results: Table) -> str:
     """Sources, their state and time."""
-    rows: list[list[Td | str]] = [
-        [s.name, str(len(s.cells)), f"{s.wall_s:.0f} s", Td(s.failed, "bad", left=True) if s.failed else Td("run", "good")]
-        for s in results.sources.values()
-    ]  # fmt: skip
     said_how = paragraph(
         "`snakemake --cores 2 agreement` (or `pywet agreement`) runs the sources and writes this page; `data/*.json` hold the"
         " cells, `runs/` the run directories that cells link to. A source that fails blanks its own cells only."
     )
-    return said_how + table(["source", "cells", "time", "state"], rows)
+    return said_how + table_of(results.sources.values(), {
+        "source": lambda s: s.name,
+        "cells": lambda s: str(len(s.cells)),
+        "time": lambda s: f"{s.wall_s:.0f} s",
+        "state": lambda s: left(s.failed, "bad") if s.failed else Td("run", "good"),
+    })  # fmt: skip

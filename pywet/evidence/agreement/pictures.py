@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from pywet.evidence.agreement.model import Source
-from pywet.evidence.agreement.rows import PAIRS
+from pywet.evidence.agreement.rows import LIGGGHTS, PAIRS, YADE
 from pywet.report.page import paragraph, picture
 
 STYLES: dict[str, dict[str, Any]] = {
@@ -34,15 +34,11 @@ def all_of(sources: dict[str, Source]) -> str:
         (bed, "replayed", "bed", BED),
         (retained, "engines", "retained", RETAINED),
     ):
-        curves = sources[source].curves if source in sources else {}
-        if key not in curves:
-            continue
-        figure = make(curves if key == "equal" else curves[key])
-        body += picture(figure, said)
-    if "retained" not in (sources["engines"].curves if "engines" in sources else {}):
-        body += paragraph(
-            "Bands of the fraction retained in both engines: run `snakemake --cores 2 engines` first.", soft=True
-        )
+        curves = sources[source].curves
+        if key in curves:
+            body += picture(make(curves if key == "equal" else curves[key]), said)
+    if "retained" not in sources["engines"].curves:
+        body += paragraph("Fraction retained in both engines: run `snakemake --cores 2 engines` first.", soft=True)
     return body
 
 
@@ -52,7 +48,7 @@ FORCES = (
 )
 BED = "Forty moist glass spheres at rest in a box, the bed whose every bridge was recomputed; seen from the side."
 RETAINED = (
-    "Fraction retained of the dry screening case in LIGGGHTS and YADE: mean of the seeds, band from least to largest."
+    "Fraction retained of the dry screening case in LIGGGHTS and YADE: runs, means and bands of one standard deviation."
 )
 
 
@@ -96,14 +92,23 @@ def bed(places: dict[str, Any]) -> Figure:
     return figure
 
 
-def retained(bands: dict[str, Any]) -> Figure:
-    """Mean and band of each engine over time."""
-    figure, axis = plt.subplots(figsize=(7.2, 3.6), layout="constrained")
-    for (engine, band), colour in zip(bands.items(), ("#0b3c78", "#8a5aa8"), strict=False):
-        name = {"liggghts": "LIGGGHTS", "yade": "YADE"}.get(engine, engine)
-        axis.fill_between(band["time"], band["low"], band["high"], color=colour, alpha=0.18, lw=0)
-        axis.plot(band["time"], band["mean"], color=colour, lw=2, label=name)
-    axis.set(xlabel="time since the slide opened [s]", ylabel="fraction retained", ylim=(None, 1.02))
-    axis.grid(alpha=0.25)
-    axis.legend(frameon=False)
+def retained(runs: dict[str, Any]) -> Figure:
+    """Each run of both engines, means and one standard deviation about them; below, the difference of the means."""
+    time, groups = np.array(runs["time"]), [np.array(runs[column], dtype=float) for column in (LIGGGHTS, YADE)]
+    figure, (top, low) = plt.subplots(
+        2, 1, figsize=(7.5, 6.2), sharex=True, height_ratios=(3, 1.3), layout="constrained"
+    )
+    for group, name, colour in zip(groups, ("LIGGGHTS", "YADE"), ("#1f5fa8", "#d9661f"), strict=True):
+        mean, deviation = group.mean(axis=0), group.std(axis=0, ddof=1)
+        top.plot(time, group.T, color=colour, lw=0.5, alpha=0.35)
+        top.fill_between(time, mean - deviation, mean + deviation, color=colour, alpha=0.2, lw=0)
+        top.plot(time, mean, color=colour, lw=2, label=f"{name}, mean of {len(group)} seeds")
+    top.set(ylabel="fraction retained", ylim=(None, 1.02))
+    top.legend(frameon=False)
+    error = np.sqrt(sum(group.var(axis=0, ddof=1) / len(group) for group in groups))
+    low.axhline(0, color="#888888", lw=0.8)
+    low.fill_between(time, -2 * error, 2 * error, color="#bbbbbb", alpha=0.5, lw=0, label="± 2 standard errors")
+    low.plot(time, groups[1].mean(axis=0) - groups[0].mean(axis=0), color="#222222", lw=1.5, label="YADE − LIGGGHTS")
+    low.set(xlabel="time since the slide opened [s]", ylabel="difference")
+    low.legend(frameon=False, ncols=2, loc="upper left")
     return figure

@@ -15,9 +15,18 @@ import pandas as pd
 
 from pywet.bench import scenes, small
 from pywet.bench.bodies import contacts, last, sphere_classes, water
-from pywet.evidence.agreement.columns import COLUMNS, EXACT, LIGGGHTS, REFERENCE
 from pywet.evidence.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
-from pywet.evidence.agreement.rows import NO_LOG, NO_MIGRATION, OWN_REASONS, QUANTITIES, REPLAY_REASONS
+from pywet.evidence.agreement.rows import (
+    COLUMNS,
+    EXACT,
+    LIGGGHTS,
+    NO_LOG,
+    NO_MIGRATION,
+    OWN_REASONS,
+    QUANTITIES,
+    REFERENCE,
+    REPLAY_REASONS,
+)
 from pywet.files import read_json, read_table
 from pywet.runs.shapes import Replay
 from pywet.scene import Effects, Scene, SphereClass
@@ -104,28 +113,30 @@ def _place(quantity: dict[str, Any]) -> str:
     return f"step {worst.get('step', 0):.0f}, bridge {worst['i']:.0f}-{worst['j']:.0f}"
 
 
+def _run(
+    folder: Path, kinds: Sequence[SphereClass], spheres: Sequence[small.Sphere], engine: str = "liggghts", **given: Any
+) -> None:
+    """Run two or three wet spheres; `given` as `small.prepare` takes it."""
+    usual = {"effects": small.PAPER, "time_step_s": 2e-5, "steps": 1500}
+    springs = contacts(len(kinds), given.pop("stiffness", 1e5), **ROUGH)
+    small.prepare(folder, kinds, spheres, springs, liquid=WATER, **{**usual, **given})
+    small.run(folder, spheres, engine=engine)
+
+
 def _pair(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     """Two spheres 1 : 2 drawn apart, sideways and spinning, every step logged."""
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(2, (0.0, 0.0, 3.0 * R - 1e-6), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True),
     ]
-    small.prepare(
-        folder, sphere_classes(R, 2.0 * R), bodies, contacts(2, 1e5, **ROUGH), liquid=WATER, effects=small.PAPER,
-        time_step_s=2e-5, steps=1500,
-    )  # fmt: skip
-    small.run(folder, bodies, engine=engine)
+    _run(folder, sphere_classes(R, 2.0 * R), bodies, engine)
     return replay(folder)
 
 
 def _wall(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     """A sphere drawn from a plate, sideways and spinning."""
     bodies = [small.Sphere(1, (0.0, 0.0, R), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True)]
-    small.prepare(
-        folder, sphere_classes(R), bodies, contacts(1, 1e5, **ROUGH), liquid=WATER, effects=small.PAPER,
-        walls=[small.floor()], wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=1500,
-    )  # fmt: skip
-    small.run(folder, bodies, engine=engine)
+    _run(folder, sphere_classes(R), bodies, engine, walls=[small.floor()], wall_angle_rad=math.radians(45.0))
     return replay(folder)
 
 
@@ -155,11 +166,8 @@ def _throw(folder: Path, kinds: Sequence[SphereClass], effects: Effects, engine:
         small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
         small.Sphere(1, (0.0, 0.0051, 0.001), (0.0, -0.1, 0.0)),
     ]
-    small.prepare(
-        folder, kinds, bodies, contacts(2, 1e4, **ROUGH), liquid=WATER, effects=effects, time_step_s=1e-5, steps=3000,
-        output_interval_s=1e-3,
-    )  # fmt: skip
-    small.run(folder, bodies, engine=engine)
+    shorter = {"time_step_s": 1e-5, "steps": 3000, "output_interval_s": 1e-3}
+    _run(folder, kinds, bodies, engine, stiffness=1e4, effects=effects, **shorter)
 
 
 def _kept(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note: str, link: str) -> Iterator[Cell]:
@@ -207,11 +215,7 @@ def _split(folder: Path) -> Iterator[Cell]:
     """The exact split at rupture: nodes of the engine's table against both solvers of the exact bridge."""
     row = "split_exact_unequal"
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0), driven=True), small.Sphere(2, (0.0, 0.0, 3.0 * R), driven=True)]
-    small.prepare(
-        folder, sphere_classes(R, 2.0 * R), bodies, contacts(2, 1e5, **ROUGH), liquid=WATER, effects=small.EXACT,
-        time_step_s=2e-5, steps=10,
-    )  # fmt: skip
-    small.run(folder, bodies)
+    _run(folder, sphere_classes(R, 2.0 * R), bodies, effects=small.EXACT, steps=10)
     nodes = read_table(folder / "history" / "transfer.parquet")
     nodes = nodes[(nodes["type_i"] == 1) & (nodes["type_j"] == 2) & (nodes["v_star"] > 1e-4)].iloc[::12]
     from pywet.laws import exact_bridge as young_laplace

@@ -1,21 +1,31 @@
-"""The rows of the table: quantity, scene, what it is held against, and why a column is empty for a whole group of rows."""
+"""The columns of the table: programs. Its rows: quantity, scene, scale, why whole groups have empty columns."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pywet.evidence.agreement.columns import EASO, EXACT, REFERENCE, WASHINO, YADE
+EXACT, REFERENCE, LIGGGHTS, YADE, WASHINO, EASO = "exact", "reference", "liggghts", "yade", "washino", "easo"
+LAMMPS = "lammps"
+COLUMNS = {
+    EXACT: "exact solution",
+    REFERENCE: "independent reference",
+    LIGGGHTS: "LIGGGHTS + pywet",
+    LAMMPS: "LAMMPS + pywet",
+    YADE: "YADE",
+    WASHINO: "stock washino",
+    EASO: "stock easo",
+}
+"""Column -> the program as the page calls it."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table; `truth` is the column that the others are held against ("" = a conserved quantity)."""
+    """One line of the table; deviations are relative to its `scale`."""
 
     key: str
     group: str
     quantity: str
     scene: str
-    truth: str
     scale: str
 
 
@@ -52,73 +62,75 @@ QUANTITIES: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
 
 def _force_rows() -> list[Row]:
     rows = []
-    for preset, law, truth in (("paper", "Rabinovich's law", REFERENCE), ("exact", "exact bridge", EXACT)):
+    for preset, law in (("paper", "Rabinovich's law"), ("exact", "exact bridge")):
         for key, name in PAIRS.items():
             quantity = f"capillary force over gap, {law}"
-            rows.append(Row(f"capillary_{preset}_{key}", "Capillary force", quantity, name, truth, "force at that gap"))
+            rows.append(Row(f"capillary_{preset}_{key}", "Capillary force", quantity, name, "force at that gap"))
         name = "equal spheres, overlap to 5 % of r"
-        rows.append(
-            Row(f"capillary_{preset}_overlap", "Capillary force", f"capillary force in overlap, {law}", name, truth,
-                "force at touch")
-        )  # fmt: skip
+        quantity = f"capillary force in overlap, {law}"
+        rows.append(Row(f"capillary_{preset}_overlap", "Capillary force", quantity, name, "force at touch"))
     return rows
 
 
 def _rupture_rows() -> list[Row]:
-    rows = []
-    for preset, law, truth in (("paper", "Willett's law", REFERENCE), ("exact", "exact limit", EXACT)):
-        for key, name in PAIRS.items():
-            rows.append(Row(f"rupture_{preset}_{key}", "Rupture", f"rupture distance, {law}", name, truth, "itself"))
-    return rows
+    return [
+        Row(f"rupture_{preset}_{key}", "Rupture", f"rupture distance, {law}", name, "itself")
+        for preset, law in (("paper", "Willett's law"), ("exact", "exact limit"))
+        for key, name in PAIRS.items()
+    ]
 
 
 def _replayed_rows() -> list[Row]:
     return [
-        Row(f"{key}_{scene}", group, quantity, name, REFERENCE, scale)
+        Row(f"{key}_{scene}", group, quantity, name, scale)
         for key, (group, quantity, scale, _) in QUANTITIES.items()
         for scene, name in REPLAYED.items()
     ]
 
 
 OTHERS = (
-    Row("drag_equal", "Viscous forces", "viscous normal drag over gap, Pitois' law", "two equal spheres", REFERENCE,
+    Row("drag_equal", "Viscous forces", "viscous normal drag over gap, Pitois' law", "two equal spheres",
         "drag at that gap"),
     Row("formation_equal", "Liquid", "bridge volume drawn from the same films, Shi & McCarthy", "two equal spheres",
-        REFERENCE, "itself"),
+        "itself"),
     Row("split_exact_unequal", "Liquid", "exact split at rupture, engine's table", "spheres 1 : 2",
-        EXACT, "volume of the bridge"),
-    Row("momentum_wet", "Conserved", "linear momentum", "three wet spheres, free", "", "sum of |m v| at the start"),
-    Row("momentum_dry", "Conserved", "linear momentum", "oblique dry impact", "", "sum of |m v| at the start"),
-    Row("spin_wet", "Conserved", "angular momentum", "three wet spheres, free", "", "sum of |r × m v| + |I ω| at the start"),
-    Row("spin_plain", "Conserved", "angular momentum", "the same without tangential drag", "",
+        "volume of the bridge"),
+    Row("momentum_wet", "Conserved", "linear momentum", "three wet spheres, free", "sum of |m v| at the start"),
+    Row("momentum_dry", "Conserved", "linear momentum", "oblique dry impact", "sum of |m v| at the start"),
+    Row("spin_wet", "Conserved", "angular momentum", "three wet spheres, free",
         "sum of |r × m v| + |I ω| at the start"),
-    Row("energy_wet", "Conserved", "energy: change of kinetic energy = works of all effects", "three wet spheres, free", "",
+    Row("spin_plain", "Conserved", "angular momentum", "the same without tangential drag",
+        "sum of |r × m v| + |I ω| at the start"),
+    Row("energy_wet", "Conserved", "energy: change of kinetic energy = works of all effects", "three wet spheres, free",
         "sum of |works|"),
-    Row("energy_bed", "Conserved", "energy: change of kinetic energy = works of all effects", "moist bed of 40 spheres", "",
+    Row("energy_bed", "Conserved", "energy: change of kinetic energy = works of all effects", "moist bed of 40 spheres",
         "sum of |works|"),
-    Row("restitution", "Dry contact", "coefficient of restitution", "head-on dry impact", EXACT, "itself"),
-    Row("oblique_stick", "Dry contact", "tangential velocity and spin after impact, sticking", "oblique dry impact, 10°", EXACT,
+    Row("restitution", "Dry contact", "coefficient of restitution", "head-on dry impact", "itself"),
+    Row("oblique_stick", "Dry contact", "tangential velocity and spin after impact, sticking", "oblique dry impact, 10°",
         "impact velocity"),
-    Row("oblique_slide", "Dry contact", "tangential velocity and spin after impact, sliding", "oblique dry impact, 60°", EXACT,
+    Row("oblique_slide", "Dry contact", "tangential velocity and spin after impact, sliding", "oblique dry impact, 60°",
         "impact velocity"),
-    Row("case_restitution", "Dry contact", "restitution at the case's own time step", "all contacts of case 1", EXACT, "itself"),
-    Row("case_friction", "Dry contact", "friction of sliding spheres", "all sizes of case 1, on a wall", EXACT, "itself"),
-    Row("buck", "Single wet collisions", "restitution of a wet wall impact (Buck et al. 2018)", "1.74 mm glass, 100 µm of water",
-        EXACT, "impact velocity"),
-    Row("davis_pair", "Single wet collisions", "restitution of two wet spheres, head on (Davis 2023)", "St 6 to 24", EXACT,
+    Row("case_restitution", "Dry contact", "restitution at the case's own time step", "all contacts of case 1",
+        "itself"),
+    Row("case_friction", "Dry contact", "friction of sliding spheres", "all sizes of case 1, on a wall", "itself"),
+    Row("buck", "Single wet collisions", "restitution of a wet wall impact (Buck et al. 2018)",
+        "1.74 mm glass, 100 µm of water",
         "impact velocity"),
-    Row("davis_three", "Single wet collisions", "final velocities of three wet spheres (Davis 2023)", "St 12, 30°", REFERENCE,
+    Row("davis_pair", "Single wet collisions", "restitution of two wet spheres, head on (Davis 2023)", "St 6 to 24",
+        "impact velocity"),
+    Row("davis_three", "Single wet collisions", "final velocities of three wet spheres (Davis 2023)", "St 12, 30°",
         "largest velocity"),
-    Row("retained_dry", "Beds and screening", "fraction retained over time", "dry case, several seeds", "",
-        "whole feed"),
-    Row("end_height", "Beds and screening", "spheres at the end of screening: mean height", "dry case, several seeds", "",
+    Row("retained_dry", "Beds and screening", "fraction retained over time", "dry case, several seeds", "whole feed"),
+    Row("end_height", "Beds and screening", "spheres at the end of screening: mean height", "dry case, several seeds",
         "itself"),
     Row("end_neighbours", "Beds and screening", "spheres at the end of screening: neighbours in touch",
-        "dry case, several seeds", "", "itself"),
-    Row("bed_dry_height", "Beds and screening", "settled bed: mean height", "dry bed, several seeds", "", "itself"),
-    Row("bed_moist_height", "Beds and screening", "settled bed: mean height", "moist bed, several seeds", "", "itself"),
-    Row("bed_dry_contacts", "Beds and screening", "settled bed: contacts per sphere", "dry bed, several seeds", "", "itself"),
-    Row("bed_moist_contacts", "Beds and screening", "settled bed: contacts per sphere", "moist bed, several seeds", "", "itself"),
+        "dry case, several seeds", "itself"),
+    Row("bed_dry_height", "Beds and screening", "settled bed: mean height", "dry bed, several seeds", "itself"),
+    Row("bed_moist_height", "Beds and screening", "settled bed: mean height", "moist bed, several seeds", "itself"),
+    Row("bed_dry_contacts", "Beds and screening", "settled bed: contacts per sphere", "dry bed, several seeds",
+        "itself"),
+    Row("bed_moist_contacts", "Beds and screening", "settled bed: contacts per sphere", "moist bed, several seeds",
+        "itself"),
 )  # fmt: skip
 GROUPS = (
     "Capillary force", "Viscous forces", "Rupture", "Liquid", "Conserved", "Dry contact", "Single wet collisions",

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from pywet.evidence.agreement.columns import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.evidence.agreement.model import Cell, Source, impossible, measured, truth
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 
 STOKES = (6.0, 12.0, 24.0)
 SPEEDS = (0.5, 1.0, 2.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,48 +11,47 @@ import pandas as pd
 from pywet.engines.stock.liggghts import liggghts_force
 from pywet.engines.stock.yade import yade_force
 from pywet.errors import PywetError
-from pywet.evidence.agreement.columns import EASO, WASHINO, YADE
 from pywet.evidence.agreement.model import Floats
+from pywet.evidence.agreement.rows import EASO, WASHINO, YADE
 
-LAWS = {
-    (YADE, "paper"): "Rabinovich",
-    (YADE, "exact"): "Willett_numeric",
-    (WASHINO, "paper"): "washino",
-    (WASHINO, "exact"): "washino",
-    (EASO, "paper"): "easo",
-    (EASO, "exact"): "easo",
-}
-"""Column and preset -> the program's law that stands for it."""
+YADE_LAWS = {"paper": "Rabinovich", "exact": "Willett_numeric"}
+"""Preset -> the law of YADE that stands for it; a stock model of LIGGGHTS has one law."""
+PROGRAMS = {YADE: yade_force, WASHINO: liggghts_force, EASO: liggghts_force}
 SCAN = 61
 """Points of each of the two scans for the end of a force: found within 4e-4 of itself."""
 
 
+def law_of(column: str, preset: str) -> str:
+    """The program's law that stands for a preset."""
+    return YADE_LAWS[preset] if column == YADE else column
+
+
 @dataclass
 class Stock:
-    """Measured forces: ask with `force`; a program that is missing raises its `PywetError` there."""
+    """Measured forces by law, and why a column has none."""
 
-    tables: dict[tuple[str, str], pd.DataFrame | PywetError] = field(default_factory=dict)
+    tables: dict[str, pd.DataFrame] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def there(self) -> list[str]:
+        """Columns that were measured."""
+        return [column for column in PROGRAMS if column not in self.missing]
 
     def measure(self, points: pd.DataFrame) -> None:
         """Measure points (columns of engines.stock.points, `pair`, `what`) by every law; adds to what is there."""
-        for column, law in dict.fromkeys((c, name) for (c, _), name in LAWS.items()):
-            try:
-                forces = self._program(column)(points, law)
-            except PywetError as error:
-                self.tables[column, law] = error
-                continue
-            before = self.tables.get((column, law))
-            self.tables[column, law] = pd.concat([before, forces]) if isinstance(before, pd.DataFrame) else forces
-
-    @staticmethod
-    def _program(column: str) -> Callable[[pd.DataFrame, str], pd.DataFrame]:
-        return yade_force if column == YADE else liggghts_force
+        for column in self.there:
+            for law in dict.fromkeys(law_of(column, preset) for preset in YADE_LAWS):
+                try:
+                    forces = PROGRAMS[column](points, law)
+                except PywetError as error:
+                    self.missing[column] = str(error)
+                    break
+                self.tables[law] = pd.concat([self.tables.get(law), forces])
 
     def force(self, column: str, preset: str, pair: str, what: str) -> tuple[Floats, Floats]:
         """Gaps [m] and forces [N] of a pair's points of one kind."""
-        table = self.tables[column, LAWS[column, preset]]
-        if isinstance(table, PywetError):
-            raise table
+        table = self.tables[law_of(column, preset)]
         rows = table[(table["pair"] == pair) & (table["what"] == what)]
         return rows["separation"].to_numpy(float), rows["force"].to_numpy(float)
 
@@ -72,12 +71,5 @@ class Stock:
 
 def scans(stock: Stock, pairs: Sequence[str], column: str) -> dict[str, Floats]:
     """Gaps of the fine scan of each pair whose coarse scan found the end."""
-    gaps = {}
-    for pair in pairs:
-        try:
-            low, high = stock.bracket(column, pair, "coarse")
-        except PywetError:
-            continue
-        if np.isfinite(low):
-            gaps[pair] = np.linspace(low, high, SCAN)
-    return gaps
+    ends = {pair: stock.bracket(column, pair, "coarse") for pair in pairs}
+    return {pair: np.linspace(*end, SCAN) for pair, end in ends.items() if np.isfinite(end[0])}

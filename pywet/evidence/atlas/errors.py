@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
@@ -15,13 +15,9 @@ from pywet.schema import LARGE_WALL, SPHERE
 
 CAPILLARY = ["separation", "volume", "radius_i", "radius_j", "contact_angle_i", "contact_angle_j"]
 RUPTURE = CAPILLARY[1:]
-REGIONS = {
-    "equal spheres": lambda t: t["ratio"] == 1.0,
-    "unequal spheres": lambda t: (t["ratio"] > 0.0) & (t["ratio"] < 1.0),
-    "wall": lambda t: t["ratio"] == 0.0,
-}
-GAPS = {"touch": (0.0, 0.0), "gap": (0.01, 0.8), "near rupture": (0.85, 1.0)}
-"""Ranges of S/S_rup."""
+BODIES = ("equal spheres", "unequal spheres", "wall")
+GAPS = ("touch", "gap", "near rupture")
+"""S/S_rup of 0, up to 0.8, beyond."""
 PRINTED = {
     "capillary": {
         "rabinovich_as_printed": "rabinovich",
@@ -44,44 +40,34 @@ def force_errors(forces: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
     return pd.DataFrame(errors, index=forces.index)
 
 
-def by_bodies(points: pd.DataFrame) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Name of the bodies and which rows are theirs; only those that are there."""
-    for name, chosen in REGIONS.items():
-        own = chosen(points).to_numpy()
-        if own.any():
-            yield name, own
+def bodies(points: pd.DataFrame) -> NDArray[np.str_]:
+    """Which of `BODIES` each row is of."""
+    return np.select([points["ratio"] == 1.0, points["ratio"] > 0.0], BODIES[:2], BODIES[2])
 
 
 def force_table(forces: pd.DataFrame, errors: pd.DataFrame) -> pd.DataFrame:
     """Median, 95 % and worst |error| per law, bodies and gap, and where the worst is."""
-    rows, share = [], forces["share"]
-    for law in map(str, errors.columns):
-        for bodies, own in by_bodies(forces):
-            for gap, (low, high) in GAPS.items():
-                size = errors.loc[own & (share >= low) & (share <= high), law].abs().dropna()
-                if len(size) == 0:
-                    continue
-                worst = forces.loc[size.index[int(size.to_numpy().argmax())]]
-                where = (
-                    f"V* {worst['v_star']:.0e}, θ {worst['angle_i_deg']:g}/{worst['angle_j_deg']:g}°, "
-                    f"S/S_rup {worst['share']:g}, q {worst['ratio']:g}"
-                )
-                row = {"law": law, "bodies": bodies, "gap": gap, "median": size.median(), "p95": size.quantile(0.95)}
-                rows.append({**row, "worst": size.max(), "where": where, "bridges": len(size)})
-    return pd.DataFrame(rows)
+    gap = np.select([forces["share"] == 0.0, forces["share"] <= 0.8], GAPS[:2], GAPS[2])
+    placed = forces.assign(bodies=bodies(forces), gap=gap)
+    each = placed.join(errors.abs()).melt(list(placed), var_name="law", value_name="error").dropna(subset="error")
+    by = each.groupby(["law", "bodies", "gap"], sort=False)["error"]
+    where = [
+        f"V* {w.v_star:.0e}, θ {w.angle_i_deg:g}/{w.angle_j_deg:g}°, S/S_rup {w.share:g}, q {w.ratio:g}"
+        for w in each.loc[by.idxmax()].itertuples()
+    ]
+    table = by.agg(median="median", p95=lambda e: e.quantile(0.95), worst="max", bridges="size")
+    return table.reset_index().assign(where=where)
 
 
 def rupture_table(limits: pd.DataFrame, own: Iterable[str] = ()) -> pd.DataFrame:
     """Error of the rupture laws against the limit of stability, per law and bodies."""
     arguments = [limits[name].to_numpy(float) for name in RUPTURE]
-    rows = []
-    for name in (*registry.BUILT_IN["rupture"], *own):
-        error = registry.get("rupture", name).functions[0](*arguments) / limits["rupture"].to_numpy() - 1.0
-        for bodies, own in by_bodies(limits):
-            part, size = error[own], np.abs(error[own])
-            row = {"law": name, "bodies": bodies, "median": np.median(size), "p95": np.quantile(size, 0.95)}
-            rows.append({**row, "worst": part[size.argmax()]})
-    return pd.DataFrame(rows)
+    laws = {name: registry.get("rupture", name).functions[0] for name in (*registry.BUILT_IN["rupture"], *own)}
+    errors = pd.DataFrame({name: law(*arguments) / limits["rupture"].to_numpy() - 1.0 for name, law in laws.items()})
+    each = errors.assign(bodies=bodies(limits)).melt("bodies", var_name="law", value_name="error")
+    return each.groupby(["law", "bodies"], sort=False)["error"].agg(
+        median=lambda e: e.abs().median(), p95=lambda e: e.abs().quantile(0.95), worst=lambda e: e[e.abs().idxmax()]
+    ).reset_index()  # fmt: skip
 
 
 def transfer_table(limits: pd.DataFrame) -> pd.DataFrame:
@@ -102,16 +88,14 @@ def transfer_table(limits: pd.DataFrame) -> pd.DataFrame:
 
 def misprint_table(forces: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
     """What a misprint does, in per cent of the mended law: smallest, median and largest difference per bodies."""
-    rows = []
+    parts = []
     for kind, names in PRINTED.items():
         points = forces if kind == "capillary" else limits
         arguments = [points[n].to_numpy(float) for n in (CAPILLARY if kind == "capillary" else RUPTURE)]
         arguments += [np.full(len(points), SIGMA)] if kind == "capillary" else []
         for printed, mended in names.items():
             wrong, right = (registry.get(kind, n).functions[0](*arguments) for n in (printed, mended))
-            change = 100.0 * (wrong / right - 1.0)
-            for bodies, own in by_bodies(points):
-                part = change[own]
-                row = {"printed": printed, "mended": mended, "bodies": bodies, "smallest": part.min()}
-                rows.append({**row, "median": np.median(part), "largest": part.max()})
-    return pd.DataFrame(rows)
+            change = pd.DataFrame({"bodies": bodies(points), "change": 100.0 * (wrong / right - 1.0)})
+            parts.append(change.assign(printed=printed, mended=mended))
+    by = pd.concat(parts).groupby(["printed", "mended", "bodies"], sort=False)["change"]
+    return by.agg(smallest="min", median="median", largest="max").reset_index()

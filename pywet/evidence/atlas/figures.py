@@ -70,17 +70,13 @@ def _curves(
     limit = young_laplace.rupture(volume, *pair).separation
     gaps = limit * (1.0 - (1.0 - np.linspace(0.0, 1.0, 60)) ** 2) * (1.0 - 1e-9)
     solved = [young_laplace.solve(s, volume, *pair) for s in gaps]
-    looks = {**{law: {"color": c} for law, c in COLOURS.items()}, **_own_looks(own)}
+    looks: dict[str, Any] = {law: {"color": colour} for law, colour in COLOURS.items()}
+    looks |= {law: {"color": OWN[k % len(OWN)], "ls": (0, (4, 2))} for k, law in enumerate(own)}
     for law, look in looks.items():
         values = registry.get("capillary", law).functions[0](gaps, volume, *pair, sigma)
         axis.plot(gaps, values, lw=1.1, label=short(law), **look)
     axis.plot(gaps, [b.force(sigma) if b else np.nan for b in solved], **EXACT)
     axis.axvline(limit, color="#27323d", lw=0.8, ls=":")
-
-
-def _own_looks(own: Sequence[str]) -> dict[str, Any]:
-    """Each own law's line."""
-    return {law: {"color": OWN[k % len(OWN)], "ls": (0, (4, 2))} for k, law in enumerate(own)}
 
 
 def rupture_curves(limits: pd.DataFrame, own: Sequence[str] = ()) -> str:

@@ -118,7 +118,7 @@ def _graded(value: float, hint: str = "") -> Cell:
 def _forces(tables: dict[str, Frame], pictures: dict[str, str]) -> str:
     """Every law by bodies and gap, the most accurate between equal spheres first; cost beside."""
     by_law = {name: rows.set_index(["bodies", "gap"]) for name, rows in tables["forces"].groupby("law", sort=False)}
-    cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.REGIONS for g in errors.GAPS]
+    cost, places = tables["cost"].set_index("law"), [(b, g) for b in errors.BODIES for g in errors.GAPS]
     rows: page.Rows = []
     for law, own in sorted(by_law.items(), key=lambda item: float(item[1].loc[("equal spheres", "gap"), "median"])):
         hints = {p: f"95 %: {_percent(own.loc[p, 'p95'])} %, worst {_percent(own.loc[p, 'worst'])} % at {own.loc[p, 'where']}"

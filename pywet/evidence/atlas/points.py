@@ -32,7 +32,7 @@ class Atlas:
     limits: pd.DataFrame
 
 
-def solve(progress: Callable[[int, int], None] | None = None) -> Atlas:
+def solve(progress: Callable[[int, int], None] = lambda done, of: None) -> Atlas:
     """Solve the grid; `progress(done, all)` after each pair of bodies."""
     forces, limits = [], []
     pairs = [(q, angles) for q in RATIOS for angles in ANGLES]
@@ -47,16 +47,9 @@ def solve(progress: Callable[[int, int], None] | None = None) -> Atlas:
             row = {**body, "v_star": v, "volume": v * r**3}
             limits.append({**row, "rupture": limit.separation, "kind": limit.kind, "transfer_i": limit.transfer_ratio})
             bridges = [young_laplace.solve(share * limit.separation, *arguments) for share in SHARES]
-            touch = bridges[0].force(SIGMA) if bridges[0] else math.nan
             for share, bridge in zip(SHARES, bridges, strict=True):
                 if bridge is not None:
-                    exact = {
-                        "share": share,
-                        "separation": bridge.separation,
-                        "exact": bridge.force(SIGMA),
-                        "touch": touch,
-                    }
+                    exact = {"share": share, "separation": bridge.separation, "exact": bridge.force(SIGMA)}
                     forces.append({**row, **exact})
-        if progress:
-            progress(k + 1, len(pairs))
+        progress(k + 1, len(pairs))
     return Atlas(pd.DataFrame(forces), pd.DataFrame(limits))

@@ -121,18 +121,13 @@ def student(samples: Sequence[Sample]) -> list[Finding]:
 
 def _p_value(a: Floats, b: Floats) -> tuple[float, float]:
     """|t| and two-sided p of one number."""
-    n, m = len(a), len(b)
-    difference, floor = abs(float(a.mean() - b.mean())), ROUND_OFF
-    if n > 1 and m > 1:
-        va, vb = float(a.var(ddof=1)) / n, float(b.var(ddof=1)) / m
-        error2, freedom = va + vb, (va + vb) ** 2 / max(va**2 / (n - 1) + vb**2 / (m - 1), 1e-300)
-    else:
-        many = a if n > 1 else b
-        error2, freedom = float(many.var(ddof=1)) * (1.0 / n + 1.0 / m), float(len(many) - 1)
-    if error2 < floor**2:  # no spread at all: the runs do not depend on the seed
-        return (0.0, 1.0) if difference <= floor else (difference / floor, 0.0)
-    t = difference / np.sqrt(error2)
-    return float(t), float(2.0 * stats.t.sf(t, max(freedom, 1.0)))
+    difference = abs(float(a.mean() - b.mean()))
+    one, two = (float(x.std(ddof=1)) if len(x) > 1 else 0.0 for x in (a, b))
+    if max(one, two) < ROUND_OFF:  # no spread at all: the runs do not depend on the seed
+        return (0.0, 1.0) if difference <= ROUND_OFF else (difference / ROUND_OFF, 0.0)
+    several = min(len(a), len(b)) > 1
+    t, p = stats.ttest_ind_from_stats(a.mean(), one, len(a), b.mean(), two, len(b), equal_var=not several)
+    return abs(float(t)), float(p)
 
 
 def holm(findings: Sequence[Finding]) -> list[Finding]:

@@ -1,4 +1,4 @@
-"""Does the same scene end alike in another engine? Beds, pulls, contacts, dry screening in LIGGGHTS, YADE and stock models.
+"""Does the same scene end alike in another engine? Beds, contacts, dry screening in LIGGGHTS, YADE and stock models.
 
-Here the scenes are run and compared one by one; `agreement` takes their results into its one table.
+Here the scenes are run; `agreement` takes their results into its one table, `compare` judges groups of seeds.
 """

@@ -11,7 +11,6 @@ import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,7 +24,6 @@ from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
 from pywet.engines.yade import moist
 from pywet.errors import PywetError
-from pywet.evidence.engines.rows import TWO_ERRORS, row
 from pywet.files import read_table, write_table
 from pywet.laws.kinds import SWITCHED
 from pywet.scene import Output, Scene
@@ -152,29 +150,3 @@ def _cohesion(scene: Scene, bed: Bed, model: str) -> deck.Cohesion:
     return deck.Cohesion(
         f" cohesion {model}", numbers, f"run 0\nset group all property/atom surfaceLiquidContent {content!r}\n"
     )
-
-
-def rows(tables: list[pd.DataFrame]) -> list[dict[str, Any]]:
-    """Settled beds of several seeds: moist ones against ours, dry ones against LIGGGHTS.
-
-    `spread` is two standard errors of the difference.
-    """
-    table = pd.concat(tables, ignore_index=True)
-    made = []
-    for engine in table["engine"].unique():
-        reference = DRY if engine.endswith("dry") else OURS
-        if engine == reference:
-            continue
-        its, other = (table[table["engine"] == name] for name in (engine, reference))
-        for quantity in ("mean_height_over_radius", "contacts_per_sphere", "bridges_per_sphere"):
-            one, two = other[quantity], its[quantity]
-            if two.isna().all():
-                continue
-            value = float(one.mean())
-            error = math.sqrt((one.var() + two.var()) / len(one)) if len(one) > 1 else math.nan
-            scene = f"{'dry' if reference == DRY else 'moist'} bed, {len(one)} seeds"
-            spread = 2.0 * error / value
-            made.append(
-                row(scene, quantity.replace("_", " "), engine, two.mean(), reference, value, spread, TWO_ERRORS)
-            )
-    return made

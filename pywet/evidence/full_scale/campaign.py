@@ -138,12 +138,7 @@ class Campaign:
 
 
 def prepare(
-    configs: Mapping[int, Config],
-    seeds: Sequence[int],
-    scale: str,
-    out: Path,
-    variant: str,
-    machine: Coefficients,
+    configs: Mapping[int, Config], seeds: Sequence[int], scale: str, out: Path, variant: str, machine: Coefficients
 ) -> list[Job]:
     """The jobs of a campaign, each case with its configuration: all with the first seed, then with the others."""
     jobs = []

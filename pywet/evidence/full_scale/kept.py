@@ -17,7 +17,7 @@ import pandas as pd
 from pywet.apparatus.motion import peak_speed, velocity
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
-from pywet.files import atomic_write, read_json, write_json
+from pywet.files import read_json, write_csv, write_json
 from pywet.laws.contact import film_thickness
 from pywet.runs.rundir import Bools, Floats, RunDir
 from pywet.runs.shapes import EngineRun, Replay, Summary
@@ -183,8 +183,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
     run, folder = RunDir(run_dir), data / name
     summary, replay = run.json("summary.json", Summary), run.json("replay.json", Replay)
     for table, frame in zip(TABLES, (*(run.table(f"results/{t}") for t in TABLES[:2]), sphere_table(run)), strict=True):
-        with atomic_write(folder / f"{table}.csv") as partial:
-            frame.to_csv(partial, index=False, float_format=DIGITS)
+        write_csv(frame, folder / f"{table}.csv", float_format=DIGITS)
     rows, engine = agreement(replay) if replay else [], run.json("engine/run.json", EngineRun) or {}
     write_json(
         folder / "run.json",

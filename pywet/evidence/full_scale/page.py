@@ -68,6 +68,8 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     config = config or settings.load(Path("config"))
     variants = kept.variants(data)
     runs = variants.pop("", {})
+    answers = [(s, judge(s, runs)) for s in STATEMENTS]
+    failed = [s.number for s, answer in answers if answer.verdict == FAILS]
     lines = [
         HEAD,
         "## Runs\n",
@@ -75,8 +77,8 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_lacking(runs, variants.get("paper", {})),
         *basis.lines(),
         "\n## Statements\n",
-        *_statements(runs),
-        *_reasons(runs),
+        *_statements(answers),
+        *(["\n## Why a statement does not hold\n", *reasons.lines(failed, runs)] if failed else []),
         *_beyond(),
     ]
     if runs:
@@ -149,17 +151,11 @@ def _size(number: float | None) -> str:
     return "–" if number is None else f"{1e-9 * number:.2f}"
 
 
-def _statements(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
-    answers = [(s, judge(s, runs)) for s in STATEMENTS]
+def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     verdicts = [a.verdict for _, a in answers]
     counted = ", ".join(f"{verdicts.count(v)} {v}" for v in dict.fromkeys(verdicts))
     return [f"{len(answers)} statements: {counted}.\n", "| | place | statement | numbers | answer |", "|" + "---|" * 5,
             *(_answer(s, a) for s, a in answers)]  # fmt: skip
-
-
-def _reasons(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
-    failed = [s.number for s in STATEMENTS if judge(s, runs).verdict == FAILS]
-    return ["\n## Why a statement does not hold\n", *reasons.lines(failed, runs)] if failed else []
 
 
 def _beyond() -> list[str]:

@@ -17,7 +17,7 @@ import typer
 
 from pywet.errors import PywetError
 from pywet.evidence.full_scale.kept import DIGITS, UNDERSIZE, WALLS, Kept
-from pywet.files import atomic_write, read_json
+from pywet.files import read_json, write_csv
 from pywet.runs.rundir import RunDir
 from pywet.screening.results import column
 
@@ -237,8 +237,7 @@ def main(
     """Store the table that a reason rests on."""
     if statement not in TESTS:
         raise PywetError(f"statement {statement} has no reason that runs test; expected one of {sorted(TESTS)}")
-    with atomic_write(FOLDER / f"{statement}.csv") as partial:
-        TESTS[statement]([RunDir(d) for d in run_dirs]).to_csv(partial, index=False, float_format=DIGITS)
+    write_csv(TESTS[statement]([RunDir(d) for d in run_dirs]), FOLDER / f"{statement}.csv", float_format=DIGITS)
     typer.echo(f"{FOLDER / f'{statement}.csv'} is written")
 
 

@@ -17,7 +17,7 @@ import typer
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import edit
 from pywet.evidence.full_scale.kept import DIGITS
-from pywet.files import atomic_write
+from pywet.files import write_csv
 from pywet.runs.rundir import RunDir
 
 SCALE = "smoke"
@@ -80,8 +80,7 @@ def run(
 def fig14(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME-CASE.")]) -> None:
     """Store the divisions of Fig. 14 at the end of runs."""
     table = pd.DataFrame([divisions(RunDir(path)) for path in runs]).sort_values(["case", "trial"])
-    with atomic_write(FIG14_FILE) as partial:
-        table.to_csv(partial, index=False, float_format=DIGITS)
+    write_csv(table, FIG14_FILE, float_format=DIGITS)
 
 
 def divisions(run: RunDir) -> dict[str, float | str]:

@@ -14,10 +14,10 @@ import pytest
 from pywet import stages
 from pywet.engines.lammps import build
 from pywet.errors import PywetError
-from pywet.evidence.agreement import dry, engines, lammps, page, replayed, single, sources
-from pywet.evidence.agreement.columns import COLUMNS, LIGGGHTS, REFERENCE, YADE
+from pywet.evidence.agreement import dry, engines, lammps, page, pictures, replayed, single, sources
+from pywet.evidence.agreement import stock as stock_programs
 from pywet.evidence.agreement.model import Cell, Source, impossible, measured, said, truth
-from pywet.evidence.agreement.rows import BY_KEY, GROUPS, QUANTITIES, ROWS
+from pywet.evidence.agreement.rows import BY_KEY, COLUMNS, GROUPS, LIGGGHTS, QUANTITIES, REFERENCE, ROWS, YADE
 from pywet.evidence.agreement.stock import Stock
 from tests.screening import synthetic
 
@@ -139,7 +139,9 @@ def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
     (tmp_path / "contacts").mkdir()
     named = pd.DataFrame(rows, columns=["quantity", "engine", "value", "reference_value"])
     named.to_parquet(tmp_path / "contacts" / "rows.parquet")
-    cells = {(c.row, c.column): c for c in engines.source(tmp_path).cells}
+    made = engines.source(tmp_path)
+    cells = {(c.row, c.column): c for c in made.cells}
+    assert [len(made.curves["retained"][column]) for column in (LIGGGHTS, YADE)] == [5, 5]
     assert cells["case_restitution", YADE].deviation == pytest.approx(0.0125)
     assert cells["case_friction", LIGGGHTS].state == "not run" and cells["bed_dry_contacts", YADE].within is not None
     kept = cells["retained_dry", YADE]
@@ -149,6 +151,16 @@ def test_engines_are_read_from_the_crosscheck(tmp_path: Path) -> None:
     assert cells["bed_moist_height", "washino"].deviation == pytest.approx(0.2, abs=0.01)
     assert "beyond their spread" in cells["bed_moist_height", "washino"].note
     assert "within their spread" in cells["bed_moist_height", YADE].note
+
+
+def test_picture_of_both_engines_holds_their_difference() -> None:
+    """Means 0.5 and 0.6, both of variance 0.02 over two runs: difference 0.1, two standard errors 2 sqrt(0.02/2 + 0.02/2)."""
+    runs = {"time": [0.0, 1.0], LIGGGHTS: [[0.4, 0.4], [0.6, 0.6]], YADE: [[0.5, 0.5], [0.7, 0.7]]}
+    top, low = pictures.retained(runs).axes
+    assert len(top.lines) == 6  # each run and the means
+    assert low.lines[-1].get_ydata() == pytest.approx([0.1, 0.1])
+    band = np.asarray(low.collections[0].get_paths()[0].vertices)[:, 1]
+    assert [band.min(), band.max()] == pytest.approx([-2 * math.sqrt(0.02), 2 * math.sqrt(0.02)])
 
 
 def test_without_lammps_its_column_says_how_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,10 +174,26 @@ def test_without_lammps_its_column_says_how_to_get_it(tmp_path: Path, monkeypatc
 def test_end_of_a_force_is_found_between_two_points() -> None:
     """The coarse scan's bracket; a scan that does not hold the end gives NaN."""
     points = pd.DataFrame({"pair": "p", "what": "coarse", "separation": np.linspace(0, 1, 11)})
-    stock = Stock({("easo", "easo"): points.assign(force=np.where(points["separation"] < 0.55, 1.0, 0.0))})
+    stock = Stock({"easo": points.assign(force=np.where(points["separation"] < 0.55, 1.0, 0.0))})
     assert stock.bracket("easo", "p", "coarse") == pytest.approx((0.5, 0.6))
-    stock.tables["easo", "easo"] = points.assign(force=1.0)
+    stock.tables["easo"] = points.assign(force=1.0)
     assert np.isnan(stock.bracket("easo", "p", "coarse")).all()
+
+
+def test_a_stock_program_that_is_missing_blanks_its_column(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others are measured, in both calls."""
+
+    def absent(points: pd.DataFrame, law: str) -> pd.DataFrame:
+        raise PywetError("the program yade was not found")
+
+    programs = {YADE: absent, "easo": lambda points, law: points.assign(force=2.0)}
+    monkeypatch.setattr(stock_programs, "PROGRAMS", programs)
+    stock = Stock()
+    for what in ("gaps", "curve"):
+        stock.measure(pd.DataFrame({"pair": ["p"], "what": what, "separation": 1e-5}))
+    assert stock.missing == {YADE: "the program yade was not found"} and stock.there == ["easo"]
+    gaps, force = stock.force("easo", "exact", "p", "curve")
+    assert (gaps.tolist(), force.tolist()) == ([1e-5], [2.0])
 
 
 def test_dry_impact_solved() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 from typer.testing import CliRunner
 
 from pywet import stages
@@ -57,6 +58,13 @@ def test_permutation_test_is_not_shy() -> None:
 def test_a_shift_is_found(runs: tuple[int, int], shift: float, power: float) -> None:
     """Three standard deviations with five seeds each; fewer seeds need larger shifts."""
     assert called(runs, shift, 100) >= power
+
+
+def test_t_is_students() -> None:
+    """Of the pooled variance, against scipy, at every time."""
+    rng = np.random.default_rng(4)
+    one, two = rng.normal(0.0, 1.0, (7, 5)), rng.normal(0.3, 2.0, (4, 5))
+    assert statistics.pooled_t(one, two) == pytest.approx(stats.ttest_ind(one, two).statistic, rel=1e-12)
 
 
 def test_no_spread_at_all_is_compared_with_round_off() -> None:

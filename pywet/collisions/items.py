@@ -1,0 +1,52 @@
+"""Figures and tables of a page: each computed, drawn and shown; NAME.csv and NAME.svg are left beside the page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pywet.files import atomic_write, write_csv
+from pywet.report import page
+from pywet.report.pictures import STYLE, plt, svg
+
+
+class Item(NamedTuple):
+    """What stands above a figure or table and below it; its table, and what draws it: that table, or nothing but the model."""
+
+    title: str
+    caption: str = ""
+    table: Callable[[], pd.DataFrame] | None = None
+    draw: Callable[..., Figure] | None = None
+
+
+def sections(folder: Path, items: Mapping[str, Item]) -> list[page.Section]:
+    """Make all items, their files in `folder`; a section of the page for each."""
+    made = []
+    for name, item in items.items():
+        print(item.title, flush=True)
+        body, given = "", []
+        if item.table is not None:
+            given = [item.table()]
+            write_csv(given[0], folder / f"{name}.csv")
+        if item.draw is None:
+            body = page.paragraph(item.caption) + _as_table(given[0])
+        else:
+            with plt.rc_context({**STYLE, "text.parse_math": True}), atomic_write(folder / f"{name}.svg") as temporary:
+                temporary.write_text(svg(item.draw(*given)), encoding="utf-8")
+            body = page.picture_file(folder / f"{name}.svg", item.caption)
+        if given:
+            body += f'<p class="soft"><a href="{name}.csv">values</a></p>'
+        made.append(page.Section(item.title, body, item.title.split(":")[0]))
+    return made
+
+
+def _as_table(values: pd.DataFrame) -> str:
+    rows = [
+        ["not defined" if pd.isna(v) else f"{v:.4g}" if isinstance(v, float) else str(v) for v in row]
+        for row in values.itertuples(index=False)
+    ]
+    return page.table([str(c) for c in values.columns], rows)
