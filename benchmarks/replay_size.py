@@ -41,11 +41,10 @@ def replayed(folder: Path) -> dict[str, Any]:
 def results(folder: Path) -> dict[str, Any]:
     """Fraction retained, liquid by holder, checks, summary."""
     from pywet.runs.rundir import RunDir
-    from pywet.screening.results import write_results
-    from pywet.screening.summary import write_summary
+    from pywet.screening.results import summarise, write_results
 
     run = RunDir(folder)
-    return write_summary(run, write_results(run))
+    return summarise(run, write_results(run))
 
 
 def measured(stage: Callable[[Path], dict[str, Any]], folder: Path) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 notice = logging.getLogger("pywet")
@@ -31,3 +31,18 @@ def shown() -> Iterator[None]:
         yield
     finally:
         notice.removeHandler(handler)
+
+
+@contextmanager
+def bar(title: str) -> Iterator[Callable[..., None]]:
+    """A bar on standard error, seen from its first move on; it is moved by `done`, of how many (1.0), and another title."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True, highlight=False), transient=True) as drawn:
+        task = drawn.add_task(title, total=None, visible=False)
+
+        def move(done: float, total: float = 1.0, title: str = title) -> None:
+            drawn.update(task, completed=done, total=total, description=title, visible=True)
+
+        yield move

@@ -133,11 +133,10 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
 def results(run_dir: Path) -> None:
     """Stage results: fraction retained, liquid by holder, checks, summary."""
     from pywet.runs.rundir import RunDir
-    from pywet.screening.results import write_results
-    from pywet.screening.summary import write_summary
+    from pywet.screening.results import summarise, write_results
 
     run = RunDir(Path(run_dir))
-    write_summary(run, write_results(run))
+    summarise(run, write_results(run))
 
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:

@@ -129,6 +129,21 @@ def of_impacts() -> Iterator[tuple[str, Said]]:
     yield "surfactant", (f"1 to 3 m/s: {max(off):.3f} at most", bool(max(off) < 0.05))
 
 
+def of_beds() -> Iterator[tuple[str, Said]]:
+    """Bridges less contacts per sphere, of the moist beds kept; a row of three spheres."""
+    kept = pd.read_csv(HERE / "seeds.csv").query("problem == 'settling_bed' and case == 'moist'")
+    said, holds = [], True
+    for program in ("LIGGGHTS + pywet, paper", "YADE, Rabinovich"):
+        of = kept[kept["program"] == program].set_index("quantity")
+        bridges, contacts = of.loc["bridges per sphere"], of.loc["contacts per sphere"]
+        more, seeds = float(bridges["mean"] - contacts["mean"]), int(bridges["seeds"])
+        limit = half_width(math.hypot(bridges["deviation"], contacts["deviation"]), seeds, seeds - 1, 0.95)
+        said.append(f"{program}: {more:.2f} ± {limit:.2f} ({100 * (more / 2.0 - 1.0):+.0f} %)")
+        holds = holds and abs(more - 2.0) <= limit
+    yield "packing", (f"bridges less contacts of 150 spheres, 1 % of water: {'; '.join(said)}", holds)
+    yield "critical", ("hard spheres (Davis 2023, eq. 42): does not depend on it", False)
+
+
 @dataclass(frozen=True)
 class Wetted(scenes.Choice):
     """A drum with another surface tension [N/m]."""
@@ -182,7 +197,7 @@ def _change(of: pd.DataFrame) -> tuple[str, bool | None]:
 
 def tables() -> dict[str, list[str]]:
     """Lines of the page's tables, by their names."""
-    said = dict([*of_bridges(), *of_impacts(), *of_drums()])
+    said = dict([*of_bridges(), *of_impacts(), *of_drums(), *of_beds()])
     lines = ["| measured | source, how read, uncertainty | here | |", "|---|---|---|---|"]
     for row in pd.read_csv(HERE / "measured.csv").to_dict("records"):
         text, holds = said[row["key"]]

@@ -69,11 +69,6 @@ def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
     return effective_mass(classes[a - 1].mass_kg, classes[b - 1].mass_kg if b else math.inf)
 
 
-def dashpot(mass: float, stiffness: float, restitution: float) -> float:
-    """Damping [N s/m] that gives a linear spring this coefficient of restitution (E 5)."""
-    return damping(restitution, mass, stiffness)
-
-
 def two_digits(value: float) -> float:
     """A number cut, not rounded, to two digits.
 
@@ -93,7 +88,7 @@ def packed_step(
         ball, k = classes[pair.a - 1], pair.normal_stiffness_N_per_m
         m = ball.mass_kg * (0.5 if pair.b else 1.0)
         drag = 6.0 * math.pi * drag_Pa_s * (0.5 * ball.radius_m) ** 2 / (S_MIN * ball.radius_m)
-        steps.append(advisor.largest_step(m, k, dashpot(m, k, pair.restitution), drag, False, advisor.PACKED))
+        steps.append(advisor.largest_step(m, k, damping(pair.restitution, m, k), drag, False, advisor.PACKED))
     return two_digits(share * min(steps))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -46,10 +47,7 @@ def described(question: Question, found: Found) -> dict[str, Any]:
     mean, variance, _ = solved.response(solved.best)
     parameters = {}
     for k, (name, p) in enumerate(question.parameters.items()):
-        ranges = [
-            {"low": p.at(r.low), "high": p.at(r.high), "open_low": r.open_low, "open_high": r.open_high}
-            for r in solved.intervals(k)
-        ]
+        ranges = [{**asdict(r), "low": p.at(r.low), "high": p.at(r.high)} for r in solved.intervals(k)]
         parameters[name] = {"best": p.at(float(solved.best[k])), "intervals": ranges, "bounds": [p.low, p.high]}
     groups = solved.unknown()
     return {
@@ -73,7 +71,7 @@ def _alike(question: Question, found: Found, group: list[int]) -> list[dict[str,
     """Values of all parameters that fit alike, along the first of the group."""
     solved, k = found.problem, group[0]
     span = solved.intervals(k)[0]
-    places = [solved.profile(k, float(at), solved.best)[1] for at in np.linspace(span.low, span.high, ALIKE)]
+    places = [solved.profile(k, float(at))[1] for at in np.linspace(span.low, span.high, ALIKE)]
     return [question.values(place) for place in places]
 
 
@@ -84,12 +82,10 @@ def _runs(question: Question, found: Found) -> dict[str, Any]:
         {"seed": k, **question.values(place), "values": value.tolist()}
         for k, (place, value) in enumerate(zip(found.runs.places, found.runs.values, strict=True))
     ]
-    told = {
-        "deviation": found.surface.deviation.tolist(),
-        "freedom": found.surface.freedom,
-        "misfit": found.surface.misfit,
-    }
-    return {"count": len(rows), "seconds": float(np.sum(found.runs.seconds)), **told, "rows": rows}
+    return {
+        "count": len(rows), "seconds": float(np.sum(found.runs.seconds)), "deviation": found.surface.deviation.tolist(),
+        "freedom": found.surface.freedom, "misfit": found.surface.misfit, "rows": rows,
+    }  # fmt: skip
 
 
 def _check(question: Question, experiments: list[Experiment], found: Found, runs: Runs) -> list[dict[str, Any]]:

@@ -85,11 +85,6 @@ KINDS = {
 """Key of a target -> its kind of experiment."""
 
 
-def quantities(kind: str) -> Mapping[str, Callable[[Any], float]]:
-    """What can be read off a kind of experiment."""
-    return KINDS[kind].quantities
-
-
 class Kept(TypedDict):
     """What is kept of a run of an engine: what was read off it, how long it took."""
 
@@ -127,12 +122,12 @@ class Experiment:
         try:
             return KINDS[self.kind].build(content, self.file)
         except PywetError as error:
-            said = ", ".join(f"{key} {value:.6g}" for key, value in settings.items())
-            raise ConfigError(f"{error} (with {said}: mend the bounds of the parameters)", file=self.file) from error
+            cure = f"with {_said(settings)}: mend the bounds of the parameters"
+            raise ConfigError(f"{error} ({cure})", file=self.file) from error
 
     def value(self, quantity: str, settings: Mapping[str, float]) -> float:
         """A number of an experiment without chance."""
-        return _number(quantities(self.kind)[quantity](self.built(settings)), quantity, settings)
+        return _number(KINDS[self.kind].quantities[quantity](self.built(settings)), quantity, settings)
 
     def run(self, wanted: tuple[str, ...], settings: Mapping[str, float], seed: int, folder: Path, ranks: int) -> Kept:
         """Numbers of a run of the engine; one whose numbers are kept in the folder is not done again."""
@@ -145,7 +140,7 @@ class Experiment:
             numbers = {q: _number(OF_SCENE[q](run), q, {**settings, "seed": scene.seed}) for q in wanted}
             kept = Kept(quantities=numbers, wall_s=time.monotonic() - started)
             write_json(place / "calibration.json", kept)
-        return Kept(quantities=kept["quantities"], wall_s=kept["wall_s"])
+        return kept
 
 
 def _name(scene: Scene) -> str:
@@ -173,12 +168,15 @@ def _program() -> bytes:
 
 def _number(value: float, quantity: str, settings: Mapping[str, float]) -> float:
     if not math.isfinite(value):
-        said = ", ".join(f"{key} {v:.6g}" for key, v in settings.items())
         raise PywetError(
-            f"there is no {quantity} with {said}; expected a number everywhere between the bounds: make them narrower, "
-            "or, where a heap is too small to have a slope, take more spheres"
+            f"there is no {quantity} with {_said(settings)}; expected a number everywhere between the bounds: make them "
+            "narrower, or, where a heap is too small to have a slope, take more spheres"
         )
     return value
+
+
+def _said(settings: Mapping[str, float]) -> str:
+    return ", ".join(f"{key} {value:.6g}" for key, value in settings.items())
 
 
 def holds(content: Any, key: str) -> bool:
@@ -188,15 +186,17 @@ def holds(content: Any, key: str) -> bool:
     (True, False)
     """
     try:
-        for part in key.split("."):
-            content = content[_index(content, part)]
+        _inside(content, key.split("."))
     except (KeyError, IndexError, TypeError, ValueError):
         return False
     return True
 
 
-def _index(content: Any, part: str) -> str | int:
-    return int(part) if isinstance(content, list) else part
+def _inside(content: Any, path: list[str]) -> Any:
+    """What stands in a file's content under keys, or numbers of a list's entries."""
+    for part in path:
+        content = content[int(part) if isinstance(content, list) else part]
+    return content
 
 
 def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
@@ -204,8 +204,6 @@ def _filled(content: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any
     filled = copy.deepcopy(content)
     for key, value in values.items():
         *path, last = key.split(".")
-        inner: Any = filled
-        for part in path:
-            inner = inner[_index(inner, part)]
-        inner[_index(inner, last)] = value
+        holder = _inside(filled, path)
+        holder[int(last) if isinstance(holder, list) else last] = value
     return filled

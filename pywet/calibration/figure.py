@@ -31,7 +31,7 @@ def _column(question: Question, found: Found, k: int, axes: list[Axes]) -> None:
     """One parameter; the others at their best for each of its values."""
     solved, (name, parameter) = found.problem, list(question.parameters.items())[k]
     shares = np.linspace(solved.window[0][k], solved.window[1][k], PLACES)
-    profiles = [solved.profile(k, float(u), solved.best) for u in shares]
+    profiles = [solved.profile(k, float(u)) for u in shares]
     told = [solved.response(place) for _, place in profiles]
     at = [parameter.at(float(u)) for u in shares]
     chance = 0

@@ -26,6 +26,8 @@ STEP = 1e-3
 """Of difference quotients: above the noise of what is computed, below what bends."""
 GRID = {1: 33, 2: 9, 3: 5}
 """Number of parameters -> places along each among which starts are sought."""
+PLACES = 33
+"""Of a parameter, at which its profile is looked at."""
 STARTS = 8
 LEAST = 1e-9
 
@@ -139,52 +141,33 @@ class Problem:
         """Whether the targets can be what the response gives at the best place: not refuted at 1 %."""
         return bool(stats.chi2.sf(self.sum(self.best), len(self.values)) >= 0.01)
 
-    def profile(self, k: int, at: float, start: Floats) -> tuple[float, Floats]:
+    def profile(self, k: int, at: float) -> tuple[float, Floats]:
         """Sum above the least one with parameter k held at a value, the others at their best; and the place."""
-        held = start.copy()
-        held[k] = at
-        place = self.least(min([held, *self._grid(k, at)], key=self.sum), k)
+        held = np.array(self.minima)
+        held[:, k] = at
+        place = self.least(min([*held, *self._grid(k, at)], key=self.sum), k)
         return self.sum(place) - self.sum(self.best), place
 
     def intervals(self, k: int) -> list[Interval]:
-        """Ranges of parameter k that fit, in their order."""
-        ranges: list[Interval] = []
-        for place in self.minima:
-            if self.sum(place) - self.sum(self.best) > self.quantile**2:
-                break
-            if not any(r.low - LEAST <= place[k] <= r.high + LEAST for r in ranges):
-                (low, open_low), (high, open_high) = self._end(k, place, 0), self._end(k, place, 1)
-                ranges.append(Interval(low, high, open_low, open_high))
-        return sorted(ranges, key=lambda r: r.low)
-
-    def _end(self, k: int, start: Floats, side: int) -> tuple[float, bool]:
-        """Where the profile leaves the quantile on a side of a place; whether only the window ends it."""
-        bound, sign = float(self.window[side][k]), 2.0 * side - 1.0
-        inside, place, step = float(start[k]), start, self._first_step(k, start)
-        while True:
-            outside = min(inside + step, bound) if side else max(inside - step, bound)
-            above, reached = self.profile(k, outside, place)
-            if above > self.quantile**2:
-                break
-            if outside == bound or sign * (bound - outside) < LEAST:
-                return bound, True
-            inside, place, step = outside, reached, 2.0 * step
+        """Ranges of parameter k that fit, in their order; the profile is looked at in `PLACES` and where minima are."""
 
         def beyond(at: float) -> float:
-            return self.profile(k, at, place)[0] - self.quantile**2
+            return self.profile(k, at)[0] - self.quantile**2
 
-        if beyond(inside) >= 0.0:  # a second minimum just at the quantile
-            return inside, False
-        return float(brentq(beyond, inside, outside, xtol=1e-7)), False
+        low, high = float(self.window[0][k]), float(self.window[1][k])
+        places = np.union1d(np.linspace(low, high, PLACES), [place[k] for place in self.minima]).tolist()
+        fit = [False, *(beyond(at) <= 0.0 for at in places), False]
+        first = [n for n in range(len(places)) if fit[n + 1] and not fit[n]]
+        last = [n for n in range(len(places)) if fit[n + 1] and not fit[n + 2]]
 
-    def _first_step(self, k: int, place: Floats) -> float:
-        """A third of the half width that the slopes let expect."""
-        slopes = self.slopes(place)
-        deviation = float(np.sqrt(np.linalg.pinv(slopes.T @ slopes)[k, k]))
-        width = float(self._width[k])
-        return (
-            float(np.clip(deviation * self.quantile / 3.0, 1e-6 * width, width / 20.0)) if deviation else width / 20.0
-        )
+        def end(inside: float, outside: int) -> float:
+            at_window = not 0 <= outside < len(places)
+            return inside if at_window else float(brentq(beyond, inside, places[outside], xtol=1e-7))
+
+        return [
+            Interval(end(places[a], a - 1), end(places[b], b + 1), places[a] == low, places[b] == high)
+            for a, b in zip(first, last, strict=True)
+        ]
 
     def unknown(self) -> list[list[int]]:
         """Parameters of each direction of no slope: along it from end to end the residuals change by less than the quantile.

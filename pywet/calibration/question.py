@@ -9,15 +9,13 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pywet.calibration.experiments import KINDS, Experiment, holds, quantities
+from pywet.calibration.experiments import KINDS, Experiment, holds
+from pywet.calibration.surface import Floats
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError
 from pywet.own_scene.walls import chosen
 from pywet.scene import Positive, Title
 from pywet.strict import Strict
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-
 
 LEVELS = {1: 5, 2: 3, 3: 3}
 """Number of parameters -> values of each that a round of runs tries."""
@@ -40,19 +38,15 @@ class Target(Strict):
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        kind = self.kind
-        if self.quantity not in quantities(kind):
-            raise ValueError(f"quantity to be one of {', '.join(quantities(kind))}, not {self.quantity}")
+        known = KINDS[self.kind].quantities
+        if self.quantity not in known:
+            raise ValueError(f"quantity to be one of {', '.join(known)}, not {self.quantity}")
         return self
 
     @property
     def kind(self) -> str:
         """Which of the kinds of experiment it is."""
         return chosen(self, *KINDS) or ""
-
-    def experiment(self, folder: Path) -> Experiment:
-        """Its experiment; the file's path counts from a folder."""
-        return Experiment.read(self.kind, folder / getattr(self, self.kind), self.changes)
 
     @property
     def error(self) -> float:
@@ -99,7 +93,6 @@ class Question(Strict):
     most_runs: Annotated[int, Field(le=10_000)] = 60
     check_runs: Annotated[int, Field(ge=2, le=100)] = 3
     """Runs at the answer, which take no part in finding it."""
-    folder: Path = Path()
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
@@ -120,8 +113,8 @@ class Question(Strict):
 
 def read(file: Path) -> tuple[Question, list[Experiment]]:
     """Question and the experiment of each target, tried at both ends of all bounds; a sentence for each mistake."""
-    question = parse(Question, {**read_yaml(file, Question), "folder": file.parent}, str(file))
-    experiments = [target.experiment(question.folder) for target in question.targets]
+    question = parse(Question, read_yaml(file, Question), str(file))
+    experiments = [Experiment.read(t.kind, file.parent / getattr(t, t.kind), t.changes) for t in question.targets]
     for name, parameter in question.parameters.items():
         for key in parameter.keys:
             if not any(holds(e.content, key) for e in experiments):

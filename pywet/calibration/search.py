@@ -134,18 +134,13 @@ def _round(window: tuple[Floats, Floats], seeds: int) -> list[Floats]:
 
 def _moved(solved: Problem, window: tuple[Floats, Floats]) -> tuple[Floats, Floats] | None:
     """Where the next round is to look; None where here."""
-    low, high = window[0].copy(), window[1].copy()
+    width = window[1] - window[0]
     ranges = [solved.intervals(k) for k in range(solved.count)]
-    for k, found in enumerate(ranges):
-        if any(r.open_low for r in found):
-            low[k] = max(0.0, low[k] - (window[1] - window[0])[k])
-        if any(r.open_high for r in found):
-            high[k] = min(1.0, high[k] + (window[1] - window[0])[k])
-    if (low < window[0]).any() or (high > window[1]).any():
-        return low, high
-    for k, found in enumerate(ranges):
-        first, last = min(r.low for r in found), max(r.high for r in found)
-        if last - first < DRAWN_IN * (window[1] - window[0])[k]:
-            low[k] = max(low[k], first - 0.5 * (last - first))
-            high[k] = min(high[k], last + 0.5 * (last - first))
-    return (low, high) if (low > window[0]).any() or (high < window[1]).any() else None
+    first, last = np.array([r[0].low for r in ranges]), np.array([r[-1].high for r in ranges])
+    low = np.where([r[0].open_low for r in ranges], np.maximum(window[0] - width, 0.0), window[0])
+    high = np.where([r[-1].open_high for r in ranges], np.minimum(window[1] + width, 1.0), window[1])
+    if (low == window[0]).all() and (high == window[1]).all():
+        narrow, beside = last - first < DRAWN_IN * width, 0.5 * (last - first)
+        low = np.where(narrow, np.maximum(low, first - beside), low)
+        high = np.where(narrow, np.minimum(high, last + beside), high)
+    return (low, high) if (low != window[0]).any() or (high != window[1]).any() else None

@@ -14,7 +14,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, showing
-from pywet.cli.showing import err, out
+from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError, one_line, refused
 from pywet.evidence.command import app as study
 from pywet.files import make_folder
@@ -72,7 +72,7 @@ def init(
     from pywet import shipped
 
     for path in shipped.begin(folder):
-        out.print(str(path), soft_wrap=True, markup=False)
+        tell(path)
 
 
 @app.command()
@@ -101,7 +101,7 @@ def laws(
         mine = [own.placed(name) for name in law or []]
         own.trust(mine)
         make_folder(folder)
-        out.print(str(showing.atlas(folder, stock, mine)), soft_wrap=True, markup=False)
+        tell(showing.atlas(folder, stock, mine))
         return
     if law:
         raise PywetError("--law puts a law into the atlas; expected --atlas with it")

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from pywet.cli import showing
-from pywet.cli.showing import err, out
+from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
 from pywet.options import JsonFile, Ranks, Trust, number
 from pywet.ranges import SCENE
@@ -50,7 +50,7 @@ def scene(
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
         out.print(f"{key:<30}{value:.6g}", soft_wrap=True)
-    out.print(f"all tables are in {folder}", soft_wrap=True, markup=False)
+    tell(f"all tables are in {folder}")
 
 
 @app.command("run-scene")
@@ -65,14 +65,14 @@ def run_scene(
     description = commands.read_scene(file)
     folder = out_dir or Path("results") / "scenes" / file.stem
     for line in commands.plan(description).table:
-        out.print(line, soft_wrap=True, markup=False)
+        tell(line)
     commands.run(description, folder, ranks, progress=True)
     picture = commands.view(folder)
     showing.show_run(folder)
     said = (
         f"tables, time series for ParaView and {picture.name} are in {folder}; the report is {folder / 'report.html'}"
     )
-    out.print(said, soft_wrap=True, markup=False)
+    tell(said)
 
 
 @app.command()
@@ -125,8 +125,8 @@ def calibrate(
     machine_code.say_wait()
     answer = calibrate(file, folder, ranks, lambda line: err.print(line, soft_wrap=True, markup=False))
     for line in answer["sentences"]:
-        out.print(line, soft_wrap=True, markup=False)
-    out.print(f"calibration.json and calibration.svg are in {folder}", soft_wrap=True, markup=False)
+        tell(line)
+    tell(f"calibration.json and calibration.svg are in {folder}")
     if not answer["reached"]:
         raise typer.Exit(1)
 

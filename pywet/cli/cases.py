@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pywet.cli import showing
-from pywet.cli.showing import out
+from pywet.cli.showing import tell
 from pywet.errors import PywetError
 from pywet.options import PORT, SPHERE, STEP, AnyCase, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
 from pywet.ranges import LIMITS, Range
@@ -46,7 +46,7 @@ def plan(
         from pywet.evidence.accuracy.needs import campaign
 
         for line in campaign(loaded, name):
-            out.print(line, soft_wrap=True, markup=False)
+            tell(line)
         return
     made = cases.effect_plan(loaded, case, name)
     lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
@@ -55,7 +55,7 @@ def plan(
 
         lines = command.plan(loaded, case, name, accuracy, of or [], write)
     for line in lines:
-        out.print(line, soft_wrap=True, markup=False)
+        tell(line)
 
 
 @app.command()
@@ -177,17 +177,17 @@ def view(
 
         paths.append(closeup.write(run_dir, run_dir / f"close_up_{close_up}.png", close_up, step))
     for path in paths:
-        out.print(str(path), soft_wrap=True, markup=False)
+        tell(path)
     if paths:
         return
     from pywet.report import render
 
     stages.vtk(run_dir)
     for kind in vtk.KINDS:
-        out.print(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)", soft_wrap=True, markup=False)
+        tell(f"{run_dir / 'vtk' / kind}.pvd (read back: as the logs say)")
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
-    out.print(f"{picture} (drawn by {how})", soft_wrap=True, markup=False)
+    tell(f"{picture} (drawn by {how})")
 
 
 @app.command("app")
@@ -206,7 +206,7 @@ def side_by_side(
     if to is not None:
         with atomic_write(to) as temporary:
             temporary.write_text(page, encoding="utf-8")
-        out.print(f"{to} ({to.stat().st_size / 1e6:.1f} MB)", soft_wrap=True, markup=False)
+        tell(f"{to} ({to.stat().st_size / 1e6:.1f} MB)")
         return
     showing.serve(viewer.Server(page, port))
 
@@ -222,4 +222,4 @@ def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     prepared = Scene.read(run_dir / "scene.json")
     own.trust(prepared.effects.laws.values() if trust else ())
     for line in advisor.advise(prepared).lines:
-        out.print(line, soft_wrap=True, markup=False)
+        tell(line)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pywet.cli.showing import err, out
+from pywet.cli.showing import err, out, tell
 from pywet.files import make_folder
 
 app = typer.Typer()
@@ -61,4 +61,4 @@ def agreement(
         with err.status(f"agreement: {name}"):
             made = sources.run_source(name, folder)
         out.print(f"{name:<12}{made.failed or f'{len(made.cells)} cells, {made.wall_s:.0f} s'}", soft_wrap=True)
-    out.print(str(page.write_page(folder)), soft_wrap=True, markup=False)
+    tell(page.write_page(folder))

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from pywet.errors import PywetError
 from pywet.files import read_json
+from pywet.notices import bar
 
 if TYPE_CHECKING:
     from pywet.bench.bridge_query import Query
@@ -20,17 +21,17 @@ out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
 
+def tell(line: object, style: str | None = None) -> None:
+    """A line of the answer as it is: not wrapped, nothing in it marked up."""
+    out.print(str(line), style=style, soft_wrap=True, markup=False)
+
+
 def atlas(folder: Path, stock: bool, own: Sequence[str] = ()) -> Path:
     """The atlas with a progress bar."""
-    from rich.progress import Progress
-
     from pywet.evidence.atlas import page
 
-    with Progress(console=err, transient=True) as bar:
-        task = bar.add_task("atlas", total=1.0)
-        return page.write_page(
-            folder, lambda what, share: bar.update(task, description=what, completed=share), with_stock=stock, own=own
-        )
+    with bar("atlas") as move:
+        return page.write_page(folder, lambda what, share: move(share, title=what), with_stock=stock, own=own)
 
 
 def bridge_table(query: Query, answer: dict[str, Any]) -> None:
@@ -57,18 +58,15 @@ def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
 
 def movie(run_dir: Path) -> list[Path]:
     """The movie of a run with a progress bar."""
-    from rich.progress import Progress
-
     from pywet.report import movie as drawing
 
-    with Progress(console=err, transient=True) as bar:
-        task = bar.add_task("movie", total=1.0)
-        return drawing.write(run_dir, progress=lambda share: bar.update(task, completed=share))
+    with bar("movie") as move:
+        return drawing.write(run_dir, progress=move)
 
 
 def serve(server: Any) -> None:
     """Serve a page until Ctrl-C."""
-    out.print(f"{server.address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
+    tell(f"{server.address} (Ctrl-C ends it)")
     with server:
         try:
             server.serve_forever()
@@ -161,7 +159,7 @@ def show_laws(run_dir: Path) -> None:
     laws = Scene.read(run_dir / "scene.json").effects.laws
     if laws:
         named = ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items())
-        out.print(f"laws: {named}", soft_wrap=True, markup=False)
+        tell(f"laws: {named}")
 
 
 def show_audit(run_dir: Path) -> None:
@@ -189,15 +187,13 @@ def show_agreement(replay_json: dict[str, Any]) -> None:
     if "compared" in replay_json:
         out.print(whole.said(replay_json["compared"]), soft_wrap=True)
         for sentence in replay_json["not_checked"]:
-            out.print(f"not checked: {sentence}", soft_wrap=True, markup=False)
+            tell(f"not checked: {sentence}")
         for kind, function in (replay_json.get("second") or {}).items():
-            out.print(
-                f"{kind}: held against {Path(function).name}, a second function of yours", soft_wrap=True, markup=False
-            )
+            tell(f"{kind}: held against {Path(function).name}, a second function of yours")
         for sentence in verdict.unchecked_laws(replay_json):
-            out.print(f"not checked: {sentence}", style="yellow", soft_wrap=True, markup=False)
+            tell(f"not checked: {sentence}", style="yellow")
     bad = [row.quantity for row in rows if not row.ok]
     if bad:
         for finding in (replay_json.get("diagnosis") or {}).get("findings", []):
-            out.print(finding["sentence"], soft_wrap=True, markup=False)
+            tell(finding["sentence"])
         raise PywetError(f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json")

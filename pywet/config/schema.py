@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.config.loading import FILES
-from pywet.files import read_json, write_json
+from pywet.files import write_json
 
 
 def schemas() -> dict[str, dict[str, Any]]:
@@ -29,16 +29,6 @@ def write_schemas(folder: Path) -> list[Path]:
         write_json(Path(folder) / name, schema)
         paths.append(Path(folder) / name)
     return paths
-
-
-def stale(folder: Path) -> list[str]:
-    """Names of schemas in a folder that are missing or differ from the types."""
-    old = []
-    for name, schema in schemas().items():
-        path = Path(folder) / name
-        if not path.is_file() or read_json(path) != schema:
-            old.append(name)
-    return old
 
 
 if __name__ == "__main__":

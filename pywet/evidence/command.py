@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pywet.files import make_folder
+from pywet.notices import bar
 from pywet.options import number
 from pywet.ranges import LIMITS, Range
 
@@ -21,12 +22,8 @@ ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configu
 
 def carried_out(study: Study, title: str) -> Path:
     """Do what is missing, with a progress bar; the page."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
-        return study.carry_out(lambda name, share: bar.update(task, description=f"{title}: {name}", completed=share))
+    with bar(title) as move:
+        return study.carry_out(lambda name, share: move(share, title=f"{title}: {name}"))
 
 
 @app.command()

@@ -26,27 +26,13 @@ def liquid_by_wall(run: RunDir) -> pd.DataFrame:
     frame = pd.DataFrame({"step": line.steps, "time_s": line.times})
     for kind in scene.classes:
         frame[column("spheres", kind.name, "_m3")] = on[:, line.types == kind.type].sum(axis=1)
-    walls = _on_walls(run)
-    for wall in scene.walls:
-        frame[f"wall_{wall.name}_m3"] = walls[wall.name].to_numpy()
-    ledger = run.ledger.set_index("step").reindex(line.steps) if run.moist else None
-    frame["left_m3"] = 0.0 if ledger is None else ledger["left"].to_numpy()
+    for name, held in run.on_walls({wall.name: wall.name for wall in scene.walls}, "mesh").items():
+        frame[f"wall_{name}_m3"] = held.to_numpy()
+    frame["left_m3"] = run.ledger_at("left")
     frame["total_m3"] = frame.drop(columns=["step", "time_s"]).sum(axis=1)
-    frame["standing_bridges_m3"] = 0.0 if ledger is None else ledger["bridges"].to_numpy()
+    frame["standing_bridges_m3"] = run.ledger_at("bridges")
     frame["initial_m3"] = line.put_in
     return frame
-
-
-def _on_walls(run: RunDir) -> pd.DataFrame:
-    """Liquid on each wall at the outputs [m3], a column for each name."""
-    table = pd.DataFrame(
-        0.0, index=pd.Index(run.timeline.steps, name="step"), columns=[w.name for w in run.scene.walls]
-    )
-    if not run.moist or not run.scene.walls:
-        return table
-    held = run.on_walls.assign(wall=run.holders(run.on_walls["triangle"].to_numpy(), "mesh"))
-    sums = held.pivot_table(index="step", columns="wall", values="volume", aggfunc="sum")
-    return sums.reindex(index=table.index, columns=table.columns).fillna(0.0)
 
 
 def contact_statistics(run: RunDir) -> pd.DataFrame:

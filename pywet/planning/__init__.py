@@ -129,24 +129,32 @@ def plan(
     bridges = _bridges_row(moist, numbers["bridges"], settings, s)
     named = _laws(laws)
     asked = f"preset {laws.preset}"
-    rows = [bridges]
-    for effect in SWITCHED:
-        rows.append(_row(effect, bridges.on, numbers[effect], settings, named[effect], asked))
-    rows.append(_formation_row(bridges.on, numbers["formation"], settings, named["formation"]))
-    rows.append(_row("wall_films", bridges.on, numbers["wall_films"], settings, named["formation"], asked))
-    rows.append(_row("sharing_by_size", bridges.on, numbers["sharing_by_size"], settings, named["transfer"], asked))
-    rows.append(_row("rolling", True, numbers["rolling"], settings, None, "table 3"))
-    rows.append(_row("tangential_history", True, numbers["tangential_history"], settings, None, "E (5)"))
-    rows.append(_row("gravity", s.gravity_m_per_s2 > 0, numbers["gravity"], settings, None, "the scene"))
-    rows.append(_opt_in_row("liquid_weight", bridges.on, numbers["liquid_weight"], settings))
-    dripping = named.get("shedding", DRIPPING)
-    falls = bridges.on and s.gravity_m_per_s2 > 0
-    rows.append(_opt_in_row("shedding", falls, numbers["shedding"], settings, dripping))
-    rows = _together(rows, settings)
-    counts = [c.count for c in classes if c.count > 0]
+    formed = "part of every bridge's life" if bridges.on else "no bridges"
+    falls = s.gravity_m_per_s2 > 0
+    rows = [
+        bridges,
+        *(_row(effect, bridges.on, numbers[effect], settings, named[effect], asked) for effect in SWITCHED),
+        EffectRow("formation", bridges.on, formed, *numbers["formation"], settings.tolerance.value, named["formation"]),
+        _row("wall_films", bridges.on, numbers["wall_films"], settings, named["formation"], asked),
+        _row("sharing_by_size", bridges.on, numbers["sharing_by_size"], settings, named["transfer"], asked),
+        _row("rolling", True, numbers["rolling"], settings, None, "table 3"),
+        _row("tangential_history", True, numbers["tangential_history"], settings, None, "E (5)"),
+        _row("gravity", falls, numbers["gravity"], settings, None, "the scene"),
+        _opt_in_row("liquid_weight", bridges.on, numbers["liquid_weight"], settings),
+        _opt_in_row("shedding", bridges.on and falls, numbers["shedding"], settings, named["shedding"]),
+    ]
+    counts, costs = [c.count for c in classes if c.count > 0], measured_costs()
     shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
-    rows = [_with_share_and_cost(row, shares) for row in rows]
-    return EffectPlan(tuple(rows), _effects(rows, {"shedding": DRIPPING, **named}, s))
+    rows = [
+        replace(
+            row,
+            predicted_share=shares.get(row.effect),
+            predicted_within=WITHIN.get(row.effect, 3.0),
+            cost=costs.get(row.effect),
+        )
+        for row in _together(rows, settings)
+    ]
+    return EffectPlan(tuple(rows), _effects(rows, named, s))
 
 
 def _together(rows: list[EffectRow], settings: EffectSettings) -> list[EffectRow]:
@@ -179,15 +187,6 @@ def _effects(rows: Sequence[EffectRow], named: dict[str, str], s: Surroundings) 
     )
 
 
-def _with_share_and_cost(row: EffectRow, shares: dict[str, float]) -> EffectRow:
-    return replace(
-        row,
-        predicted_share=shares.get(row.effect),
-        predicted_within=WITHIN.get(row.effect, 3.0),
-        cost=measured_costs().get(row.effect),
-    )
-
-
 def _percent(share: float) -> str:
     return f"{100 * share:3.0f} %" if share >= 0.01 or share == 0 else f"{100 * share:3.1g} %"
 
@@ -197,7 +196,7 @@ def _laws(laws: LawSettings) -> dict[str, str]:
     named = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     for kind, name in named.items():
         registry.get(kind, name)
-    return {**PRESETS[laws.preset], **named}
+    return {"shedding": DRIPPING, **PRESETS[laws.preset], **named}
 
 
 def _bridges_row(moist: bool, number: Number, settings: EffectSettings, s: Surroundings) -> EffectRow:
@@ -234,12 +233,6 @@ def _row(
     else:
         on, why = False, NEGLIGIBLE
     return EffectRow(effect, on, why, *number, settings.tolerance.value, law)
-
-
-def _formation_row(bridges: bool, number: Number, settings: EffectSettings, law: str) -> EffectRow:
-    """Formation goes with the bridges."""
-    why = "part of every bridge's life" if bridges else "no bridges"
-    return EffectRow("formation", bridges, why, *number, settings.tolerance.value, law)
 
 
 def _opt_in_row(

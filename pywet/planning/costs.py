@@ -13,12 +13,5 @@ STORED = Path(__file__).with_name("costs.json")
 @cache
 def measured_costs() -> dict[str, float]:
     """Effect -> processor time it adds, over that of the same run without it; median over the scenes that use it."""
-    if not STORED.exists():
-        return {}
     added: dict[str, float] = read_json(STORED)["added"]
     return added
-
-
-def provenance() -> str:
-    """Where, when and how the stored costs were measured."""
-    return str(read_json(STORED)["provenance"]) if STORED.exists() else "not measured"

@@ -38,16 +38,16 @@ def table(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values) -> li
     for law, values in answer["force_N"].items():
         for gap, value, true in zip(gaps, values, exact, strict=True):
             forces.add_row(
-                short(law), f"{1e6 * gap:.6g}", _milli(value), _milli(true), _percent(deviation(value, true))
+                short(law), f"{1e6 * gap:.6g}", _times(1e3, value), _times(1e3, true), _percent(deviation(value, true))
             )
     ends = Table("rupture law", "distance in µm", "exact in µm", "deviation", box=None, header_style="bold")
     limit = answer["rupture_distance_m"].get(EXACT)
     for law, distance in answer["rupture_distance_m"].items():
-        ends.add_row(short(law), _micro(distance), _micro(limit), _percent(deviation(distance, limit)))
+        ends.add_row(short(law), _times(1e6, distance), _times(1e6, limit), _percent(deviation(distance, limit)))
     drags = Table("viscous law", "gap in µm", "force in mN", box=None, header_style="bold")
     for law, values in answer["viscous_normal_N"].items():
         for gap, value in zip(gaps, values, strict=True):
-            drags.add_row(short(law), f"{1e6 * gap:.6g}", _milli(value))
+            drags.add_row(short(law), f"{1e6 * gap:.6g}", _times(1e3, value))
     return [forces, ends, drags]
 
 
@@ -88,12 +88,8 @@ def _line(axis: Any, gaps: Sequence[float], values: Values, **look: Any) -> None
     axis.plot([g for g, _ in both], [v for _, v in both], **look)
 
 
-def _milli(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.6g}"
-
-
-def _micro(value: float | None) -> str:
-    return "-" if value is None else f"{1e6 * value:.6g}"
+def _times(factor: float, value: float | None) -> str:
+    return "-" if value is None else f"{factor * value:.6g}"
 
 
 def _percent(value: float | None) -> str:

@@ -55,9 +55,9 @@ def spheres(run: RunDir, step: int) -> pd.DataFrame:
 def bridges(run: RunDir, step: int) -> pd.DataFrame:
     """The bridges between spheres at one output step."""
     data = vtk.bridges(run, step).cell_data
-    pairs = data["partner_kind"][0] == SPHERE
+    pairs = data["partner_kind"] == SPHERE
     columns = {"id1": data["i"], "id2": data["j"], **{name: data[name] for name in BRIDGES}}
-    return pd.DataFrame({name: blocks[0][pairs] for name, blocks in columns.items()})
+    return pd.DataFrame({name: values[pairs] for name, values in columns.items()})
 
 
 def _box(run: RunDir) -> str:

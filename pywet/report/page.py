@@ -137,11 +137,8 @@ def templates(*folders: Path) -> jinja2.Environment:
 
 def text(title: str, lead: str, sections: Sequence[Section], cards: Sequence[Card] = (), footer: str = "") -> str:
     """The page as HTML."""
-    shown = [
-        {"anchor": s.anchor, "short": s.short or s.heading, "heading": s.heading, "body": s.body} for s in sections
-    ]
     frame = templates().get_template(TEMPLATE.name)
-    return frame.render(title=title, lead=lead, sections=shown, cards=cards, footer=footer)
+    return frame.render(title=title, lead=lead, sections=sections, cards=cards, footer=footer)
 
 
 def write(

@@ -18,12 +18,13 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from pywet.report.collect import CaseResult
-from pywet.report.pictures import STYLE, inline, plt, svg
+from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, inline, plt, svg
 
-MOISTURE = ("#9a8f80", "#4a9bd4", "#0b3c78", "#6a51a3")
+MOISTURE = ("#9a8f80", SKY, NAVY, "#6a51a3")
 """Colours of dry, first, second, … liquid amount."""
 TIME = "time since the slide opened in s"
-CONFIGURATION = ("#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5")
+CONFIGURATION = (NAVY, SKY, ORANGE, GREEN, VIOLET)
+DASHED = (0, (4, 2))
 PLACES = {
     "coarse_material_large": ("on the screen: large", "#0b3c78"),
     "coarse_material_near_mesh": ("on the screen: near mesh", "#3b7fbf"),
@@ -141,16 +142,10 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[Draw
     """Fraction retained of one case with two presets of laws, one panel."""
 
     def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
-        for result, name, colour in zip(group, ("paper", preset), ("#0b3c78", "#d98032"), strict=True):
+        for result, name, colour in zip(group, ("paper", preset), (NAVY, ORANGE), strict=True):
             _curve(axes, result, "fraction_retained", color=colour, label=f"{name}, all")
-            _curve(
-                axes,
-                result,
-                "fraction_retained_near_mesh",
-                color=colour,
-                linestyle=(0, (4, 2)),
-                label=f"{name}, near mesh",
-            )
+            near = {"color": colour, "linestyle": DASHED, "label": f"{name}, near mesh"}
+            _curve(axes, result, "fraction_retained_near_mesh", **near)
         _end(axes, group)
 
     return apart(Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction))
@@ -263,7 +258,7 @@ def _draw_moisture(axes: Axes, group: Sequence[CaseResult]) -> None:
 
 def _draw_classes(axes: Axes, group: Sequence[CaseResult]) -> None:
     for colour, result in zip(_moisture_colours(group), group, strict=True):
-        for kind, style in (("small", "-"), ("near mesh", (0, (4, 2)))):
+        for kind, style in (("small", "-"), ("near mesh", DASHED)):
             column = f"fraction_retained_{kind.replace(' ', '_')}"
             _curve(axes, result, column, color=colour, linestyle=style, label=f"{_moisture(result)}, {kind}")
 

@@ -193,14 +193,10 @@ def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: float) -> None:
     """Wires and impact plate solid, every other wall translucent and only its far half."""
-    import pyvista as pv
-
-    mesh = vtk.walls(run, step)
-    table = run.triangles
-    faces = np.insert(np.arange(len(mesh.points)).reshape(-1, 3), 0, 3, axis=1)
-    whole = pv.PolyData(mesh.points, faces.ravel())
-    for holder in table["holder"].unique():
-        chosen = (table["holder"] == holder).to_numpy(dtype=bool)
+    holders = run.triangles["holder"]
+    whole = vtk.walls(run, step)
+    for holder in holders.unique():
+        chosen = (holders == holder).to_numpy(dtype=bool)
         part = whole.extract_cells(chosen).extract_surface(algorithm="dataset_surface")
         if holder in SOLID:
             plotter.add_mesh(

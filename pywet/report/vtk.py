@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-import meshio
 import numpy as np
 import pandas as pd
 
@@ -24,10 +23,20 @@ from pywet.report import standing
 from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Rotation
 
-Cells = list[tuple[str, Any]]
+
+def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells: Any = ()) -> Any:
+    """Cells of one of VTK's shapes, each of the next so many points, with numbers by name for each point or cell."""
+    import pyvista as pv
+
+    cells = {pv.CellType[shape]: np.arange(len(points)).reshape(-1, corners)}
+    made = pv.UnstructuredGrid(cells, points) if len(points) else pv.UnstructuredGrid()
+    made.points = points  # ParaView warns of files without points
+    made.point_data.update(dict(of_points))
+    made.cell_data.update(dict(of_cells))
+    return made
 
 
-def particles(run: RunDir, step: int) -> meshio.Mesh:
+def particles(run: RunDir, step: int) -> Any:
     """The spheres in the box at one output step as points."""
     line = run.timeline
     here = run.trajectory[run.trajectory["step"] == step]
@@ -43,39 +52,34 @@ def particles(run: RunDir, step: int) -> meshio.Mesh:
         "velocity": here[["vx", "vy", "vz"]].to_numpy(dtype=float),
         "in_bin": line.passed[row, index].astype(np.int32),
     }
-    points = here[["x", "y", "z"]].to_numpy(dtype=float)
-    cells: Cells = [("vertex", np.arange(len(points)).reshape(-1, 1))]
-    return meshio.Mesh(points, cells, point_data=data)
+    return grid("VERTEX", 1, here[["x", "y", "z"]].to_numpy(dtype=float), data)
 
 
-def bridges(run: RunDir, step: int) -> meshio.Mesh:
+def bridges(run: RunDir, step: int) -> Any:
     """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
     here = standing_at(run, step)
     points = np.zeros((2 * len(here), 3))
     for k, end in enumerate(("xi", "xj") if len(here) else ()):
         points[k::2] = here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float)
-    cells: Cells = [("line", np.arange(len(points)).reshape(-1, 2))]
-    return meshio.Mesh(points, cells, cell_data=of_bridges(run, step, here))
+    return grid("LINE", 2, points, of_cells=of_bridges(run, step, here))
 
 
-def cuboids(run: RunDir, step: int) -> meshio.Mesh:
+def cuboids(run: RunDir, step: int) -> Any:
     """The same bridges as cuboids whose visible volume is the bridge's (`cuboids.py`)."""
     here = standing_at(run, step)
     corners = standing.corners(run, here) if len(here) else np.zeros((0, 8, 3))
-    cells: Cells = [("hexahedron", np.arange(8 * len(corners)).reshape(-1, 8))]
-    return meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=of_bridges(run, step, here))
+    return grid("HEXAHEDRON", 8, corners.reshape(-1, 3), of_cells=of_bridges(run, step, here))
 
 
-def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, list[Any]]:
+def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
     """What is shown of each bridge that stands at a step; nothing of a dry run."""
     if not run.moist:
         return {}
     return {
-        "volume": [here["volume"].to_numpy(dtype=float)],
-        "separation": [here["separation"].to_numpy(dtype=float)],
-        "capillary_force": [standing.capillary_force(run, here)],
-        "age": [standing.age(run, here, step)],
-        **{name: [here[name].to_numpy(dtype=np.int32)] for name in ("partner_kind", "i", "j")},
+        **{name: here[name].to_numpy(dtype=float) for name in ("volume", "separation")},
+        "capillary_force": standing.capillary_force(run, here),
+        "age": standing.age(run, here, step),
+        **{name: here[name].to_numpy(dtype=np.int32) for name in ("partner_kind", "i", "j")},
     }
 
 
@@ -116,17 +120,15 @@ def wall_thickness(run: RunDir, step: int) -> Floats:
     return film / run.triangles["area"].to_numpy(dtype=float)
 
 
-def walls(run: RunDir, step: int) -> meshio.Mesh:
+def walls(run: RunDir, step: int) -> Any:
     """All wall triangles at one output step; `holder` numbers the holders in the order they appear."""
     corners = wall_corners(run, step)
-    holder = pd.factorize(run.triangles["holder"])[0].astype(np.int32)
     data = {
-        "film_thickness": [wall_thickness(run, step)],
-        "part": [run.triangles["part"].to_numpy(dtype=np.int32)],
-        "holder": [holder],
+        "film_thickness": wall_thickness(run, step),
+        "part": run.triangles["part"].to_numpy(dtype=np.int32),
+        "holder": pd.factorize(run.triangles["holder"])[0].astype(np.int32),
     }
-    cells: Cells = [("triangle", np.arange(3 * len(corners)).reshape(-1, 3))]
-    return meshio.Mesh(corners.reshape(-1, 3), cells, cell_data=data)
+    return grid("TRIANGLE", 3, corners.reshape(-1, 3), of_cells=data)
 
 
 def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
@@ -143,7 +145,15 @@ def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
     }
 
 
-KINDS = {"particles": particles, "bridges": bridges, "walls": walls}
+KINDS: dict[str, Callable[[RunDir, int], Any]] = {"particles": particles, "bridges": bridges, "walls": walls}
+
+
+def output(run: RunDir, kind: str, step: int) -> Any:
+    """What a file of a kind holds of one output step."""
+    made = {**KINDS, "cuboids": cuboids}[kind](run, step)
+    for name, texts in words(run)[kind].items():
+        made.field_data[name] = texts
+    return made
 
 
 def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
@@ -152,49 +162,23 @@ def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
     folder, partial = run.path / "vtk", run.path / "vtk.partial"
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
-    makers = {**KINDS, **({"cuboids": cuboids} if with_cuboids else {})}
-    for kind, maker in makers.items():
-        _write_series(kind, list(_series(run, kind, maker, partial)), partial)
+    kinds = [*KINDS, *["cuboids"] * with_cuboids]
+    for kind in kinds:
+        _write_series(kind, list(_series(run, kind, partial)), partial)
     shutil.rmtree(folder, ignore_errors=True)
     partial.rename(folder)
-    return [folder / f"{kind}.pvd" for kind in makers]
+    return [folder / f"{kind}.pvd" for kind in kinds]
 
 
-def _series(
-    run: RunDir, kind: str, maker: Callable[[RunDir, int], meshio.Mesh], folder: Path
-) -> Iterator[tuple[float, str]]:
-    said = words(run)[kind]
+def _series(run: RunDir, kind: str, folder: Path) -> Iterator[tuple[float, str]]:
     for step, time in zip(run.timeline.steps.tolist(), run.timeline.times.tolist(), strict=True):
         name = f"{kind}_{step:09d}.vtu"
-        _save(grid(maker(run, step), said), folder / name)
+        _save(output(run, kind, step), folder / name)
         yield time, name
 
 
-def grid(mesh: meshio.Mesh, said: dict[str, list[str]]) -> Any:
-    """The mesh as VTK has it, with words as field data."""
-    import pyvista as pv
-
-    shape = {
-        "vertex": pv.CellType.VERTEX,
-        "line": pv.CellType.LINE,
-        "triangle": pv.CellType.TRIANGLE,
-        "hexahedron": pv.CellType.HEXAHEDRON,
-    }
-    cells = {int(shape[block.type]): block.data for block in mesh.cells if len(block.data)}
-    made = pv.UnstructuredGrid(cells, mesh.points) if cells else pv.UnstructuredGrid()
-    if not cells:
-        made.points = mesh.points  # ParaView warns of files without points
-    for name, values in mesh.point_data.items():
-        made.point_data[name] = values
-    for name, blocks in mesh.cell_data.items():
-        made.cell_data[name] = blocks[0]
-    for name, texts in said.items():
-        made.field_data[name] = texts
-    return made
-
-
 def _save(made: Any, path: Path) -> None:
-    """One file, by VTK's own writer: meshio has no text in field data."""
+    """One file, by VTK's own writer."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     writer = vtkXMLUnstructuredGridWriter()

@@ -27,7 +27,7 @@ class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
 
     def __init__(self, run: RunDir, kind: str) -> None:
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
-        self.run, self.maker, self.said = run, vtk.KINDS[kind], vtk.words(run)[kind]
+        self.run, self.kind = run, kind
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         times = self.run.timeline.times.tolist()
@@ -39,7 +39,7 @@ class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
         asked, line = outputs.GetInformationObject(0), self.run.timeline
         time = asked.Get(Pipeline.UPDATE_TIME_STEP()) if asked.Has(Pipeline.UPDATE_TIME_STEP()) else 0.0
         step = int(line.steps[np.abs(line.times - time).argmin()])
-        asked.Get(vtkDataObject.DATA_OBJECT()).ShallowCopy(vtk.grid(self.maker(self.run, step), self.said))
+        asked.Get(vtkDataObject.DATA_OBJECT()).ShallowCopy(vtk.output(self.run, self.kind, step))
         return 1
 
 

@@ -6,7 +6,7 @@ every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-E
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -55,10 +55,13 @@ class RunDir:
 
     def table(self, name: str) -> pd.DataFrame:
         """A Parquet table by its path without suffix, such as `history/films`."""
+        return read_table(self._there(name))
+
+    def _there(self, name: str) -> Path:
         path = self.path / f"{name}.parquet"
         if not path.exists():
             raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
-        return read_table(path)
+        return path
 
     def table_if_there(self, name: str) -> pd.DataFrame | None:
         """`table`, None where there is no such file."""
@@ -94,10 +97,7 @@ class RunDir:
 
     def parts(self, name: str, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
         """Some columns of a table that is too long to be held in memory, part by part."""
-        path = self.path / f"{name}.parquet"
-        if not path.exists():
-            raise PywetError(f"no {name}.parquet in {self.path}; expected a finished run: run the case again")
-        return read_parts(path, columns)
+        return read_parts(self._there(name), columns)
 
     def at_step(self, name: str, step: int) -> pd.DataFrame:
         """The rows of such a table at one step."""
@@ -114,17 +114,29 @@ class RunDir:
         films = self.table("history/wall_films")
         return films.assign(holder=self.holders(films["triangle"].to_numpy()))
 
-    @cached_property
-    def on_walls(self) -> pd.DataFrame:
-        """Liquid at each triangle at the output steps, its film and its side of standing bridges: step, triangle, volume [m3]."""
-        columns = ["step", "partner_kind", "triangle", "volume", "share_i"]
-        parts = [part[part["partner_kind"] != SPHERE] for part in self.parts("history/bridges", columns)]
-        bridges = pd.concat(parts) if parts else pd.DataFrame({name: np.zeros(0) for name in columns})
+    def on_walls(self, names: Mapping[str, str], of: str) -> pd.DataFrame:
+        """Liquid on the walls at the output steps [m3], films and their side of standing bridges.
+
+        `names`: holder or mesh, as `of` says, -> the column in which it is counted. A dry run has none.
+        """
+        steps, columns = pd.Index(self.timeline.steps, name="step"), list(dict.fromkeys(names.values()))
+        if not self.moist or not names:
+            return pd.DataFrame(0.0, index=steps, columns=columns)
+        of_bridges = ["step", "partner_kind", "triangle", "volume", "share_i"]
+        parts = [part[part["partner_kind"] != SPHERE] for part in self.parts("history/bridges", of_bridges)]
+        bridges = pd.concat(parts) if parts else pd.DataFrame({name: np.zeros(0) for name in of_bridges})
         films = self.table("history/wall_films").rename(columns={"film": "volume"})
-        held = bridges.assign(volume=bridges["volume"] - bridges["share_i"])
-        return pd.concat([films, held], ignore_index=True)[["step", "triangle", "volume"]].astype(
-            {"triangle": np.int64}
-        )
+        held = pd.concat([films, bridges.assign(volume=bridges["volume"] - bridges["share_i"])], ignore_index=True)
+        where = pd.Series(self.holders(held["triangle"].to_numpy(), of), index=held.index).map(names)
+        sums = held.assign(where=where).pivot_table(index="step", columns="where", values="volume", aggfunc="sum")
+        return sums.reindex(index=steps, columns=columns).fillna(0.0)
+
+    def ledger_at(self, name: str) -> Floats:
+        """One column of the ledger at the output steps [m3]; zero in a dry run."""
+        if not self.moist:
+            return np.zeros(len(self.timeline.steps))
+        ledger = self.ledger.drop_duplicates("step", keep="last").set_index("step")[name]
+        return np.asarray(ledger.reindex(self.timeline.steps).fillna(0.0), dtype=float)
 
     @cached_property
     def formations(self) -> tuple[Ints, Ints, int]:

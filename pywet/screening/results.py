@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ import pandas as pd
 from pywet.errors import PywetError
 from pywet.files import write_json, write_table
 from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.summary import general
 from pywet.scene import Scene
 
 WALL_HOLDERS = {
@@ -97,15 +99,7 @@ def fraction_retained(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
 
 def wall_liquid(run: RunDir) -> pd.DataFrame:
     """Liquid on the walls [m3] at each output, films and the walls' side of standing bridges; one column per WALL_HOLDERS."""
-    line = run.timeline
-    table = pd.DataFrame(0.0, index=pd.Index(line.steps, name="step"), columns=list(WALL_HOLDERS))
-    if not run.moist:
-        return table
-    held = run.on_walls.assign(holder=run.holders(run.on_walls["triangle"].to_numpy()))
-    name_of = {holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}
-    held["holder"] = held["holder"].map(name_of)
-    sums = held.pivot_table(index="step", columns="holder", values="volume", aggfunc="sum")
-    return sums.reindex(index=table.index, columns=table.columns, fill_value=0.0).fillna(0.0)
+    return run.on_walls({holder: name for name, holders in WALL_HOLDERS.items() for holder in holders}, "holder")
 
 
 def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
@@ -126,10 +120,10 @@ def liquid_by_holder(run: RunDir, walls: pd.DataFrame) -> pd.DataFrame:
     for name, holders in WALL_HOLDERS.items():
         if used & set(holders):
             frame[f"{name}_m3"] = walls[name].to_numpy()
-    frame["left_m3"] = _ledger(run, "left")
+    frame["left_m3"] = run.ledger_at("left")
     places = ["coarse_material_m3", "fines_m3", "left_m3", *(f"{n}_m3" for n in WALL_HOLDERS if f"{n}_m3" in frame)]
     frame["total_m3"] = frame[places].sum(axis=1)
-    frame["standing_bridges_m3"] = _ledger(run, "bridges")
+    frame["standing_bridges_m3"] = run.ledger_at("bridges")
     frame["initial_m3"] = line.initial_film.sum()
     return frame
 
@@ -177,6 +171,20 @@ def write_results(run: RunDir) -> Results:
     return made
 
 
+def summarise(run: RunDir, results: Results) -> dict[str, Any]:
+    """The content of summary.json, which is written: what every summary says, the fraction retained, the liquid, what holds."""
+    content = {
+        **general(run),
+        "fraction_retained_end": float(results.retained["fraction_retained"].iloc[-1]),
+        "coarse_share": coarse_share(run.scene),
+        "spheres_that_came_back_from_the_bin": run.timeline.came_back,
+        "liquid_end_m3": at_end(results.liquid),
+        "checks": [asdict(c) for c in results.checks],
+    }
+    write_json(run.path / "summary.json", content)
+    return content
+
+
 def at_end(liquid: pd.DataFrame) -> dict[str, float]:
     """Volume [m3] at the end by holder, from a table of columns that end in `_m3`."""
     named = {str(c).removesuffix("_m3"): c for c in liquid.columns if str(c).endswith("_m3") and c != "initial_m3"}
@@ -193,15 +201,6 @@ def _time_columns(run: RunDir) -> pd.DataFrame:
     line, slide = run.timeline, run.scene.slide
     opening = slide.opens_at_s if slide else 0.0
     return pd.DataFrame({"step": line.steps, "time_s": line.times, "time_since_opening_s": line.times - opening})
-
-
-def _ledger(run: RunDir, name: str) -> Floats:
-    """One column of the ledger at the output steps [m3]; zero in a dry run."""
-    steps = run.timeline.steps
-    if not run.moist:
-        return np.zeros(len(steps))
-    ledger = run.ledger.drop_duplicates("step", keep="last").set_index("step")[name]
-    return np.asarray(ledger.reindex(steps).fillna(0.0), dtype=float)
 
 
 def _largest_rise(values: Floats) -> float:

@@ -16,7 +16,18 @@ import numpy as np
 import scipy.linalg
 from scipy.optimize import brentq
 
-from reference_impl.bridge.solver import Floats, Problem, State, grid, liquid_volume, newton, refined, scales, tangent
+from reference_impl.bridge.solver import (
+    Floats,
+    Problem,
+    State,
+    grid,
+    liquid_volume,
+    newton,
+    refined,
+    scales,
+    tangent,
+    unit,
+)
 
 EASY_ANGLE = math.radians(60.0)
 EASY_VOLUME = 1e-3
@@ -80,8 +91,8 @@ def toroid(problem: Problem) -> State:
         length = radius * (math.pi - turn_i - turn_j)
         return State(np.concatenate([r, z, psi, [length, pressure, arc_i, arc_j]]), 0.0)
 
-    unit = 1.0 / (ki + kj)
-    low, high = 1e-9 * unit, 1e-9 * unit
+    size = 1.0 / (ki + kj)
+    low, high = 1e-9 * size, 1e-9 * size
     while liquid_volume(problem, arc(high)) < problem.volume:
         low, high = high, 1.5 * high
     return arc(
@@ -147,13 +158,9 @@ def norm_weight(state: State) -> Floats:
     return np.asarray(weight, dtype=float)
 
 
-def _apart(a: State, b: State, weight: Floats) -> float:
+def apart(a: State, b: State, weight: Floats) -> float:
+    """Length of the way between two bridges."""
     return math.sqrt(float(weight @ np.append(a.x - b.x, a.separation - b.separation) ** 2))
-
-
-def unit(direction: Floats, weight: Floats) -> Floats:
-    """The direction with length one in this norm."""
-    return np.asarray(direction / math.sqrt(float(weight @ direction**2)), dtype=float)
 
 
 def moved(state: State, direction: Floats, step: float) -> State:
@@ -204,7 +211,7 @@ def step_from(problem: Problem, point: Point, step: float, weight: Floats) -> Po
         return None
     state = newton(problem, guess, heading * weight, guess)
     # far from the guess it may lie on another branch
-    if state is None or _apart(state, guess, weight) > 0.5 * abs(step):
+    if state is None or apart(state, guess, weight) > 0.5 * abs(step):
         return None
     try:
         direction = tangent(problem, state, weight, heading)

@@ -16,10 +16,10 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from reference_impl.bridge.branch import Point, finer, lowest_eigenvalue, moved, norm_weight, step_from, walk
-from reference_impl.bridge.branch import unit as unit_direction
+from reference_impl.bridge.branch import Point, apart, finer, lowest_eigenvalue, moved, norm_weight, step_from, walk
 from reference_impl.bridge.measures import energy, force_spread, narrowest, share_i
 from reference_impl.bridge.solver import Floats, Problem, State, grid, interpolation, newton
+from reference_impl.bridge.solver import unit as unit_direction
 
 SPREAD = 1e-11
 MOST_POINTS = 256
@@ -146,8 +146,7 @@ def _bracket(problem: Problem, target: float = math.inf) -> tuple[Problem, Point
 
 
 def _distance(a: Point, b: Point) -> float:
-    apart = np.append(b.state.x - a.state.x, b.state.separation - a.state.separation)
-    return math.sqrt(float(norm_weight(a.state) @ apart**2))
+    return apart(a.state, b.state, norm_weight(a.state))
 
 
 def _end(problem: Problem, point: Point, step: float) -> Point:

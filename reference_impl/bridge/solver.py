@@ -259,13 +259,17 @@ def newton(problem: Problem, start: State, row: Floats | None = None, predicted:
     return None
 
 
+def unit(direction: Floats, weight: Floats) -> Floats:
+    """The direction with length one in the norm given by `weight`."""
+    return np.asarray(direction / math.sqrt(float(weight @ direction**2)), dtype=float)
+
+
 def tangent(problem: Problem, state: State, weight: Floats, before: Floats) -> Floats:
     """Unit direction of the branch in the norm given by `weight`, on the side of `before`."""
     right = np.zeros(len(state.x) + 1)
     right[-1] = 1.0
     direction = _solve_scaled(np.vstack([jacobian(problem, state), before * weight]), right, scales(state))
-    direction = even(problem, direction)
-    return np.asarray(direction / math.sqrt(float(weight @ direction**2)), dtype=float)
+    return unit(even(problem, direction), weight)
 
 
 def refined(state: State, direction: Floats, points: int) -> tuple[State, Floats]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,7 @@ import pandas as pd
 from reference_impl.diagnosis import chain as links_chain
 from reference_impl.diagnosis import viscous as links_viscous
 from reference_impl.diagnosis.diagnosis import Link, Suspect, length
-from reference_impl.diagnosis.suspects import Formula, factor, formulas, middle
+from reference_impl.diagnosis.suspects import Formula, factor, formulas, gaps, middle
 from reference_impl.replay import capillary, coverage, forces, laws, standing
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
@@ -32,18 +33,8 @@ def marks(c: Contacts) -> dict[str, Floats]:
 
 def separation(c: Contacts) -> Link:
     """S = |x_i - x_j| - r_i - r_j; at a wall without r_j."""
-    logged, distance = c.column("separation"), c.gap + c.ri + np.where(c.wall, 0.0, c.rj)
-
-    def suspects(rows: Floats) -> Iterator[Suspect]:
-        arm = np.where(c.wall, 0.0, c.rj)
-        yield Suspect("a wall is treated as a sphere of the particle's size", c.gap - np.where(c.wall, c.ri, 0.0))
-        yield Suspect("the radii are left out (distance of the centres)", distance)
-        yield Suspect("the radius of j is left out", distance - c.ri)
-        yield Suspect("diameters stand in place of radii", distance - 2.0 * (c.ri + arm))
-        yield Suspect("the radius is halved", distance - (c.ri + arm) / 2.0)
-        yield Suspect("overlaps are cut to zero", np.maximum(c.gap, 0.0))
-        yield from factor(logged, c.gap, rows)
-
+    logged = c.column("separation")
+    suspects = partial(gaps, logged, c.gap, c.ri, np.where(c.wall, 0.0, c.rj))
     return Link("separation", "gap", c.table, logged, c.gap, c.ri, suspects, marks=marks(c))
 
 

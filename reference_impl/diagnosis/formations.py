@@ -21,9 +21,7 @@ MOST_LOOKS = 50
 
 def early(run: Run, marks: dict[str, Floats]) -> Link:
     """A bridge forms only where the films touch, S < h_i + h_j, with the films at the start of the step."""
-    *layers, gap, ri = formations.films_at_events(run)
-    films, room, table = layers[0] + layers[1], formations.ROOM * ri, run.table("events")
-    wrong = ((table["kind"] == FORMATION).to_numpy() & (gap > films + room)).astype(float)
+    wrong, films, gap = formations.early(run)
     one = np.ones(len(gap))
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
@@ -31,7 +29,7 @@ def early(run: Run, marks: dict[str, Floats]) -> Link:
         words = f"it is made too early (at up to {far:.4g} times the films' thickness)"
         yield Suspect(words, np.where(gap <= far * films * (1 + 1e-12), wrong, np.nan), far)
 
-    return Link("formation_due", "formation", table, wrong, 0.0 * one, one, suspects, marks=marks)
+    return Link("formation_due", "formation", run.table("events"), wrong, 0.0 * one, one, suspects, marks=marks)
 
 
 def late(run: Run, marks: dict[str, Floats]) -> Link:

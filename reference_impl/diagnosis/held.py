@@ -6,7 +6,7 @@ Shared by the sections `scene` and `results`. A finding has the fields that the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,7 +23,6 @@ FACTORS = {
     0.5: "half of it", 2.0: "twice", -1.0: "the sign is turned", math.pi / 180.0: "radians taken for degrees",
     180.0 / math.pi: "degrees taken for radians",
 }  # fmt: skip
-Namer = Callable[["Held"], str]
 
 
 @dataclass(frozen=True)
@@ -73,25 +72,22 @@ class Section:
     compared: list[str] = field(default_factory=list)
     not_checked: list[str] = field(default_factory=list)
 
-    def add(self, quantity: str, scale: str, held: Sequence[Held], what: str, namer: Namer | None = None) -> None:
+    def add(self, quantity: str, scale: str, held: Sequence[Held], what: str) -> None:
         """One quantity over many values; those that are off become findings."""
         off = np.array([h.off for h in held])
         worst = held[int(np.argmax(off))] if held else None
-        shown = (
-            {}
-            if worst is None
-            else {"number": worst.name, "logged": _plain(worst.given), "reference": _plain(worst.expected)}
-        )
+        row: dict[str, Any] = {}
+        if worst is not None:
+            row = {"number": worst.name, "logged": _plain(worst.given), "reference": _plain(worst.expected)}
         largest = float(off.max(initial=0.0))
         self.quantities.append(
-            Quantity(quantity, scale, len(held), largest, TOLERANCE, worst=shown, deviations=Deviations(off))
+            Quantity(quantity, scale, len(held), largest, TOLERANCE, row, deviations=Deviations(off))
         )
         self.compared.append(f"{len(held)} {what}")
         wrong = [h for h in held if h.wrong]
         for h in wrong[:SHOWN]:
-            self.findings.append(
-                finding(self.name, quantity, h, h.what or (namer or likeness(held))(h), len(wrong), len(held))
-            )
+            what_is_wrong = h.what or likeness(h, held)
+            self.findings.append(finding(self.name, quantity, h, what_is_wrong, len(wrong), len(held)))
 
     def as_dict(self) -> dict[str, Any]:
         """For replay.json."""
@@ -126,26 +122,20 @@ def finding(room: str, quantity: str, held: Held, what: str, wrong: int, count: 
     }  # fmt: skip
 
 
-def likeness(held: Sequence[Held]) -> Namer:
-    """Says of a wrong value which other one it equals, or by which factor it is off."""
-
-    def name(wrong: Held) -> str:
-        if not _is_number(wrong.given) or not _is_number(wrong.expected):
-            return ""
-        stem, _, last = wrong.name.rpartition(".")
-        stem = "" if ": " in last else stem  # fields of a file itself are no family
-        family = [h for h in held if h is not wrong and _is_number(h.expected)]
-        family = [
-            h for h in family if h.name.rpartition(".")[2] == last or (stem and h.name.rpartition(".")[0] == stem)
-        ]
-        same = [h for h in family if wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)]
-        # where several have this value, the one that has this one's in turn
-        same.sort(key=lambda h: h.wrong and _is_number(h.given) and h.given == wrong.expected, reverse=True)
-        counts = isinstance(wrong.given, int) and isinstance(wrong.expected, int)
-        ratio = "" if counts or not wrong.expected else of_factor(wrong.given / wrong.expected)
-        return f"it is what {same[0].name} should be" if same else ratio
-
-    return name
+def likeness(wrong: Held, held: Sequence[Held]) -> str:
+    """Of a wrong value which other one it equals, or by which factor it is off."""
+    if not _is_number(wrong.given) or not _is_number(wrong.expected):
+        return ""
+    stem, _, last = wrong.name.rpartition(".")
+    stem = "" if ": " in last else stem  # fields of a file itself are no family
+    family = [h for h in held if h is not wrong and _is_number(h.expected)]
+    family = [h for h in family if h.name.rpartition(".")[2] == last or (stem and h.name.rpartition(".")[0] == stem)]
+    same = [h for h in family if wrong.given != 0 and math.isclose(wrong.given, h.expected, rel_tol=1e-9)]
+    # where several have this value, the one that has this one's in turn
+    same.sort(key=lambda h: h.wrong and _is_number(h.given) and h.given == wrong.expected, reverse=True)
+    counts = isinstance(wrong.given, int) and isinstance(wrong.expected, int)
+    ratio = "" if counts or not wrong.expected else of_factor(wrong.given / wrong.expected)
+    return f"it is what {same[0].name} should be" if same else ratio
 
 
 def of_factor(ratio: float) -> str:

@@ -7,6 +7,7 @@ factor, a shift, another row, another time.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -14,10 +15,10 @@ import pandas as pd
 
 from reference_impl.diagnosis import works as links_works
 from reference_impl.diagnosis.diagnosis import Link, Suspect
-from reference_impl.diagnosis.suspects import factor, middle
+from reference_impl.diagnosis.suspects import factor, gaps, middle
 from reference_impl.motion import budget, nearest, window
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay import bridge_ends, io, kept_tables
+from reference_impl.replay import bridge_ends, io, kept_tables, whole
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import RUPTURE
@@ -102,8 +103,7 @@ def times(run: Run, setup: window.Setup) -> Link:
 
 def places(run: Run) -> Iterator[Link]:
     """The trajectory against the bridges' snapshots."""
-    mine = run.table("bridges")[["step", "i", "xi_x", "xi_y", "xi_z"]].set_axis(["step", "id", *"xyz"], axis=1)
-    mine = mine.drop_duplicates(["step", "id"])
+    mine = whole.places(run).drop_duplicates(["step", "id"])
     both = run.table("trajectory")[["step", "id", *"xyz"]].merge(mine, on=["step", "id"], suffixes=("", "_own"))
     logged, own = (both[[f"{a}{end}" for a in "xyz"]].to_numpy(float) for end in ("", "_own"))
     outputs = np.unique(run.table("trajectory")["step"].to_numpy())
@@ -131,27 +131,18 @@ def speeds(setup: window.Setup) -> Iterator[Link]:
             yield Suspect("speed and spin are exchanged", own[:, 3 - columns.start : 6 - columns.start])
 
         size = np.maximum(np.abs(own).max(axis=1), 1e-3)
-        yield Link(
-            "trajectory_velocity",
-            f"{what} in the trajectory",
-            both,
-            logged[:, columns],
-            own[:, columns],
-            size,
-            suspects,
-        )
+        yield Link("trajectory_velocity", f"{what} in the trajectory", both, logged[:, columns], own[:, columns], size,
+                   suspects)  # fmt: skip
 
 
 def ledger(run: Run) -> Iterator[Link]:
     """Counts, and the liquid of each sort of holder by the films, bridges and wall films of the snapshots."""
     table, (counts, own_counts), (held, own_held), size = kept_tables.Count(run).values(run)
-    names, one = kept_tables, np.ones(len(table))
-    yield from links_works.columns(
-        table, counts, own_counts, names.COUNTED, "ledger_counts", "count in the ledger:", one, 0.0
-    )
-    yield from links_works.columns(
-        table, held, own_held, names.HELD, "ledger_held", "liquid in the ledger:", size, 1e-12
-    )
+    for names, logged, own, quantity, what, scale, limit in (
+        (kept_tables.COUNTED, counts, own_counts, "ledger_counts", "count in the ledger:", np.ones(len(table)), 0.0),
+        (kept_tables.HELD, held, own_held, "ledger_held", "liquid in the ledger:", size, 1e-12),
+    ):
+        yield from links_works.columns(table, logged, own, names, quantity, what, scale, limit)
 
 
 def triangles(run: Run, of: str) -> Link | None:
@@ -207,19 +198,8 @@ def ends(run: Run) -> Iterator[Link]:
         "snapshot_ends", "end of a bridge in a snapshot", shots.table, xj, shots.xj, shots.radius, of_ends, marks=walls
     )
     for name, e in (("snapshot", shots), ("event", events)):
-        logged, arm = e.table["separation"].to_numpy(float), np.where(e.wall, 0.0, e.rj)
-
-        def of_gaps(
-            rows: Floats, e: bridge_ends.Ends = e, logged: Floats = logged, arm: Floats = arm
-        ) -> Iterator[Suspect]:
-            yield Suspect("the radius of j is left out", e.gap + arm)
-            yield Suspect("the radii are left out (distance of the centres)", e.gap + arm + e.radius)
-            yield Suspect(
-                "a wall is treated as a sphere of the particle's size", e.gap - np.where(e.wall, e.radius, 0.0)
-            )
-            yield Suspect("overlaps are cut to zero", np.maximum(e.gap, 0.0))
-            yield from factor(logged, e.gap, rows)
-
+        logged = e.table["separation"].to_numpy(float)
+        of_gaps = partial(gaps, logged, e.gap, e.radius, np.where(e.wall, 0.0, e.rj))
         marks = {"between spheres": ~e.wall, "at walls": e.wall}
         yield Link(f"{name}_separation", f"gap in {'a snapshot' if name == 'snapshot' else 'an event'}", e.table, logged, e.gap,
                    e.radius, of_gaps, marks=marks)  # fmt: skip

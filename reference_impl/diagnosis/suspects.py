@@ -141,6 +141,17 @@ def factor(logged: Floats, own: Floats, rows: Floats) -> Iterator[Suspect]:
         )
 
 
+def gaps(logged: Floats, gap: Floats, ri: Floats, arm: Floats, rows: Floats) -> Iterator[Suspect]:
+    """Faults of S = |x_i - x_j| - r_i - r_j; `arm` is r_j, at a wall 0."""
+    yield Suspect("a wall is treated as a sphere of the particle's size", gap - np.where(arm == 0.0, ri, 0.0))
+    yield Suspect("the radii are left out (distance of the centres)", gap + ri + arm)
+    yield Suspect("the radius of j is left out", gap + arm)
+    yield Suspect("diameters stand in place of radii", gap - (ri + arm))
+    yield Suspect("the radius is halved", gap + 0.5 * (ri + arm))
+    yield Suspect("overlaps are cut to zero", np.maximum(gap, 0.0))
+    yield from factor(logged, gap, rows)
+
+
 def middle(values: Floats) -> float:
     """Median of what is finite, NaN where nothing is."""
     values = values[np.isfinite(values)]

@@ -48,10 +48,9 @@ def acting(run: Run, c: Contacts, marks: Marks) -> Link | None:
     law, bare = c.column("viscous_law"), c.column("factor_normal")
     one, push = np.ones(len(c.table)), (vectors(c.table, "push") * c.n).sum(axis=1)
     drag = -laws.VISCOUS_NORMAL[name](c.gap, c.volume, c.ri, c.rj, c.wall, one, run.meta["viscosity"])
-    implicit = run.meta.get("viscous_integration", "explicit") != "explicit"
     with np.errstate(all="ignore"):
         used = np.where(c.vn != 0.0, -law / c.vn, drag)  # as the engine had it
-    own = -drag * (c.vn + push) * bare if implicit else law
+    own = -drag * (c.vn + push) * bare if coverage.semi_implicit(run) else law
     logged = c.column("viscous_normal")
 
     def suspects(rows: Floats) -> Iterator[Suspect]:

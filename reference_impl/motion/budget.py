@@ -25,6 +25,7 @@ from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 
 WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
+"""Columns of the energy log that add up to the change of kinetic energy."""
 VELOCITY = tuple(f"{q}{axis}" for q in "vw" for axis in "xyz")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 LIMITS = {"kinetic": 1e-9, "spin": 1e-9, "formed": 1e-6, "ruptured": 1e-6, "capillary_stored": 1e-6, "gravity": 1e-3,
@@ -84,14 +85,13 @@ class Budget:
         x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
         m, free = self.setup.mass, self.setup.free
         fall, doubt = self._fall(outputs, x, v, events)
+        room = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
         own: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
             "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
             "gravity": fall.sum(axis=1),
-            "gravity_size": np.abs(fall).sum(axis=1)
-            + doubt
-            + float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6,
+            "gravity_size": np.abs(fall).sum(axis=1) + doubt + room,
         }
         self.rows.append(pd.DataFrame({**own, **of_bridges}))
 
@@ -185,16 +185,9 @@ class Budget:
             size = self.size("formed", both, turnover)
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
             own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
-            found.append(
-                one(
-                    "capillary",
-                    own_work,
-                    SLACK * both["steps"]
-                    + 1e-9 * turnover
-                    + SUMMED * (both["formed_own"].abs() + both["ruptured_own"].abs()),
-                    "works of the steps of the events",
-                )
-            )
+            of_events = both["formed_own"].abs() + both["ruptured_own"].abs()
+            room = SLACK * both["steps"] + 1e-9 * turnover + SUMMED * of_events
+            found.append(one("capillary", own_work, room, "works of the steps of the events"))
         return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -42,12 +43,12 @@ def check(
         return found, more
     found += kept_tables.velocities(setup)
     works = run is not None and budget.judged(run)
-    shares, counts = contributions.Shares(setup, run), newton.Counts()
+    shares, counts = contributions.Shares(setup, run), Counter[str]()
     parts: dict[str, list[Quantity]] = {}
     for f in newton.each(setup, run):  # a window's forces are large: one at a time
         io.note(f"window from step {f.window.steps[0]}")
         shares.add(f)
-        counts.add(f)
+        counts.update(f.counts)
         first, last = shares.windows[-1]
         table = io.table(io.where(folder, "trajectory"), "trajectory", [("step", ">=", first), ("step", "<=", last)])
         in_windows = [
@@ -58,12 +59,8 @@ def check(
             parts.setdefault(q.name, []).append(q)
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
     io.write_json(folder / "contributions.json", shares.result(moved))
-    more["newton"] = {
-        "windows": shares.windows,
-        "spheres": len(setup.ids),
-        "driven": int((~setup.free).sum()),
-        **counts.total,
-    }
+    driven = int((~setup.free).sum())
+    more["newton"] = {"windows": shares.windows, "spheres": len(setup.ids), "driven": driven, **counts}
     return found, more
 
 

@@ -69,11 +69,9 @@ BRIDGES = ("i", "j", "volume", "ti", "tj")
 
 def judged(run: Run) -> bool:
     """Whether the forces of bridges are known in every step: explicit, of closed form, and the mass is that of the spheres."""
-    laws_known = coverage.law(run, "capillary") in (None, *capillary.LAWS) and all(
-        coverage.law(run, e) in (None, *table)
-        for e, table in (("viscous_normal", laws.VISCOUS_NORMAL), ("viscous_tangential", laws.VISCOUS_TANGENTIAL))
-    )
-    explicit = run.meta.get("viscous_integration", "explicit") == "explicit" and impulses.every(run) == 1
+    tables = (capillary.LAWS, laws.VISCOUS_NORMAL, laws.VISCOUS_TANGENTIAL)
+    laws_known = all(coverage.law(run, e) in (None, *table) for e, table in zip(TERMS[1:], tables, strict=True))
+    explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1
     films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)  # else a wall is met without an event
     heavy = run.meta["effects"].get("liquid_weight") or run.meta["effects"].get("shedding")
     return bool(laws_known and explicit and films_on_walls and not heavy and where(run.folder, "trajectory").exists())
@@ -151,10 +149,8 @@ class Hangar:
         if flights is None:
             return []
         x, v, w, whole = fly(self.run, self.setup, flights)
-        rows, r = (
-            pd.DataFrame({"step": flights.step, "i": flights.id})[whole].reset_index(drop=True),
-            flights.radius[whole],
-        )
+        rows = pd.DataFrame({"step": flights.step, "i": flights.id})[whole].reset_index(drop=True)
+        r = flights.radius[whole]
         speed = np.sqrt((flights.v_end[whole] ** 2).sum(axis=1))
         logged = np.concatenate([flights.v_end, flights.radius[:, None] * flights.w_end], axis=1)[whole]
         own = np.concatenate([v, flights.radius[:, None] * w], axis=1)[whole]

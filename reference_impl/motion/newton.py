@@ -13,6 +13,7 @@ Bridges act for as many steps as impulses.py says.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +25,7 @@ from reference_impl.motion import dry, mesh, pushes, touching, wet
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
 from reference_impl.motion.window import Setup, Window, springs, windows
+from reference_impl.replay import coverage
 from reference_impl.replay.compare import Floats, Quantity, compare
 from reference_impl.replay.io import Run, vectors
 
@@ -45,7 +47,8 @@ class Forces:
     doubt: Floats
     sizes: Floats
     checks: dict[str, tuple[Any, ...]]
-    counts: dict[str, int]
+    counts: Counter[str]
+    """What the engine's log was asked for."""
     start: Floats
     """Springs from which the contacts began their step; `known`: rows whose spring is taken as logged."""
     known: Floats
@@ -70,7 +73,7 @@ def _window(
     setup: Setup, window: Window, run: Run | None, motion: Motion, shapes: dict[str, mesh.Topology],
     logs: touching.Springs, walls: touching.Springs,
 ) -> Forces:  # fmt: skip
-    counts: dict[str, int] = {}
+    counts: Counter[str] = Counter()
     pairs = touching.of_pairs(setup, window)
     at_walls = touching.of_walls(setup, window, motion, shapes)
     parts = [(pairs, logs), *((t, walls) for t in at_walls)]
@@ -99,7 +102,7 @@ def _window(
         checks["contact_logged"] = (overlap, contact.overlap, setup.radius[touches.a], rows)
     bridges = wet.of_window(run, setup, window) if run is not None else None
     force, torque, doubt, sizes = _sums(setup, window, touches, contact, bridges)
-    if run is not None and bridges is not None and run.meta.get("viscous_integration", "explicit") != "explicit":
+    if run is not None and bridges is not None and coverage.semi_implicit(run):
         least = np.maximum(sizes, window.mass * STANDARD_WEIGHT)
         checks |= pushes.against_log(run, setup, window, bridges, force, torque, least, doubt / limit(setup))
     counts["dry_contacts"] = len(touches)
@@ -110,7 +113,7 @@ def _window(
 
 def _springs(
     setup: Setup, window: Window, t: touching.Touches, log: touching.Springs, plane: tuple[int, mesh.Topology] | None,
-    counts: dict[str, int],
+    counts: Counter[str],
 ) -> tuple[touching.Touches, Floats, Floats]:  # fmt: skip
     """Springs from which each contact starts its step, and rows where that is the present spring itself.
 
@@ -124,7 +127,7 @@ def _springs(
     now, there = log.of(step, t.a, t.b)
     if plane is not None and not there.all():
         skip = ~there & np.array([_beside(setup, log, plane, *row)[1] for row in zip(step, t.a, t.b, strict=True)])
-        counts["skipped_beside_another"] = counts.get("skipped_beside_another", 0) + int(skip.sum())
+        counts["skipped_beside_another"] += int(skip.sum())
         t = touching.Touches(*(getattr(t, f)[~skip] for f in touching.Touches.__dataclass_fields__))
         step, now, there = step[~skip], now[~skip], there[~skip]
     given = t.k == 0
@@ -137,7 +140,7 @@ def _springs(
         trial = dry.contacts(setup, window, t, before, given)
         off = dry.size(trial.spring - now) > 1e-9 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
         left = fresh & there & off
-        counts["springs_left_over"] = counts.get("springs_left_over", 0) + int(left.sum())
+        counts["springs_left_over"] += int(left.sum())
         given = given | left
     return t, np.where(given[:, None], now, before), given
 
@@ -247,8 +250,8 @@ def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
     """Step (its place in the window) and sphere for which the law is checked."""
     w = f.window
     k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
-    at, who = (g.ravel() for g in np.meshgrid(k, np.flatnonzero(setup.free), indexing="ij"))
-    return at, who
+    free = np.flatnonzero(setup.free)
+    return np.repeat(k, len(free)), np.tile(free, len(k))
 
 
 def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
@@ -300,15 +303,3 @@ def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
     x = np.concatenate([f.window.x for f in found]).reshape(-1, 3)
     table = pd.DataFrame({"step": np.repeat(steps, len(setup.ids)), "id": np.tile(setup.ids, len(steps))})
     return table.assign(**dict(zip("xyz", x.T, strict=True)))
-
-
-class Counts:
-    """What the engine's log was asked for, over all windows."""
-
-    def __init__(self) -> None:
-        self.total: dict[str, int] = {}
-
-    def add(self, f: Forces) -> None:
-        """One window."""
-        for name, n in f.counts.items():
-            self.total[name] = self.total.get(name, 0) + n

@@ -100,39 +100,26 @@ def of_walls(setup: Setup, window: Window, motion: Motion, shapes: dict[str, mes
         rest = np.stack([motion.to_rest(wall, int(s), x) for s, x in zip(window.steps, window.x, strict=True)])
         a, t = near_triangles(rest[0], setup.radius + travel(rest) * 1.01, shape.corners)
         one_step = _prism_step if wall.prisms else _wall_step
-        rows = [one_step(setup, window, motion, wall, shape, k, rest[k], a, t) for k in range(len(rest))]
+        rows = []
+        for k, step in enumerate(window.steps.tolist()):
+            at, b, apart, point, face = one_step(setup, wall, shape, rest[k], a, t)
+            place, some = motion.to_world(wall, step, point), np.ones(len(at), dtype=bool)
+            n, vb = (window.x[k][at] - place) / apart[:, None], motion.velocity(wall, step, place)
+            rows.append(Touches(np.full(len(at), k), at, b, some, n, apart, vb, face))
         found.append(join(rows))
     return found
 
 
-def _wall_step(
-    setup: Setup,
-    window: Window,
-    motion: Motion,
-    wall: Wall,
-    shape: mesh.Topology,
-    k: int,
-    y: Floats,
-    a: Floats,
-    t: Floats,
-) -> Touches:
-    step = int(window.steps[k])
+def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
+    """Of pairs of a sphere a and a triangle t those that touch: sphere, triangle, distance, point at rest, whether its face."""
     apart, point, kind = mesh.resolve(shape, t, y[a])
     at = np.flatnonzero(apart - setup.radius[a] <= 0.0)
-    place = motion.to_world(wall, step, point[at])
-    n = (window.x[k][a[at]] - place) / apart[at][:, None]
-    vb = motion.velocity(wall, step, place)
-    first = wall.first
-    return Touches(
-        np.full(len(at), k), a[at], t[at] + first, np.ones(len(at), dtype=bool), n, apart[at], vb, kind[at] == mesh.FACE
-    )  # fmt: skip
+    return a[at], t[at] + wall.first, apart[at], point[at], kind[at] == mesh.FACE
 
 
-def _prism_step(
-    setup: Setup, window: Window, motion: Motion, wall: Wall, shape: mesh.Topology, k: int, y: Floats, a: Floats, t: Floats
-) -> Touches:  # fmt: skip
-    """The same where each part is one body: the closest of its triangles, and `b` is the part's first one."""
-    step, part = int(window.steps[k]), setup.part[wall.first + t]
+def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
+    """The same where each part is one body: the closest of its triangles, and the triangle given is the part's first one."""
+    part = setup.part[wall.first + t]
     point = mesh.closest_point(y[a], shape.corners[t])
     apart = np.sqrt(((y[a] - point) ** 2).sum(axis=1))
     order = np.lexsort((apart, part, a))
@@ -140,12 +127,9 @@ def _prism_step(
     first[1:] = (np.diff(a[order]) != 0) | (np.diff(part[order]) != 0)
     at = order[first]
     at = at[apart[at] <= setup.radius[a[at]]]
-    place = motion.to_world(wall, step, point[at])
-    n = (window.x[k][a[at]] - place) / apart[at][:, None]
     own = setup.part[wall.first : wall.last]
     b = wall.first + np.searchsorted(own, part[at])  # parts are numbered in the order of the triangles
-    some = np.ones(len(at), dtype=bool)
-    return Touches(np.full(len(at), k), a[at], b, some, n, apart[at], motion.velocity(wall, step, place), ~some)
+    return a[at], b, apart[at], point[at], np.zeros(len(at), dtype=bool)
 
 
 class Springs:

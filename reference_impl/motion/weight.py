@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import window
-from reference_impl.replay import laws, plans
+from reference_impl.replay import coverage, laws, plans
 from reference_impl.replay.bodies import bodies, of_bridges
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
@@ -53,8 +53,8 @@ class Carried:
     """Volume of the liquid on each sphere [m3] at the start of every step of the windows, from the start films and the logs."""
 
     def __init__(self, run: Run) -> None:
-        semi, heavy = run.meta.get("viscous_integration") == "semi_implicit", run.meta["effects"].get("liquid_weight")
-        wanted = window.recorded(run.folder) or (semi and heavy)
+        heavy = run.meta["effects"].get("liquid_weight")
+        wanted = window.recorded(run.folder) or (heavy and coverage.semi_implicit(run))
         self._steps = plans.plan(run.folder).window_steps if wanted else np.zeros(0, np.int64)
         self._now = np.nan_to_num(bodies(run).film)
         self._at = np.empty((len(self._steps), len(self._now)))

@@ -15,9 +15,8 @@ from reference_impl.motion import impulses, nearest
 from reference_impl.motion.dry import dot, size
 from reference_impl.motion.window import Setup, Window
 from reference_impl.replay import capillary, coverage, laws
-from reference_impl.replay.bodies import bodies
+from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats
-from reference_impl.replay.forces import angles
 from reference_impl.replay.implicit import relative_kick
 from reference_impl.replay.io import Run, vectors
 
@@ -83,17 +82,17 @@ def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
     gap = apart - setup.radius[a] - rb
     relative = window.v_half[k, a] - vb
     spin = setup.radius[a][:, None] * window.w_half[k, a] + rb[:, None] * window.w_half[k, other]
-    pull, normal, side, acting = _terms(run, table, wall, gap, n, relative, spin)
+    pull, normal, side, acting = _terms(run, table, gap, n, relative, spin)
     slip = relative - dot(relative, n)[:, None] * n - np.cross(spin, n)
     weight = impulses.weights(run, table)
     return Bridges(table, k, a, b, wall, n, gap, point, vb, relative, slip, pull, normal, side, weight, acting)
 
 
 def _terms(
-    run: Run, table: pd.DataFrame, wall: Floats, gap: Floats, n: Floats, relative: Floats, spin: Floats
+    run: Run, table: pd.DataFrame, gap: Floats, n: Floats, relative: Floats, spin: Floats
 ) -> tuple[Floats, Floats, Floats, dict[str, bool]]:
     """Capillary pull, normal drag along n, tangential drag; of an effect that is off, what its usual law would give."""
-    ri, rj, ti, tj = angles(table, bodies(run))
+    p = pairs(table, bodies(run))
     volume, eta, sigma = table["volume"].to_numpy(float), run.meta["viscosity"], run.meta["surface_tension"]
     name = {effect: coverage.law(run, effect) for effect in DEFAULT}
     acting = {effect: law is not None for effect, law in name.items()}
@@ -101,15 +100,15 @@ def _terms(
     push, spin_push = vectors(table, "push"), vectors(table, "spin_push")
     pull = table["capillary"].to_numpy(float)
     if use["capillary"] in capillary.LAWS:
-        pull = capillary.LAWS[use["capillary"]](gap, volume, ri, rj, wall, ti, tj, sigma)
+        pull = capillary.LAWS[use["capillary"]](gap, volume, p.ri, p.rj, p.wall, p.ti, p.tj, sigma)
     normal, side = table["viscous_normal"].to_numpy(float), vectors(table, "viscous_tangential")
     kick = relative_kick(run, table)
     if use["viscous_normal"] in laws.VISCOUS_NORMAL:
         law = laws.VISCOUS_NORMAL[use["viscous_normal"]]
-        drag = -law(gap, volume, ri, rj, wall, np.ones(len(gap)), eta)
+        drag = -law(gap, volume, p.ri, p.rj, p.wall, np.ones(len(gap)), eta)
         normal = -drag * (dot(relative, n) + dot(push, n)) / (1.0 + drag * kick)
     if use["viscous_tangential"] in laws.VISCOUS_TANGENTIAL:
-        slide, roll = laws.VISCOUS_TANGENTIAL[use["viscous_tangential"]](gap, ri, rj, wall, eta)
+        slide, roll = laws.VISCOUS_TANGENTIAL[use["viscous_tangential"]](gap, p.ri, p.rj, p.wall, eta)
         moved = relative + push
         sideways, turn = moved - dot(moved, n)[:, None] * n, np.cross(spin + spin_push, n)
         side = (roll[:, None] * turn - slide[:, None] * sideways) / (1.0 + (slide + 2.5 * roll) * kick)[:, None]

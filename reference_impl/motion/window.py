@@ -119,11 +119,6 @@ def recorded(run_dir: Path) -> bool:
     return (Path(run_dir) / "history" / "window_states.parquet").exists()
 
 
-def is_dry(run_dir: Path) -> bool:
-    """Whether the scene of a run directory has no bridges."""
-    return not read_scene(Path(run_dir))["effects"]["bridges"]
-
-
 def read(run_dir: Path) -> Setup:
     """Everything but the motion."""
     folder = Path(run_dir)
@@ -191,16 +186,8 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
-        walls.append(
-            Wall(
-                wall["name"],
-                int(at[0]),
-                int(at[-1]) + 1,
-                wall["motion"],
-                way_of(scene, wall),
-                wall.get("prisms", False),
-            )
-        )
+        way, prisms = way_of(scene, wall), wall.get("prisms", False)
+        walls.append(Wall(wall["name"], int(at[0]), int(at[-1]) + 1, wall["motion"], way, prisms))
     return tuple(walls), corners, table["part"].to_numpy()
 
 

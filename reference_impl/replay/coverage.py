@@ -50,6 +50,11 @@ def law(run: Run, effect: str) -> str | None:
     return None if name is None else str(name)
 
 
+def semi_implicit(run: Run) -> bool:
+    """Whether drag is taken at the speed after the step (`viscous_integration`)."""
+    return bool(run.meta.get("viscous_integration", "explicit") != "explicit")
+
+
 def solved(run: Run, effect: str) -> bool:
     """Whether the effect's law is the exact bridge."""
     return effect in SOLVED and law(run, effect) == EXACT

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay import capillary, coverage, laws, standing
-from reference_impl.replay.bodies import Bodies, bodies, pairs
+from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Floats, Quantity, compare
 from reference_impl.replay.implicit import relative_kick
 from reference_impl.replay.io import Run, vectors
@@ -50,37 +50,28 @@ class Term:
     found: list[Quantity]
 
 
-def angles(table: pd.DataFrame, fixed: Bodies) -> tuple[Floats, Floats, Floats, Floats]:
-    """Radii and contact angles of both partners; at a wall radius_j is a dummy."""
-    p = pairs(table, fixed)
-    return p.ri, p.rj, p.ti, p.tj
-
-
 def contacts(run: Run) -> Contacts:
     """Geometry and motion of every logged contact."""
     table = run.table("contacts")
-    wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
-    ri, rj, ti, tj = angles(table, bodies(run))
-    arm = np.where(wall, 0.0, rj)
+    p = pairs(table, bodies(run))
+    arm = np.where(p.wall, 0.0, p.rj)
     apart = vectors(table, "xi") - vectors(table, "xj")
     distance = np.sqrt((apart**2).sum(axis=1))
     n = apart / distance[:, None]
     relative = vectors(table, "vi") - vectors(table, "vj")
     vn = (relative * n).sum(axis=1)
     return Contacts(
-        table, wall, ri, rj, ti, tj, table["volume"].to_numpy(float), n, distance - ri - arm,
+        table, p.wall, p.ri, p.rj, p.ti, p.tj, table["volume"].to_numpy(float), n, distance - p.ri - arm,
         speed=np.sqrt((relative**2).sum(axis=1)), vn=vn, sideways=relative - vn[:, None] * n,
-        spin=ri[:, None] * vectors(table, "wi") + arm[:, None] * vectors(table, "wj"),
+        spin=p.ri[:, None] * vectors(table, "wi") + arm[:, None] * vectors(table, "wj"),
     )  # fmt: skip
 
 
 def capillary_term(run: Run, c: Contacts) -> Term:
     """Own value for a closed form; the logged one where the exact bridge was sampled or the law is not known."""
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
-    if coverage.solved(run, "capillary"):
-        return Term(logged, np.abs(logged), [])  # see sampled.py
-    if not coverage.known(run, "capillary"):
-        return Term(logged, np.abs(logged), [])
+    if coverage.solved(run, "capillary") or not coverage.known(run, "capillary"):
+        return Term(logged, np.abs(logged), [])  # of the exact bridge see sampled.py
     own, least = np.zeros(len(c.table)), np.full(len(c.table), TINY)
     if name is not None:
         own = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)

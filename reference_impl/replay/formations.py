@@ -52,16 +52,21 @@ class Held:
 
     def keep(self, run: Run) -> None:
         """A part of the log has been gone through."""
-        fixed, events = bodies(run), run.table("events")
-        both = np.stack(holders(events, pairs(events, fixed), fixed), axis=1).ravel()
+        events = run.table("events")
         keep_films(self.film, events, run)
-        np.maximum.at(self.changed, both, np.repeat(events["step"].to_numpy(np.int64), 2))
+        for side in sides_of(events, run):
+            np.maximum.at(self.changed, side, events["step"].to_numpy(np.int64))
+
+
+def sides_of(events: pd.DataFrame, run: Run) -> tuple[Floats, Floats]:
+    """Numbers of the holders on both sides of some events."""
+    fixed = bodies(run)
+    return holders(events, pairs(events, fixed), fixed)
 
 
 def keep_films(film: Floats, events: pd.DataFrame, run: Run) -> None:
     """Have in `film` what all holders have after some events by the log."""
-    fixed = bodies(run)
-    both = np.stack(holders(events, pairs(events, fixed), fixed), axis=1).ravel()
+    both = np.stack(sides_of(events, run), axis=1).ravel()
     film[both] = events[["film_i_after", "film_j_after"]].to_numpy().ravel()
 
 
@@ -71,21 +76,23 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
     p = pairs(events, fixed)
     area = np.where(p.wall, fixed.area[np.where(p.wall, events["triangle"], -1)], 1.0)
     i, j = (np.maximum(events[f"film_{s}_before"].to_numpy(float), 0.0) for s in "ij")
-    return (
-        thickness(i, p.ri),
-        np.where(p.wall, j / area, thickness(j, p.rj)),
-        events["separation"].to_numpy(float),
-        p.ri,
-    )
+    layer_j = np.where(p.wall, j / area, thickness(j, p.rj))
+    return thickness(i, p.ri), layer_j, events["separation"].to_numpy(float), p.ri
+
+
+def early(run: Run) -> tuple[Floats, Floats, Floats]:
+    """Formations where the films did not touch, not S < h_i + h_j, as 1; films of both sides and gap of every event."""
+    own, other, gap, ri = films_at_events(run)
+    formed = (run.table("events")["kind"] == FORMATION).to_numpy()
+    return (formed & (gap > own + other + ROOM * ri)).astype(float), own + other, gap
 
 
 def due(run: Run) -> Quantity:
-    """A bridge forms only where the films touch, S < h_i + h_j."""
-    own, other, gap, ri = films_at_events(run)
-    events = run.table("events")
-    early = ((events["kind"] == FORMATION) & (gap > own + other + ROOM * ri)).to_numpy(float)
-    zero = np.zeros(len(early))
-    return compare("formation_due", "formations before the films touch", early, zero, zero + 1.0, events, 0.0)
+    """A bridge forms only where the films touch."""
+    wrong, _, _ = early(run)
+    zero = np.zeros(len(wrong))
+    scale = "formations before the films touch"
+    return compare("formation_due", scale, wrong, zero, zero + 1.0, run.table("events"), 0.0)
 
 
 def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
@@ -93,14 +100,13 @@ def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
 
     Zero where a film changed since, where all is new (step 0) and where the engine was set up anew.
     """
-    fixed, events, every = bodies(run), run.table("events"), impulses.every(run)
+    events, every = run.table("events"), impulses.every(run)
     own, other, gap, ri = films_at_events(run)
     step = events["step"].to_numpy(np.int64)
     way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
     # speeds are known at one of several steps
     way = way * (1.0 if every == 1 else 2.0) + (ROOM_OF_WAY[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
-    sides = holders(events, pairs(events, fixed), fixed)
-    since = np.maximum(*(_changed(run, held, side, step) for side in sides))
+    since = np.maximum(*(_changed(run, held, side, step) for side in sides_of(events, run)))
     judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
     excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
@@ -164,9 +170,8 @@ def _changed(run: Run, held: Held, holder: Floats, step: Floats) -> Floats:
     fixed, events, shed = bodies(run), run.table("events"), run.shed
     walls = np.where(shed["partner_kind"] == laws.SPHERE, 0, fixed.walls_from)
     of_drops = [shed["i"].to_numpy(np.int64), np.maximum(shed["j"].to_numpy(np.int64), 0) + walls]
-    sides = holders(events, pairs(events, fixed), fixed)
     all_changes = _place(np.concatenate([step, step, *2 * [shed["step"].to_numpy(np.int64)]]),
-                         np.concatenate([*sides, *of_drops]), holder_first=True)  # fmt: skip
+                         np.concatenate([*sides_of(events, run), *of_drops]), holder_first=True)  # fmt: skip
     sorted_changes = np.append(np.sort(all_changes), np.iinfo(np.int64).max)
     at = np.searchsorted(sorted_changes, _place(step, holder, holder_first=True), "left") - 1
     before = sorted_changes[at]
@@ -202,7 +207,7 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     fixed, events, shed = bodies(run), run.table("events"), run.shed
     # drops come after the formations of their step
     moved = np.concatenate(
-        [_place(events["step"], h) for h in holders(events, pairs(events, fixed), fixed)]
+        [_place(events["step"], h) for h in sides_of(events, run)]
         + [_place(shed["step"], np.maximum(shed[s], 0) + n * fixed.walls_from) for s in "ij" for n in (0, 1)]
     )
     sides = table["i"], np.where(wall, fixed.walls_from + table["triangle"], table["j"])

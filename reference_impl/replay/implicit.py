@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses, weight
+from reference_impl.replay import coverage
 from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run, scene
 from reference_impl.replay.laws import SPHERE
@@ -17,7 +18,7 @@ def relative_kick(run: Run, table: pd.DataFrame) -> Floats:
     dt (n_i/m_i + n_j/m_j) for each step that the force acts for, with n the logged number of bridges that share a sphere (0 for a
     driven sphere and for a wall).
     """
-    if run.meta.get("viscous_integration", "explicit") == "explicit":
+    if not coverage.semi_implicit(run):
         return np.zeros(len(table))
     mass = {t["type"]: t["density"] * 4.0 / 3.0 * np.pi * t["radius"] ** 3 for t in run.meta["types"]}
     spheres = run.table("spheres")

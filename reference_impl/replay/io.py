@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pyarrow import ArrowException, parquet
+from pyarrow import parquet
 
 Floats = NDArray[Any]
 
@@ -125,15 +125,14 @@ def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = No
 
 
 @contextmanager
-def readable(path: Path) -> Iterator[None]:
-    """Damage of a file that is being read, as a sentence."""
+def readable(path: Path, what: str = "the history of a moist run") -> Iterator[None]:
+    """Damage of a file that is being read, as a sentence; `what` was expected."""
     try:
         yield
     except ReplayError:
         raise
     except Exception as error:  # a cut or foreign file: pyarrow has many names for that
-        raise ReplayError(f"{path} is not a readable Parquet table; expected the history of a moist run: "
-                          "run the case again") from error  # fmt: skip
+        raise ReplayError(f"{path} is not a readable Parquet table; expected {what}: run the case again") from error
 
 
 TEXT = ("mesh", "holder")
@@ -170,20 +169,9 @@ def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
     """Some columns of a table of a run."""
     if not path.exists():
         raise ReplayError(f"{path} is missing; expected all tables of a finished run: run the case again")
-    try:
-        there = parquet.read_schema(path).names
-        complete(path, there, names)
+    with readable(path, "one of a finished run"):
+        complete(path, parquet.read_schema(path).names, names)
         return numbers(path, pd.read_parquet(path, columns=list(names)))
-    except (
-        OSError,
-        ArrowException,
-        ValueError,
-        KeyError,
-        TypeError,
-        OverflowError,
-    ) as error:  # pandas' words for damage
-        raise ReplayError(f"{path} is not a readable Parquet table; expected one of a finished run: "
-                          "run the case again") from error  # fmt: skip
 
 
 SCENE: dict[str, type | tuple[type, ...]] = {

@@ -69,7 +69,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
 
 def _dry(folder: Path) -> bool:
     """Whether a run is without bridges; refuses one of which nothing can be checked."""
-    dry = window.is_dry(folder)
+    dry = not io.scene(folder)["effects"]["bridges"]
     if dry and not window.recorded(folder) and not sections.any_there(folder):
         raise io.ReplayError(
             f"{folder} is a dry run without history/window_states.parquet; expected a run with output.window_trajectories: "

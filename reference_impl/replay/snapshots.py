@@ -1,8 +1,4 @@
-"""Bridges that formed too early or not at all, and the snapshots of films and bridges at every output against the events.
-
-A missed formation is looked for where positions are known: between spheres, at the output steps of trajectory.parquet and in the
-windows that record motion, there at every step at which bridges act. So none is later than the steps between those.
-"""
+"""The snapshots of films and bridges at every output against the events."""
 
 from __future__ import annotations
 
@@ -42,7 +38,4 @@ def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]
 
 def check(run: Run, tables: Tables, lives: Lives, outputs: Floats, shots: Floats) -> list[Quantity]:
     """All of these, of a part of the log."""
-    return [
-        *films_at_outputs(run, outputs, shots),
-        *standing_at_outputs(run, tables, lives),
-    ]
+    return [*films_at_outputs(run, outputs, shots), *standing_at_outputs(run, tables, lives)]

@@ -60,13 +60,8 @@ def _of_contacts(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
         m, r = (v[a] * v[b] / (v[a] + v[b]) if b else v[a] for v in (mass, radius))
         k = pair["normal_stiffness_N_per_m"]
         rolling = pair["rolling_friction_m"] / r if scene["effects"].get("rolling", True) else None
-        want = (
-            k,
-            pair["tangential_stiffness_N_per_m"],
-            dashpot(k, pair["restitution"], m, scene["time_step_s"]),
-            pair["friction"],
-            rolling,
-        )
+        damping = dashpot(k, pair["restitution"], m, scene["time_step_s"])
+        want = (k, pair["tangential_stiffness_N_per_m"], damping, pair["friction"], rolling)
         for name, value in zip(MATRICES, want, strict=True):
             for i, j in {(a, b), (b, a)}:
                 at = read[name]
@@ -95,19 +90,9 @@ def _movers(setup: str, scene: Mapping[str, Any]) -> Iterator[Held]:
             given = told.get((wall["name"], k), (0.0, None, None))
             yield Held(f"deck: {wall['name']}.amplitude.{axis}", given[0], size, "scene.json: vibration", size or 1e-3)
             if size:
-                yield Held(
-                    f"deck: {wall['name']}.phase.{axis}",
-                    given[1],
-                    motion["phase_rad"][k] - 0.5 * np.pi,
-                    "scene.json: vibration",
-                    1.0,
-                )
-                yield Held(
-                    f"deck: {wall['name']}.period.{axis}",
-                    given[2],
-                    1.0 / motion["frequency_Hz"],
-                    "scene.json: vibration",
-                )
+                phase, period = motion["phase_rad"][k] - 0.5 * np.pi, 1.0 / motion["frequency_Hz"]
+                yield Held(f"deck: {wall['name']}.phase.{axis}", given[1], phase, "scene.json: vibration", 1.0)
+                yield Held(f"deck: {wall['name']}.period.{axis}", given[2], period, "scene.json: vibration")
 
 
 def _stages(run: str, scene: Mapping[str, Any], resumed_at: int) -> Iterator[Held]:

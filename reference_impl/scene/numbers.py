@@ -49,10 +49,8 @@ def scene(config: Mapping[str, Any], given: Mapping[str, Any]) -> Expected:
 
 def _classes(config: Mapping[str, Any], of: Sequence[Class]) -> Expected:
     material = config["case"]["material"]
-    angle, of_material = (
-        math.radians(number(config["materials"]["spheres"][material], "contact_angle_deg")),
-        f"materials.yaml: spheres.{material}",
-    )
+    angle = math.radians(number(config["materials"]["spheres"][material], "contact_angle_deg"))
+    of_material = f"materials.yaml: spheres.{material}"
     found: Expected = {"classes": ([c.name for c in of], "the size classes of a case")}
     for kind, c in enumerate(of, 1):
         rows = {
@@ -148,11 +146,8 @@ def _walls(config: Mapping[str, Any]) -> Expected:
 
 
 def _times(config: Mapping[str, Any]) -> Expected:
-    scale, heights, speed = (
-        config["scale"],
-        tower.Heights.of(config),
-        number(config["apparatus"], "slide_speed_m_per_s"),
-    )
+    scale, heights = config["scale"], tower.Heights.of(config)
+    speed = number(config["apparatus"], "slide_speed_m_per_s")
     written = {**OF_OUTPUT, **(config["settings"].get("output") or {})}
     found: Expected = {
         "duration_s": (number(scale, "duration_s"), "scales.yaml: duration_s"),

@@ -55,19 +55,11 @@ def _packing(config: Mapping[str, Any], places: pd.DataFrame, radius: Floats) ->
     plan, z, at = Plan.of(config), Heights.of(config), places[["x", "y", "z"]].to_numpy(float)
     facing = 2.0 * np.pi * np.arange(plan.sides) / plan.sides
     reach = (at[:, :2] @ np.array([np.cos(facing), np.sin(facing)])).max(axis=1) + radius
-    yield Held(
-        "spheres at the start that reach into the feed bin's wall",
-        int((reach > plan.apothem + ROOM).sum()),
-        0,
-        "scales.yaml: width_mm",
-    )
+    beyond = int((reach > plan.apothem + ROOM).sum())
+    yield Held("spheres at the start that reach into the feed bin's wall", beyond, 0, "scales.yaml: width_mm")
     outside = (at[:, 2] - radius < z.slide_top - ROOM) | (at[:, 2] + radius > z.feed_bin_top + ROOM)
-    yield Held(
-        "spheres at the start below the slide or above the feed bin",
-        int(outside.sum()),
-        0,
-        "scales.yaml: feed_bin_height_mm",
-    )
+    where, source = "spheres at the start below the slide or above the feed bin", "scales.yaml: feed_bin_height_mm"
+    yield Held(where, int(outside.sum()), 0, source)
     pairs = cKDTree(at).query_pairs(2.0 * float(radius.max()), output_type="ndarray")
     gap = np.sqrt(((at[pairs[:, 0]] - at[pairs[:, 1]]) ** 2).sum(axis=1)) - radius[pairs[:, 0]] - radius[pairs[:, 1]]
     yield Held("pairs of spheres that overlap at the start", int((gap < 0.0).sum()), 0, "a loose fill")

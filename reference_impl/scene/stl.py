@@ -116,9 +116,7 @@ class Plate:
 def plate(corners: Floats) -> Plate:
     """Measured at its nodes; the thickness is the vertical one at each node of the outline."""
     points, _ = nodes(corners)
-    order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
-    stacked = points[order].reshape(-1, 2, 3)  # nodes of an outline stand above each other
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    stacked, normal = _stacked(points), _normals(corners)
     top = normal[np.argmax(normal[:, 2])]
     return Plate(
         points.min(axis=0), points.max(axis=0), float((stacked[:, 1, 2] - stacked[:, 0, 2]).mean()),
@@ -126,10 +124,19 @@ def plate(corners: Floats) -> Plate:
     )  # fmt: skip
 
 
+def _stacked(points: Floats) -> Floats:
+    """Nodes of an outline, which stand above each other, in pairs (n, 2, 3)."""
+    return points[np.lexsort((points[:, 2], points[:, 1], points[:, 0]))].reshape(-1, 2, 3)
+
+
+def _normals(corners: Floats) -> Floats:
+    """Of every triangle, as long as twice its area."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
 def area(corners: Floats) -> Floats:
     """Of every triangle [m2]."""
-    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(0.5 * np.sqrt((sides**2).sum(axis=1)))
+    return np.asarray(0.5 * np.sqrt((_normals(corners) ** 2).sum(axis=1)))
 
 
 LARGE = 0.005
@@ -145,15 +152,13 @@ def half_width(corners: Floats, upright: bool) -> float | None:
     edges = np.concatenate([index[:, [0, 1]], index[:, [1, 2]], index[:, [2, 0]]])
     pairs, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     border = pairs[count == 1]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = _normals(corners)
     normal = normal / np.sqrt((normal**2).sum(axis=1))[:, None]
     ring = len(points) - len(pairs) + len(index) == 0  # Euler's characteristic: 1 of a face without a hole
     if (normal @ normal[0] < 1.0 - 1e-6).any():
         if not upright:
             return None
-        height = np.abs(
-            np.diff(points[np.lexsort((points[:, 2], points[:, 1], points[:, 0]))].reshape(-1, 2, 3)[:, :, 2], axis=1)
-        )
+        height = np.abs(np.diff(_stacked(points)[:, :, 2], axis=1))
         half = 0.5 * float(height.min())
     elif ring:
         length = np.sqrt(((points[border[:, 0]] - points[border[:, 1]]) ** 2).sum(axis=1)).sum()

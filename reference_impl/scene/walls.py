@@ -43,11 +43,8 @@ def _length(name: str, given: float, expected: float, source: str) -> Held:
 
 
 def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
-    wires, of_aperture, of_wire = (
-        stl.wires(corners),
-        "materials.yaml: screens aperture_mm",
-        "materials.yaml: screens wire_diameter_mm",
-    )
+    wires, screens = stl.wires(corners), "materials.yaml: screens"
+    of_aperture, of_wire = f"{screens} aperture_mm", f"{screens} wire_diameter_mm"
     k = np.arange(plan.wire_sides)
     section = float(np.ptp(np.sin(2.0 * np.pi * k / plan.wire_sides))) * 0.5 * plan.wire
     across = np.ptp(np.cos(2.0 * np.pi * k / plan.wire_sides)) * 0.5 * plan.wire
@@ -55,43 +52,30 @@ def _wires(plan: Plan, corners: Floats) -> Iterator[Held]:
     outward = np.column_stack([np.cos(facing), np.sin(facing)])
     for along, name in enumerate("xy"):
         row = sorted((w for w in wires if w.along == along), key=lambda w: w.at)
-        places = np.array([w.at for w in row])
+        names = ("at", "width", "height", "middle", "sides")
+        places, widths, heights, middles, sides = (np.array([float(getattr(w, n)) for w in row]) for n in names)
         yield Held(f"wires along {name}, their number", len(row), len(plan.wires), of_aperture)
         if len(row) == len(plan.wires):
-            yield _worst(
-                f"place of a wire along {name}", places, plan.wires, "a pitch apart, about the axis", plan.pitch
-            )
-        widths = np.array([w.width for w in row])
-        yield _worst(f"wires along {name}.diameter_m", widths, np.full(len(row), across), of_wire)
+            of_place = "a pitch apart, about the axis"
+            yield _worst(f"place of a wire along {name}", places, plan.wires, of_place, plan.pitch)
         free = np.diff(places) - 0.5 * (widths[1:] + widths[:-1])
-        yield _worst(f"wires along {name}.aperture_m", free, np.full(len(free), plan.aperture), of_aperture)
-        heights = np.array([w.height for w in row])
-        yield _worst(f"wires along {name}.height_m", heights, np.full(len(row), section), of_wire)
-        middles = np.array([w.middle for w in row])
-        yield _worst(
-            f"wires along {name}, height of their axes", middles, np.zeros(len(row)), "the screen's plane", plan.wire
-        )
-        yield _worst(
-            f"wires along {name}.sides",
-            np.array([float(w.sides) for w in row]),
-            np.full(len(row), float(plan.wire_sides)),
-            "scales.yaml: wire_sides",
-        )
+        of_row = f"wires along {name}"
+        yield _worst(f"{of_row}.diameter_m", widths, across, of_wire)
+        yield _worst(f"{of_row}.aperture_m", free, plan.aperture, of_aperture)
+        yield _worst(f"{of_row}.height_m", heights, section, of_wire)
+        yield _worst(f"{of_row}, height of their axes", middles, 0.0, "the screen's plane", plan.wire)
+        yield _worst(f"{of_row}.sides", sides, plan.wire_sides, "scales.yaml: wire_sides")
         ends = np.array([[(e, w.at) if along == 0 else (w.at, e) for e in w.ends] for w in row]).reshape(-1, 2)
         reach = (ends @ outward.T).max(axis=1)
         middle = plan.apothem + 0.5 * plan.thickness
-        yield _worst(
-            f"ends of the wires along {name}, from the axis",
-            reach,
-            np.full(len(reach), middle),
-            "the middle of the wall's thickness",
-        )
+        yield _worst(f"ends of the {of_row}, from the axis", reach, middle, "the middle of the wall's thickness")
 
 
-def _worst(name: str, given: Floats, expected: Floats, source: str, scale: float | None = None) -> Held:
+def _worst(name: str, given: Floats, expected: Floats | float, source: str, scale: float | None = None) -> Held:
     """The value that is farthest off."""
     if len(given) == 0:
-        return Held(f"{name} (measured on the STL)", None, float(expected[0]) if len(expected) else 0.0, source)
+        return Held(f"{name} (measured on the STL)", None, 0.0, source)
+    expected = np.broadcast_to(expected, given.shape)
     at = int(np.argmax(np.abs(given - expected)))
     return Held(f"{name} (measured on the STL)", float(given[at]), float(expected[at]), source, scale, ROOM)
 
@@ -99,25 +83,16 @@ def _worst(name: str, given: Floats, expected: Floats, source: str, scale: float
 def _tubes(plan: Plan, z: Heights, meshes: Mapping[str, Floats]) -> Iterator[Held]:
     a, t = plan.apothem, plan.thickness
     outer = a + t + plan.clearance
+    wire, rim, of_scale = (
+        "the wire diameter below the plane",
+        "6 mm above the outlet's end",
+        "scales.yaml: {}_mm".format,
+    )
     for name, inner, low, high, of_low, of_high in (
-        (
-            "side_wall",
-            a,
-            z.outlet_top,
-            z.side_wall_top,
-            "the wire diameter below the plane",
-            "scales.yaml: side_wall_height_mm",
-        ),
-        ("feed_bin", a, z.feed_bin_low, z.feed_bin_top, "scales.yaml: clearance_mm", "scales.yaml: feed_bin_height_mm"),
-        ("outlet", a, z.outlet_end, z.outlet_top, "scales.yaml: outlet_height_mm", "the wire diameter below the plane"),
-        (
-            "collecting_bin",
-            outer,
-            z.bin_floor - t,
-            z.bin_rim,
-            "scales.yaml: collecting_bin_height_mm",
-            "6 mm above the outlet's end",
-        ),
+        ("side_wall", a, z.outlet_top, z.side_wall_top, wire, of_scale("side_wall_height")),
+        ("feed_bin", a, z.feed_bin_low, z.feed_bin_top, of_scale("clearance"), of_scale("feed_bin_height")),
+        ("outlet", a, z.outlet_end, z.outlet_top, of_scale("outlet_height"), wire),
+        ("collecting_bin", outer, z.bin_floor - t, z.bin_rim, of_scale("collecting_bin_height"), rim),
     ):
         if name not in meshes:
             continue
@@ -136,25 +111,16 @@ def _plates(config: Mapping[str, Any], plan: Plan, z: Heights, meshes: Mapping[s
     if "slide" in meshes:
         slide = stl.plate(meshes["slide"])
         for axis, low, high in zip("xy", slide.low, slide.high, strict=False):
-            yield _length(
-                f"slide, length along {axis}",
-                float(high - low),
-                2.0 * plan.half_slide,
-                "the middle of the wall's thickness",
-            )
+            length, source = float(high - low), "the middle of the wall's thickness"
+            yield _length(f"slide, length along {axis}", length, 2.0 * plan.half_slide, source)
         yield _length("slide, upper face", float(slide.high[2]), z.slide_top, "scales.yaml: slide_height_mm")
         yield _length("slide.thickness_m", slide.thickness, t, "scales.yaml: wall_thickness_mm")
     if "impact_plate" in meshes:
         plate = stl.plate(meshes["impact_plate"])
-        angle = np.radians(config["apparatus"]["impact_plate_angle_deg"]["value"])
+        angle = float(np.radians(config["apparatus"]["impact_plate_angle_deg"]["value"]))
         edge = plan.apothem - max(OPENING[0] * plan.width, OPENING[1] * plan.aperture)
-        yield Held(
-            "impact_plate, angle [rad] (measured on the STL)",
-            plate.angle,
-            float(angle),
-            "scales.yaml: impact_plate_angle_deg",
-            room=2e-6,
-        )
+        tilt, of_tilt = "impact_plate, angle [rad] (measured on the STL)", "scales.yaml: impact_plate_angle_deg"
+        yield Held(tilt, plate.angle, angle, of_tilt, room=2e-6)
         yield _length("impact_plate, high end", float(plate.high[2]), z.plate_top, "two apertures below the wires")
         yield _length("impact_plate, low edge", float(plate.high[0]), edge, "opening of 0.4 widths or 3 apertures")
         yield _length("impact_plate.thickness_m", plate.thickness, t, "scales.yaml: wall_thickness_mm")
@@ -223,12 +189,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
         ),
         _row("history/parts.contact_angle", p["contact_angle"].to_numpy(float), angle, 1.0),
         _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
-        _row(
-            "history/parts.half_width",
-            np.where(np.isfinite(own), own, 0.0),
-            np.where(np.isfinite(wide), wide, 0.0),
-            1e-3,
-        ),
+        _row("history/parts.half_width", *(np.where(np.isfinite(w), w, 0.0) for w in (own, wide)), 1e-3),
     ]
     for column in ("mesh", "holder"):
         want = [scene["walls"][k]["name" if column == "mesh" else "holder"] for k in wall_of]

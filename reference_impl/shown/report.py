@@ -83,24 +83,17 @@ class Runs:
         scene = self.folder / self.name(number) / "scene.json"
         return self.done(number) and bool(json.loads(scene.read_text())["effects"]["bridges"])
 
+    def row(self, number: int) -> dict[str, str]:
+        """A case in the list of cases."""
+        return next(row for row in self.rows if int(row["case"]) == number)
+
     def configuration(self, number: int) -> str:
         """A case but for its liquid, in the report's words."""
-        row = next(r for r in self.rows if int(r["case"]) == number)
-        sizes = "/".join(f"{float(row[f'{c}_mm']):g}" for c in ("small", "near_mesh", "large"))
-        return f"{row['material']} {sizes} mm, {self.screen(number)}"
-
-    def screen(self, number: int) -> str:
-        """Aperture and amplitude of a case in the report's words."""
-        row = next(r for r in self.rows if int(r["case"]) == number)
-        return f"a = {float(row['aperture_mm']):g} mm, A = {float(row['set_amplitude_mm']):g} mm"
+        return tables.title(self.row(number))
 
     def liquid(self, number: int) -> float:
         """Per cent of liquid of a case."""
-        return float(next(r for r in self.rows if int(r["case"]) == number)["liquid_percent"])
-
-    def material(self, number: int) -> str:
-        """Material of a case."""
-        return str(next(r for r in self.rows if int(r["case"]) == number)["material"])
+        return float(self.row(number)["liquid_percent"])
 
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
         """Times and values of a column of a case; of liquid in per cent of what was put in."""
@@ -148,11 +141,8 @@ def meant(runs: Runs, figure: str, panel: Panel, label: str) -> tuple[int | str,
         return (folders[preset], f"fraction_retained{PRESET_CLASSES[kind]}") if named else None
     if figure == "curves":
         title = re.fullmatch(r"\(\w\) dry (\S+)", panel.title)
-        found = [
-            n
-            for n in runs.numbers()
-            if title and runs.material(n) == title[1] and not runs.liquid(n) and runs.screen(n) == label
-        ]
+        dry = {n: runs.row(n) for n in runs.numbers() if not runs.liquid(n)}
+        found = [n for n, row in dry.items() if title and (row["material"], tables.screen(row)) == (title[1], label)]
         return (found[0], "fraction_retained") if found else None
     title = re.fullmatch(r"\(\w\) (.*? mm, a = \S+ mm, A = \S+ mm)(?:, M = (\S+) %)?", panel.title)
     if title is None:
@@ -233,7 +223,7 @@ def _cannot_pass(runs: Runs, figure: str, panel: Panel, curve: Curve) -> Iterato
     """The line at the share that cannot pass."""
     shares = []
     for number in runs.numbers():
-        title = f"dry {runs.material(number)}" if figure == "curves" else runs.configuration(number)
+        title = f"dry {runs.row(number)['material']}" if figure == "curves" else runs.configuration(number)
         summary = tables.summary(runs.folder, number)
         if panel.title.split(" ", 1)[-1] == title and summary:
             shares.append(summary["coarse_share"])

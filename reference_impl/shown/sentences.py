@@ -6,8 +6,6 @@ A sentence that cannot be found is a fault too. Numbers come back as the tables'
 
 from __future__ import annotations
 
-import html
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -35,12 +33,12 @@ class Cases:
         self.summary = {n: tables.summary(folder, n) for n in listed}
         self.replay = {n: self.json(n, "replay.json") for n in listed}
         self.config = {n: self.json(n, "config.json") for n in listed}
+        self.first = next((c for c in self.config.values() if c and "scale" in c), None)
         self.moist = [n for n in listed if self._bridged(n)]
 
     def json(self, number: int, name: str, suffix: str = "") -> Any:
         """A file of a case."""
-        path = self.folder / f"case{number:02d}{suffix}" / name
-        return json.loads(path.read_text()) if path.exists() else None
+        return tables.of_case(self.folder, number, name, suffix)
 
     def _bridged(self, number: int) -> bool:
         data = self.summary[number]
@@ -85,13 +83,9 @@ def check(text: str, folder: Path, listed: Sequence[int], liquid: Mapping[int, f
     return told, wrong
 
 
-def _plain(text: str) -> str:
-    return " ".join(html.unescape(re.sub(r"<[^>]*>", "", text)).split())
-
-
 def _one(text: str, pattern: str) -> str:
     found = re.search(pattern, text, re.DOTALL)
-    return _plain(found[1]) if found else ""
+    return tables.plain(found[1]) if found else ""
 
 
 def _lead(text: str, cases: Cases) -> Iterator[Told]:
@@ -150,8 +144,8 @@ def _proof(text: str, cases: Cases) -> Iterator[str]:
     if not cases.moist:
         wanted = "Nothing moist to cross-check."
     for said in re.findall(r'<p class="proof">(.*?)</p>', text, re.DOTALL):
-        if _plain(said) != wanted:
-            yield f"the proof is said to be {_plain(said)!r}; expected {wanted!r}"
+        if tables.plain(said) != wanted:
+            yield f"the proof is said to be {tables.plain(said)!r}; expected {wanted!r}"
 
 
 def _laws(text: str, cases: Cases) -> Iterator[str]:
@@ -189,7 +183,7 @@ def _work(text: str, cases: Cases) -> Iterator[Told]:
 
 def _simulated(text: str, cases: Cases) -> Iterator[Told]:
     """How the scale departs from the experiment, against the configuration of the first case that has one."""
-    config = next((c for c in cases.config.values() if c and "scale" in c), None)
+    config = cases.first
     if config is None:
         return
     scale, said = config["scale"], _one(text, r"<h3>What was simulated</h3>(.*?)</ul>")
@@ -209,7 +203,7 @@ def _simulated(text: str, cases: Cases) -> Iterator[Told]:
 
 def _assumed(text: str, cases: Cases) -> Iterator[Told]:
     """The table of assumptions: each number where its name leads in the configuration, none left out."""
-    config = next((c for c in cases.config.values() if c and "scale" in c), None)
+    config = cases.first
     if config is None:
         return
     rows = {row[0]: row for row in tables.table(tables.section(text, "assumptions"))[1:]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -56,16 +56,22 @@ def table(text: str) -> list[list[str]]:
 
 
 def _words(cell: str) -> str:
-    return " ".join(html.unescape(re.sub(r"<[^>]*>", "", cell.replace("<br>", " | "))).split())
+    return plain(cell.replace("<br>", " | "))
+
+
+def plain(text: str) -> str:
+    """HTML as its words."""
+    return " ".join(html.unescape(re.sub(r"<[^>]*>", "", text)).split())
 
 
 def summary(folder: Path, number: int) -> dict[str, Any] | None:
     """summary.json of a case."""
-    return _json(folder, number, "summary.json")
+    return of_case(folder, number, "summary.json")
 
 
-def _json(folder: Path, number: int, name: str) -> Any:
-    path = folder / f"case{number:02d}" / name
+def of_case(folder: Path, number: int, name: str, suffix: str = "") -> Any:
+    """A JSON file of a case, None where there is none; `suffix` of the folder's name."""
+    path = folder / f"case{number:02d}{suffix}" / name
     return json.loads(path.read_text()) if path.exists() else None
 
 
@@ -137,12 +143,11 @@ def _ledger(text: str, folder: Path) -> Iterator[Told]:
 def _agreement(text: str, folder: Path) -> Iterator[Told]:
     head, *rows = table(section(text, "agreement")) or [[]]
     columns = {k: int(name.split()[1]) for k, name in enumerate(head) if name.startswith("case ")}
-    replays = {number: _json(folder, number, "replay.json") for number in columns.values()}
+    replays = {number: of_case(folder, number, "replay.json") for number in columns.values()}
     for row in rows:
         for k, number in columns.items():
-            known = {
-                name.replace("_", " "): q for name, q in (replays[number] or {"quantities": {}})["quantities"].items()
-            }
+            compared = (replays[number] or {"quantities": {}})["quantities"]
+            known = {name.replace("_", " "): q for name, q in compared.items()}
             quantity, where = known.get(row[0]), f"cross-check, {row[0]}, case {number}"
             if quantity is None:
                 yield where, row[k], None, "power"
@@ -156,7 +161,7 @@ def _effects(text: str, folder: Path) -> Iterator[Told]:
     head, *rows = table(section(text, "effects")) or [[]]
     for row in rows:
         for k, name in enumerate(head[2:], 2):
-            plan = _json(folder, int(name), "plan.json")
+            plan = of_case(folder, int(name), "plan.json")
             known = {r["effect"].replace("_", " "): r["number"] for r in plan["rows"]} if plan else {}
             yield f"effects, {row[0]}, case {name}", row[k], known.get(row[0]), "2 digits"
 
@@ -165,25 +170,16 @@ def _contributed(text: str, folder: Path) -> Iterator[Told]:
     head, *rows = table(section(text, "contributed")) or [[]]
     for row in rows:
         for k, name in enumerate(head[2:], 2):
-            data = _json(folder, int(name), "contributions.json") or {"effects": {}}
-            audited = {r["effect"]: r for r in (_json(folder, int(name), "audit.json") or {}).get("rows", [])}
+            data = of_case(folder, int(name), "contributions.json") or {"effects": {}}
+            audited = {r["effect"]: r for r in (of_case(folder, int(name), "audit.json") or {}).get("rows", [])}
             key = FORCES.get(row[0], row[0].replace(" ", "_"))
+            where = f"contributions, {row[0]}, case {name}"
             shown, _, predicted = row[k].partition(" | predicted ")
             value = audited[key]["measured"] if key in audited else data["effects"].get(key, {}).get("impulse_share")
             if shown.endswith("%"):
-                yield (
-                    f"contributions, {row[0]}, case {name}",
-                    shown,
-                    value,
-                    "2 digits" if (value or 0) < 0.995 else "3 digits",
-                )
+                yield where, shown, value, "2 digits" if (value or 0) < 0.995 else "3 digits"
             if predicted:
-                yield (
-                    f"contributions, {row[0]}, case {name}, predicted",
-                    predicted,
-                    audited.get(key, {}).get("predicted"),
-                    "2 digits",
-                )
+                yield f"{where}, predicted", predicted, audited.get(key, {}).get("predicted"), "2 digits"
 
 
 def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
@@ -191,14 +187,11 @@ def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
     _, *rows = table(section(text, "answer")) or [[]]
     left = list(cases)
     for row in rows:
-        configs = {n: _json(folder, n, "config.json") for n in left}
+        configs = {n: of_case(folder, n, "config.json") for n in left}
         for name, retained, passed in re.findall(r"(dry|\S+ % liquid): (\S+), (\S+ %) passed", row[2]):
             amount = 0.0 if name == "dry" else float(name.split()[0])
-            same = [
-                n
-                for n, c in configs.items()
-                if c and _title(c["case"]) == row[0] and c["case"]["liquid_percent"] == amount
-            ]
+            cases_of = {n: c["case"] for n, c in configs.items() if c}
+            same = [n for n, c in cases_of.items() if (title(c), c["liquid_percent"]) == (row[0], amount)]
             where = f"first table, {row[0]}, {name}"
             data = summary(folder, same[0]) if same else None
             if not same or data is None:
@@ -211,16 +204,22 @@ def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
             yield f"{where}, cannot pass", row[1], coarse, "3 digits"
 
 
-def _title(case: dict[str, Any]) -> str:
-    sizes = "/".join(f"{case[f'{c}_mm']:g}" for c in ("small", "near_mesh", "large"))
-    return f"{case['material']} {sizes} mm, a = {case['aperture_mm']:g} mm, A = {case['set_amplitude_mm']:g} mm"
+def title(case: Mapping[str, Any]) -> str:
+    """A case but for its liquid, in the report's words."""
+    sizes = "/".join(f"{float(case[f'{c}_mm']):g}" for c in ("small", "near_mesh", "large"))
+    return f"{case['material']} {sizes} mm, {screen(case)}"
+
+
+def screen(case: Mapping[str, Any]) -> str:
+    """Aperture and amplitude of a case in the report's words."""
+    return f"a = {float(case['aperture_mm']):g} mm, A = {float(case['set_amplitude_mm']):g} mm"
 
 
 def _cards(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
     """The numbers on top that are the worst of all cases."""
     said = {words: value for value, words in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", text)}
     errors = [s["ledger_error"] for n in cases if (s := summary(folder, n)) and s["ledger_error"] is not None]
-    replays = [r["quantities"].values() for n in cases if (r := _json(folder, n, "replay.json"))]
+    replays = [r["quantities"].values() for n in cases if (r := of_case(folder, n, "replay.json"))]
     worst = [q["largest"] for rows in replays for q in rows if q["tolerance"] <= 1e-9]
     for words, values in (("largest error of the liquid ledger", errors), ("largest relative deviation", worst)):
         shown = next((value for name, value in said.items() if name.startswith(words)), "–")

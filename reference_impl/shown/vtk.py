@@ -20,6 +20,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.replay.compare import Floats, Quantity, compare, merged
 from reference_impl.replay.exact import FORCE_TOLERANCE
 from reference_impl.replay.formations import thickness
+from reference_impl.scene import stl
 from reference_impl.shown import vtu
 from reference_impl.shown.exchanged import suspects
 from reference_impl.shown.logs import Logs
@@ -193,15 +194,9 @@ def _walls(logs: Logs, step: int, shown: vtu.Shown, blind: bool = False) -> Iter
         known = dict(enumerate(names))
         same = np.array([known.get(c) == own for c, own in zip(codes, here["holder"], strict=True)])
         rows = pd.DataFrame({"step": step, "holder": here["triangle"].to_numpy()})
-        yield Field(
-            "vtk_wall_holder",
-            "name of a triangle's holder",
-            rows,
-            same.astype(int),
-            np.ones(count, int),
-            np.ones(count),
-        )
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        yield Field("vtk_wall_holder", "name of a triangle's holder", rows, same.astype(int), np.ones(count, int),
+                    np.ones(count))  # fmt: skip
+    area = stl.area(corners)
     fields = [(f"corner_{k}", f"corner {k + 1} of a wall's triangle", corners[:, k]) for k in range(3)]
     fields += [("film_thickness", "film thickness on a wall", logs.at(step).on_walls / area),
                ("part", "part of a wall", here["part"].to_numpy())]  # fmt: skip
@@ -273,13 +268,7 @@ def _link(logs: Logs, fields: list[Field]) -> Link:
             if field != name:
                 yield Suspect(f"it is the {field.split('_', 2)[2].replace('_', ' ')}", elsewhere(field, lambda k: k))
 
-    return Link(
-        name,
-        fields[0].what,
-        rows,
-        shown,
-        own,
-        size,
-        lambda broken: chain(others(), suspects(shown, own, broken)),
-        1e-12,
-    )
+    def tried(broken: Floats) -> Iterator[Suspect]:
+        return chain(others(), suspects(shown, own, broken))
+
+    return Link(name, fields[0].what, rows, shown, own, size, tried, 1e-12)

@@ -82,17 +82,14 @@ class Collision:
         self.resting: set[Pair] = set()
         self.log: list[tuple[float, str, Pair, float]] = []
         self.length = float(max(self.film[p] for p in self.pairs))
-        self.speed = given["speed"] or float(np.abs(self.relative_speeds()).max()) or 1.0
+        apart = [float(np.hypot(*(self.velocity(self.y, i) - self.velocity(self.y, j)))) for i, j in self.pairs]
+        self.speed = given["speed"] or max(apart) or 1.0
         for p in self.pairs:
             gap, closing = self.gap(self.y, p), self.closing(self.y, p)
             tolerance = 1e-9 * self.length
             if gap < self.film[p] - tolerance or (gap < self.film[p] + tolerance and closing > -1e-12 * self.speed):
                 self.wet[p] = True
                 self.log.append((0.0, "overlap", p, closing))
-
-    def relative_speeds(self) -> np.ndarray:
-        """Speeds of approach of all pairs now."""
-        return np.array([np.hypot(*(self.velocity(self.y, i) - self.velocity(self.y, j))) for i, j in self.pairs])
 
     def velocity(self, y: np.ndarray, i: int) -> np.ndarray:
         """Velocity of sphere i."""
@@ -117,12 +114,14 @@ class Collision:
         s = self.y[: 5 * self.n].reshape(self.n, 5)
         return float(0.5 * self.mass @ (s[:, 2] ** 2 + s[:, 3] ** 2 + 0.4 * (self.radius * s[:, 4]) ** 2))
 
-    def rate(self, t: float, y: np.ndarray) -> np.ndarray:
+    def free(self, y: np.ndarray) -> Any:
+        """Right-hand side without the forces of resting contacts."""
+        liquid = (self.given[name] for name in ("viscosity", "tension", "h_min"))
+        return accelerations(y, self.radius, self.mass, self.film, self.wet, *liquid, self.g)
+
+    def rate(self, t: float, y: np.ndarray) -> Any:
         """Right-hand side; resting contacts push, never pull, and do not approach."""
-        g = self.given
-        r = accelerations(
-            y, self.radius, self.mass, self.film, self.wet, g["viscosity"], g["tension"], g["h_min"], self.g
-        )
+        r = self.free(y)
         if self.resting:
             self.push(y, r)
         return r
@@ -184,17 +183,10 @@ class Collision:
         self.resting = {p for p in self.resting if self.closing(self.y, p) > -1e-9 * self.speed}
         while self.resting:
             held = sorted(self.resting)
-            force = self.push(self.y, self.rate_free())
+            force = self.push(self.y, self.free(self.y))
             if force.min() >= 0.0:
                 break
             self.resting.discard(held[int(force.argmin())])
-
-    def rate_free(self) -> np.ndarray:
-        """Right-hand side without the forces of resting contacts."""
-        held, self.resting = self.resting, set()
-        r = self.rate(self.t, self.y)
-        self.resting = held
-        return r
 
     def measures(self) -> list[tuple[str, Pair, Any]]:
         """What to watch: (kind, pair, function of y that falls through 0 at the event)."""
@@ -214,10 +206,7 @@ class Collision:
         """Normal force of the k-th resting contact; of many states where y is (size, times)."""
         if y.ndim == 2:
             return [self.force_of(s, k) for s in y.T]
-        held, self.resting = self.resting, set()
-        r = self.rate(self.t, y)
-        self.resting = held
-        return float(self.push(y, r)[k])
+        return float(self.push(y, self.free(y))[k])
 
     def segment(self) -> None:
         """Integrate to the next event or to the end."""

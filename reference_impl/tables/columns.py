@@ -34,19 +34,13 @@ def held(name: str, given: pd.DataFrame, own: pd.DataFrame, scales: dict[str, fl
     if "step" not in given:
         return found
     steps, want = column(given, "step"), own["step"].to_numpy()
-    found += [
-        Held(f"{name}: row of step {s:g}", MISSING, "there", "output steps of scene.json")
-        for s in want[~np.isin(want, steps)]
-    ]
-    found += [
-        Held(f"{name}: row of step {s:g}", "there", NONE, "output steps of scene.json")
-        for s in steps[~np.isin(steps, want)]
-    ]
     once, count = np.unique(steps, return_counts=True)
-    found += [
-        Held(f"{name}: row of step {s:g}", "there twice", "there once", "output steps of scene.json")
-        for s in once[count > 1]
-    ]
+    for wrong_steps, is_, should in (
+        (want[~np.isin(want, steps)], MISSING, "there"),
+        (steps[~np.isin(steps, want)], "there", NONE),
+        (once[count > 1], "there twice", "there once"),
+    ):
+        found += [Held(f"{name}: row of step {s:g}", is_, should, "output steps of scene.json") for s in wrong_steps]
     if not found and not np.array_equal(steps, want):
         found.append(Held(f"{name}: rows", "in another order", "in the order of their steps", "docs/results.md"))
     table = own.set_index("step").reindex(steps)

@@ -65,12 +65,8 @@ def _held(of: Bodies, o: Output, passed: Floats) -> dict[str, float]:
 
 def _own(of: Bodies, scene: Mapping[str, Any], y: pd.DataFrame, liquid: pd.DataFrame, came_back: int) -> Own:
     """With what must hold in every run: no sphere lost, Y never rises (but for liquid drawn out of the bin), all liquid there."""
-    seen, count, initial, mass = (
-        y["spheres_on_screen"] + y["spheres_in_bin"],
-        len(of.ids),
-        float(of.film.sum()),
-        float(of.mass.sum()),
-    )
+    seen, count = y["spheres_on_screen"] + y["spheres_in_bin"], len(of.ids)
+    initial, mass = float(of.film.sum()), float(of.mass.sum())
     lost, wet = float((count - seen).abs().max()), initial * of.density
     return Own(
         tables=dict(zip(NAMES, (y, liquid), strict=True)),

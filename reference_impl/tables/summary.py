@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held
+from reference_impl.motion.budget import WORKS
 from reference_impl.motion.window import enters
 from reference_impl.replay import io, plans
 from reference_impl.replay.compare import Floats
@@ -20,8 +21,6 @@ from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import BATCH, Rows
 from reference_impl.tables.own import Own
 
-WORKS = ("gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive")
-"""Columns of the energy log that add up to the change of kinetic energy."""
 NOT_COMPARED = ("versions of packages",)
 """What of summary.json no log says."""
 LOGS = "the raw logs"

@@ -28,14 +28,6 @@ def test_a_pair_of_types_has_the_softer_spring() -> None:
     assert made[2, 2].tangential_stiffness_N_per_m == pytest.approx(2e3) and made[1, 1].friction == 0.3
 
 
-def test_the_dashpot_gives_its_restitution() -> None:
-    """A half period of the damped spring, x'' = -(k x + g x')/m: exp(-g t/(2 m)) of the speed is left."""
-    m, k, e = 2e-5, 3e3, 0.6
-    g = bodies.dashpot(m, k, e)
-    frequency = math.sqrt(k / m - (g / (2.0 * m)) ** 2)
-    assert math.exp(-g / (2.0 * m) * math.pi / frequency) == pytest.approx(e, rel=1e-12)
-
-
 def test_wetting_puts_in_what_was_asked_for() -> None:
     """2 % of the mass of both sizes, as films of one thickness; 1e-12 as the root of the film equation is that exact."""
     classes = bodies.sphere_classes(R, 2.0 * R, counts=(30, 5))

@@ -87,7 +87,6 @@ def import_all() -> None:
         "report.vtk",
         "screening.identity",
         "screening.results",
-        "screening.summary",
     ):
         import_module(f"pywet.{name}")
     for name in ("replay.command", "shown.vtk"):

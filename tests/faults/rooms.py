@@ -23,7 +23,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "config/materials.py",
         "config/scales.py",
     ),
-    "results": ("screening/results.py", "screening/summary.py"),
+    "results": ("screening/results.py",),
     "view": ("report/vtk.py",),
 }
 """Room -> its files, below pywet/."""

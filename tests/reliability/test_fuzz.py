@@ -38,7 +38,7 @@ from pywet.planning import time_steps as advisor
 from pywet.report import collect, report, vtk
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
-from pywet.screening import cases, results, summary
+from pywet.screening import cases, results
 from tests.report.test_report import REPLAY
 from tests.screening import synthetic
 
@@ -240,7 +240,7 @@ def table(bench: Bench, given: tuple[float, float, float, str, Any]) -> None:
 def read_all(run_dir: Path) -> None:
     """Results and what is drawn of a run."""
     run = RunDir(run_dir)
-    summary.summarise(run, results.Results.of(run))
+    results.summarise(run, results.Results.of(run))
     for step in run.timeline.steps[:1]:
         for kind in vtk.KINDS.values():
             kind(run, int(step))

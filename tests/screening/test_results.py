@@ -13,8 +13,7 @@ import pytest
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.runs.rundir import RunDir
-from pywet.screening.results import Results, checks, coarse_share, write_results
-from pywet.screening.summary import write_summary
+from pywet.screening.results import Results, checks, coarse_share, summarise, write_results
 from tests.screening import synthetic
 from tests.screening.synthetic import UNIT
 
@@ -93,7 +92,7 @@ def test_a_sphere_that_bounces_out_of_the_bin_stays_counted_as_passed(moist: Run
 
 def test_the_summary_ends_with_the_last_output(moist: RunDir) -> None:
     """The fraction of the third output, not of the second; written as it is given back."""
-    content = write_summary(moist, Results.of(moist))
+    content = summarise(moist, Results.of(moist))
     last = (COARSE + 10.0e-6) / (COARSE + 2 * FINE + 20e-6)
     assert content["fraction_retained_end"] == pytest.approx(last, rel=1e-14)
     assert json.loads((moist.path / "summary.json").read_text()) == json.loads(json.dumps(content))

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pandas as pd
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from pywet.collisions.wall import sweep
@@ -18,6 +17,7 @@ from pywet.config.loading import parse
 from pywet.errors import PywetError
 from pywet.files import write_csv
 from pywet.machine_code import say_wait
+from pywet.notices import bar
 
 WIDE = 160
 """Columns of a table that goes into a file or a pipe."""
@@ -51,14 +51,8 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
 
 
 def _swept(content: dict[str, object], file: Path) -> pd.DataFrame:
-    with Progress(console=err, transient=True) as progress:
-        task = progress.add_task("collisions", total=None)
-
-        def report(done: int, total: int) -> None:
-            if done % 100 == 0 or done == total:
-                progress.update(task, completed=done, total=total)
-
-        return sweep.table(content, str(file), threads=os.cpu_count() or 1, report=report)
+    with bar("collisions") as move:
+        return sweep.table(content, str(file), threads=os.cpu_count() or 1, report=move)
 
 
 def _table(frame: pd.DataFrame, swept: int) -> Table:

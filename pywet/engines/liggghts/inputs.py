@@ -8,14 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import Progress
 
 from pywet.apparatus.initial import wall_groups
 from pywet.engines.liggghts.plugin_api import SLOTS, angle_pairs
 from pywet.files import write_json, write_table
 from pywet.laws import registry
 from pywet.laws.transfer import v_star_grid
+from pywet.notices import bar
 from pywet.scene import Scene
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
 
@@ -49,15 +48,10 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
 
 def prepare_laws(scene: Scene) -> None:
     """Tables of all laws of the scene that need one."""
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("exact bridge tables (kept for later runs)", total=None, visible=False)
-
-        def report(done: int, of: int) -> None:
-            bar.update(task, completed=done, total=of, visible=True)
-
+    with bar("exact bridge tables (kept for later runs)") as move:
         for kind in SLOTS:
             if kind in scene.effects.laws:
-                registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), report)
+                registry.get(kind, scene.effects.laws[kind]).prepare(angle_pairs(scene), move)
 
 
 def transfer_tables(scene: Scene) -> pd.DataFrame:

@@ -5,17 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import Progress
-
 from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import choice, cost, edit
 from pywet.evidence.accuracy.errors import GROUPS
 from pywet.evidence.accuracy.knobs import KNOBS
+from pywet.notices import bar
 from pywet.screening import cases
-
-err = Console(stderr=True, highlight=False)
 
 
 def habit(table: dict[str, Any]) -> cost.Habit:
@@ -29,11 +25,8 @@ def habit(table: dict[str, Any]) -> cost.Habit:
 
 def calibrated(config_dir: Path) -> cost.Coefficients:
     """The cost model of this machine; measured with a progress bar at the first call."""
-    with Progress(console=err, transient=True) as bar:
-        task = bar.add_task("measuring this machine (once, a minute)", total=None, visible=False)
-        return cost.of_this_machine(
-            config_dir, lambda done, of: bar.update(task, completed=done, total=of, visible=True)
-        )
+    with bar("measuring this machine (once, a minute)") as move:
+        return cost.of_this_machine(config_dir, move)
 
 
 def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str], write: Path | None) -> list[str]:

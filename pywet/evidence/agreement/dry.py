@@ -15,12 +15,13 @@ import numpy as np
 import pandas as pd
 
 from pywet.bench import small
-from pywet.bench.bodies import contacts, dashpot, sphere_classes
+from pywet.bench.bodies import contacts, sphere_classes
 from pywet.errors import PywetError
 from pywet.evidence.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
 from pywet.evidence.agreement.replayed import momenta
 from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 from pywet.files import read_table
+from pywet.laws.contact import damping
 
 R, STIFFNESS, RESTITUTION, FRICTION, SPEED = 2.5e-3, 1e7, 0.8, 0.3, 0.2
 """So stiff that the line of centres turns by 1e-4 rad at most while the spheres touch; the exact solution has it fixed."""
@@ -52,9 +53,9 @@ class Outcome:
 def law() -> tuple[float, float, float]:
     """Reduced mass, damping [N s/m] and duration of the contact [s]; γ from the restitution (E 5)."""
     mass = 0.5 * TWO[0].mass_kg
-    damping = dashpot(mass, STIFFNESS, RESTITUTION)
-    zeta = damping / (2.0 * math.sqrt(mass * STIFFNESS))
-    return mass, damping, math.pi * math.sqrt(mass / STIFFNESS) / math.sqrt(1.0 - zeta**2)
+    dashpot = damping(RESTITUTION, mass, STIFFNESS)
+    zeta = dashpot / (2.0 * math.sqrt(mass * STIFFNESS))
+    return mass, dashpot, math.pi * math.sqrt(mass / STIFFNESS) / math.sqrt(1.0 - zeta**2)
 
 
 def exact(angle_deg: float, tangential_damping: float) -> Outcome:
@@ -62,7 +63,7 @@ def exact(angle_deg: float, tangential_damping: float) -> Outcome:
 
     `tangential_damping` [N s/m] acts on the slip beside the spring, Coulomb's limit on both together.
     """
-    mass, damping, duration = law()
+    mass, dashpot, duration = law()
     step = duration / PARTS / FINER
     delta, approach = 0.0, SPEED * math.cos(math.radians(angle_deg))
     slide, spin, stretch = SPEED * math.sin(math.radians(angle_deg)), 0.0, 0.0
@@ -70,7 +71,7 @@ def exact(angle_deg: float, tangential_damping: float) -> Outcome:
     started = False
     while not started or delta > 0.0:
         started = True
-        normal = STIFFNESS * delta + damping * approach
+        normal = STIFFNESS * delta + dashpot * approach
         slip = slide - 2.0 * spin  # both spheres turn the same way; spin is R ω
         stretch += slip * step
         force, limit = spring * stretch + tangential_damping * slip, FRICTION * abs(normal)
