@@ -69,8 +69,8 @@ BRIDGES = ("i", "j", "volume", "ti", "tj")
 
 def judged(run: Run) -> bool:
     """Whether the forces of bridges are known in every step: explicit, of closed form, and the mass is that of the spheres."""
-    tables = (capillary.LAWS, laws.VISCOUS_NORMAL, laws.VISCOUS_TANGENTIAL)
-    laws_known = all(coverage.law(run, e) in (None, *table) for e, table in zip(TERMS[1:], tables, strict=True))
+    known = {None, *capillary.LAWS, *laws.VISCOUS_NORMAL, *laws.VISCOUS_TANGENTIAL}
+    laws_known = all(coverage.law(run, effect) in known for effect in TERMS[1:])
     explicit = not coverage.semi_implicit(run) and impulses.every(run) == 1
     films_on_walls = io.scene(run.folder)["effects"].get("wall_films", True)  # else a wall is met without an event
     heavy = run.meta["effects"].get("liquid_weight") or run.meta["effects"].get("shedding")

@@ -189,7 +189,7 @@ def tables(folder: Path, scene: Mapping[str, Any], meshes: Mapping[str, Floats])
         ),
         _row("history/parts.contact_angle", p["contact_angle"].to_numpy(float), angle, 1.0),
         _row("history/parts.area", p["area"].to_numpy(float), size, size, 1e-6),
-        _row("history/parts.half_width", *(np.where(np.isfinite(w), w, 0.0) for w in (own, wide)), 1e-3),
+        _row("history/parts.half_width", np.nan_to_num(own, posinf=0.0), np.nan_to_num(wide, posinf=0.0), 1e-3),
     ]
     for column in ("mesh", "holder"):
         want = [scene["walls"][k]["name" if column == "mesh" else "holder"] for k in wall_of]

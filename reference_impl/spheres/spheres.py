@@ -116,8 +116,8 @@ class Collision:
 
     def free(self, y: np.ndarray) -> Any:
         """Right-hand side without the forces of resting contacts."""
-        liquid = (self.given[name] for name in ("viscosity", "tension", "h_min"))
-        return accelerations(y, self.radius, self.mass, self.film, self.wet, *liquid, self.g)
+        viscosity, tension, h_min = (self.given[name] for name in ("viscosity", "tension", "h_min"))
+        return accelerations(y, self.radius, self.mass, self.film, self.wet, viscosity, tension, h_min, self.g)
 
     def rate(self, t: float, y: np.ndarray) -> Any:
         """Right-hand side; resting contacts push, never pull, and do not approach."""
