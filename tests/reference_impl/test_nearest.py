@@ -1,14 +1,18 @@
-"""Closest points of wall parts: of two triangles as near to nine digits the least distance counts, whichever is named."""
+"""Closest points of wall parts: of two triangles as near to nine digits the least distance counts, whichever is named;
+and where a closest point can have been one look before."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from reference_impl.motion import nearest
+from reference_impl.replay import formations
 
 
 def closest_to(corners: np.ndarray, x: list[float]) -> nearest.Closest:
@@ -38,3 +42,24 @@ def test_the_distance_is_the_least_of_triangles_as_near(order: tuple[int, int]) 
     found = closest_to(corners, [0.0, 0.0, 5e-3])
     assert found.triangle[0] == 0
     assert found.distance[0] == pytest.approx(5e-3 - 2e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("every", [1, 4])
+def test_a_triangle_is_in_reach_of_the_look_before_an_output(tmp_path: Path, every: int) -> None:
+    """A formation at an output's step: its closest point was elsewhere one look before (met once in 4 million events)."""
+    (tmp_path / "trajectory.parquet").touch()
+    at_edge = {"step": 5650, "id": 411, "x": 0.0, "y": 0.0, "z": 0.0, "vx": 0.3, "vy": 0.0, "vz": 0.0}
+    farther = 1.77e-5 * 0.3 * every * np.array([0.0, 1.0, 20.0])  # than the nearest, of three triangles of one part
+    parts = SimpleNamespace(
+        setup=SimpleNamespace(part=np.zeros(3, int)),
+        closest=lambda step, x, part: SimpleNamespace(distance=np.full(len(x), 1e-4)),
+        to=lambda step, x, triangles: (1e-4 + farther[triangles], None),
+    )
+    run: Any = SimpleNamespace(
+        folder=tmp_path,
+        known={"parts": parts},
+        meta={"time_step": 1.77e-5, "bridges_every": every},
+        table=lambda name: pd.DataFrame([at_edge]),
+    )
+    event = pd.Series({"i": 411, "step": 5650, "speed": 0.1})
+    assert formations._in_reach(run, event, np.arange(3)).tolist() == [True, True, False]
