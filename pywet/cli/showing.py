@@ -196,4 +196,6 @@ def show_agreement(replay_json: dict[str, Any]) -> None:
     if bad:
         for finding in (replay_json.get("diagnosis") or {}).get("findings", []):
             tell(finding["sentence"])
-        raise PywetError(f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json")
+        raise PywetError(
+            f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json; pywet replay asks again"
+        )
