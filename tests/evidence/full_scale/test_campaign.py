@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -179,3 +180,10 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     left = [round(100 * run.at(run.retained(), 1.5)) for run in (moist, dry)]
     assert f"{left[0]} % of the feed is still on the screen after 1.5 s, dry {left[1]} %" in readme
     assert max(run.at(run.undersize, 10.0) for run in (moist, dry)) < 0.005
+    told = (ROOT / "docs" / "full_scale.md").read_text()
+    number, holding = re.findall(r"^(\d+) statements: (\d+) hold", told, re.MULTILINE)[0]
+    assert "All cases are there." in told and "not looked for yet" not in told
+    assert (
+        f"of {number} statements that the paper makes of its curves, {holding} hold here, each other one with its reason"
+        in readme
+    )
