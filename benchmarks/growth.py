@@ -2,7 +2,8 @@
 
     python benchmarks/growth.py [--sizes 4 16 64] [--ranks 1 2 4]
 
-Spheres stand on a shaken lattice whose films meet, three bridges each, and sink together. Per size and number of ranks, each
+Spheres stand on a shaken lattice whose films meet, three bridges each, are numbered by chance, as a fill has them, and drift at
+1 m/s, so that the engine makes its lists anew. Per size and number of ranks, each
 run in processes of its own: one of `--steps`, one three times as long (their difference is the price of a step: set-up and first
 formations cancel), and one of that length with more outputs; at one rank its replay. All is processor time; that of a step is
 of the first rank, without what it spends within MPI, where it mostly waits. mpi_account.c counts that, and the messages.
@@ -11,6 +12,7 @@ of the first rank, without what it spends within MPI, where it mostly waits. mpi
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import math
 import os
@@ -18,9 +20,10 @@ import subprocess
 import sys
 import tempfile
 import threading
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from glass import STEP, WATER, lattice, spent
 from glass import prepare as prepare_bed
 
@@ -29,6 +32,7 @@ from pywet.bench.bodies import at_places
 from pywet.scene import Output
 
 LAYERS, OUTPUTS = 10, 5
+DRIFT = 1.0, 0.0, 0.0
 SIDES = {4: 20, 16: 40, 64: 80, 256: 160, 1024: 320}
 """Thousands of spheres -> spheres along each side of the bed."""
 
@@ -49,7 +53,8 @@ class Taken:
 
 def prepare(folder: Path, side: int, steps: int, outputs: int) -> list[small.Sphere]:
     """The bed."""
-    spheres = at_places(lattice(side, LAYERS, 2.01, 0.002))
+    places = np.random.default_rng(2).permutation(lattice(side, LAYERS, 2.01, 0.002))
+    spheres = [dataclasses.replace(sphere, velocity=DRIFT) for sphere in at_places(places)]
     prepare_bed(
         folder, spheres, steps, liquid=WATER, effects=small.PAPER,
         output=Output(interval_s=steps // outputs * STEP, contact_windows=0),
@@ -155,12 +160,12 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", type=int, choices=SIDES, default=[4, 16, 64], help="thousands of spheres")
     parser.add_argument("--ranks", nargs="+", type=int, default=[1])
     parser.add_argument("--rounds", type=int, default=2)
-    parser.add_argument("--steps", type=int, default=60, help="of the shorter run")
+    parser.add_argument("--steps", type=int, default=100, help="of the shorter run")
     parser.add_argument("--one", nargs=5, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.one:
         side, steps, outputs, ranks = map(int, asked.one[:4])
-        print(json.dumps(asdict(one(side, steps, outputs, ranks, Path(asked.one[4])))))
+        print(json.dumps(dataclasses.asdict(one(side, steps, outputs, ranks, Path(asked.one[4])))))
         return
     with tempfile.TemporaryDirectory() as name:
         account = Path(name) / "mpi_account.so"
