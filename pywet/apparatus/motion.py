@@ -23,25 +23,6 @@ from pywet.scene import Vector, Vibration
 
 Floats = NDArray[np.float64]
 
-VERTICAL_SHARE = 0.9
-"""Measured vertical amplitude over set amplitude: 0.9 and 0.72 mm for 1 and 0.8 mm (Elskamp 5.1, Fig. 9)."""
-HORIZONTAL_SHARE = (0.08, 0.05)
-"""The same for x and y: an assumption, the paper says only that they are below 0.1 mm."""
-PHASES_RAD = (0.5 * math.pi, 0.25 * math.pi, 0.0)
-"""Phases of x, y and z: an assumption that makes the path an ellipse (Fig. 9 shows one, without phases)."""
-
-
-def screen_ellipse(
-    set_amplitude_m: float,
-    frequency_Hz: float = 50.6,
-    phase_rad: Vector = PHASES_RAD,
-    horizontal_share: tuple[float, float] = HORIZONTAL_SHARE,
-) -> Vibration:
-    """Elliptical, mainly vertical motion of the screen for an amplitude set at the machine [m]."""
-    shares = (*horizontal_share, VERTICAL_SHARE)
-    x, y, z = (share * set_amplitude_m for share in shares)
-    return Vibration(amplitude_m=(x, y, z), phase_rad=phase_rad, frequency_Hz=frequency_Hz)
-
 
 def position(vibration: Vibration, time: ArrayLike) -> Floats:
     """x(t) about the centre of the motion [m], shape (…, 3) for times of shape (…)."""

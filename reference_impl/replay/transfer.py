@@ -43,13 +43,8 @@ class Tables:
             name = (kind, int(first["type_i"]), int(first["type_j"] if kind == laws.SPHERE else first["part_class"]))
             self._rows[name] = (rows["v_star"].to_numpy(float), rows["transfer_i"].to_numpy(float))
 
-    def ratio(self, kind: int, type_i: int, other: int, v_star: float) -> float:
-        """Linear interpolation."""
-        nodes, values = self._rows[kind, type_i, other]
-        return float(np.interp(v_star, nodes, values))
-
     def ratios(self, kind: Floats, type_i: Floats, other: Floats, v_star: Floats) -> Floats:
-        """The same for many bridges; NaN where there is no row."""
+        """By linear interpolation; NaN where there is no row."""
         result = np.full(len(v_star), np.nan)
         for (k, a, b), (nodes, values) in self._rows.items():
             rows = (kind == k) & (type_i == a) & (other == b)

@@ -6,13 +6,10 @@ docs/configuration.md states; it is written here anew.
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
-
-import yaml
 
 from reference_impl.replay.io import ReplayError
 
@@ -38,23 +35,6 @@ def of_run(folder: Path) -> dict[str, Any] | None:
             f"{path} cannot be read ({error!r}); expected the configuration of the run: build it again"
         ) from error
     return dict(found)
-
-
-def of_folder(folder: Path, case: int, scale: str) -> dict[str, Any]:
-    """The same from config.yaml, materials.yaml, scales.yaml and cases.csv."""
-    read = {
-        name: yaml.safe_load((Path(folder) / f"{name}.yaml").read_text()) for name in ("config", "materials", "scales")
-    }
-    with open(Path(folder) / "cases.csv", newline="") as file:
-        row = next(row for row in csv.DictReader(file) if int(row["case"]) == case)
-    words = ("material", "source", "liquid")
-    return {
-        "case": {name: text if name in words else float(text) for name, text in row.items() if text},
-        "scale": {"name": scale, **read["scales"]["scales"][scale]},
-        "apparatus": read["scales"]["apparatus"],
-        "materials": read["materials"],
-        "settings": read["config"],
-    }
 
 
 def number(group: Mapping[str, Any], key: str) -> float:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pywet import config
 from pywet.apparatus.motion import (
     displacement,
     engine_displacement,
     position,
-    screen_ellipse,
     velocity,
     viblin_movers,
 )
 from pywet.scene import Vibration
+from pywet.screening import cases
+
+CASES = config.load(Path(__file__).parents[2] / "config")
 
 VIBRATION = Vibration(amplitude_m=(8e-5, 5e-5, 9e-4), phase_rad=(1.57, 0.8, 0.3), frequency_Hz=50.6)
 
@@ -48,10 +52,10 @@ def test_engine_sum_follows_the_sine_within_one_step() -> None:
     np.testing.assert_array_equal(engine_displacement(VIBRATION, 0, step), 0.0)
 
 
-@pytest.mark.parametrize(("set_amplitude", "vertical"), [(0.001, 0.0009), (0.0008, 0.00072)])
-def test_ellipse_of_the_paper(set_amplitude: float, vertical: float) -> None:
+@pytest.mark.parametrize(("case", "vertical"), [(1, 0.0009), (4, 0.00072)])
+def test_ellipse_of_the_paper(case: int, vertical: float) -> None:
     """Fig. 9: 0.9 or 0.72 mm up and down, under 0.1 mm sideways; an ellipse, so x is not zero where z is."""
-    vibration = screen_ellipse(set_amplitude)
+    vibration = cases.vibration_of(CASES, CASES.case(case))
     x, y, z = vibration.amplitude_m
     assert z == pytest.approx(vertical, rel=1e-12)
     assert 0 < x < 1e-4

@@ -14,14 +14,17 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from pywet.apparatus.motion import engine_displacement, screen_ellipse
+from pywet import config
+from pywet.apparatus.motion import engine_displacement
 from pywet.apparatus.solids import plate
 from pywet.apparatus.surface import make_surface
 from pywet.bench import bodies, small
 from pywet.engines.liggghts import driver as liggghts
 from pywet.engines.yade import driver as yade
 from pywet.scene import Scene, Slide
+from pywet.screening import cases
 
+CASES = config.load(Path(__file__).parents[2] / "config")
 pytestmark = [
     pytest.mark.skipif(shutil.which("yade") is None, reason="YADE cannot be installed on this machine"),
     pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS is not installed"),
@@ -168,7 +171,7 @@ def test_vibrating_wall_is_where_liggghts_has_it_and_trajectories_agree(tmp_path
     """
     square = 0.02 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     table = make_surface("table", "wires", plate(square, -0.01, 0.0), "vibrates")
-    vibration, step = screen_ellipse(1e-3), 2e-6
+    vibration, step = cases.vibration_of(CASES, CASES.case(1)), 2e-6
     spheres = [small.Sphere(2, (0.001, 0.002, RADII[1] + 1e-3), (0.05, 0.0, -0.2))]
     frames = {}
     for name, engine in (("yade", yade), ("liggghts", liggghts)):
