@@ -105,3 +105,21 @@ def test_parts_are_refused_as_tables_are(tmp_path: Path) -> None:
     write_parts([good.assign(film=np.nan)], path)
     with pytest.raises(PywetError, match="column film holds a value that is not finite"):
         list(read_parts(path, ["film"]))
+
+
+def test_nothing_of_an_earlier_run_is_left(tmp_path: Path) -> None:
+    """Files and folders that a run makes; what it starts from stays."""
+    made = [
+        "trajectory.parquet",
+        "summary.json",
+        "history/events.parquet",
+        "history/window_states.parquet",
+        "results/checks.json",
+    ]
+    kept = ["scene.json", "history/spheres.parquet", "stl/wires.stl"]
+    for name in [*made, *kept]:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    tables.forget(tmp_path)
+    assert not any((tmp_path / name).exists() for name in made)
+    assert all((tmp_path / name).exists() for name in kept)

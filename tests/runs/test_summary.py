@@ -1,0 +1,25 @@
+"""Energies that a dry run's summary tells from its trajectory alone."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from pywet.files import write_table
+from pywet.runs import summary
+from pywet.runs.rundir import RunDir
+from tests.screening import synthetic
+
+
+def test_energies_of_a_dry_run(tmp_path: Path) -> None:
+    """Three spheres of which the large one turns at 30/s at the end: m v²/2 and (2/5) m r² w²/2 by hand."""
+    folder = synthetic.make(tmp_path / "run", moist=False)
+    at = synthetic._trajectory()
+    at.loc[(at["step"] == at["step"].max()) & (at["id"] == 1), ["wx", "wz"]] = 18.0, 24.0
+    write_table(at, folder / "trajectory.parquet")
+    large, small = (1400.0 * 4.0 / 3.0 * math.pi * r**3 for r in (4e-3, 2e-3))
+    told = summary.general(RunDir(folder))["energy_J"]
+    assert told["spin"] == pytest.approx(0.5 * 0.4 * large * 4e-3**2 * 30.0**2, rel=1e-12)
+    assert told["kinetic"] == pytest.approx(0.5 * (large + 2 * small) * 0.1**2, rel=1e-12)
