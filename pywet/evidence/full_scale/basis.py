@@ -36,7 +36,6 @@ def lines() -> list[str]:
         f"a standard deviation of {100 * spread:.1f} % at the end, dry. The spheres at 5.6 mm are smaller, and an impact",
         "dents them by a smaller part of their diameter, which goes with √(d/k): 0.03 is for near-mesh spheres",
         "of 5 mm what 0.042 is for those of 7 mm. From a time step of 0.1 to one of 0.025 no difference is told from chance.",
-        "Runs named `paper`, where there are any, have the paper's stiffness and a time step of 0.05.",
     ]  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """How a statement of the paper is judged by kept runs, with what seeds leave open.
 
-A quantity is taken for every seed that all its cases have; with two or more seeds its 95 % interval (Student) must lie on one
-side of the threshold, else it cannot be told. A single run is taken at its word.
+A quantity is taken for every seed that all its cases have, and its 95 % interval (Student) must lie on one side of the
+threshold, else it cannot be told. Where its cases have one seed in common, each is moved as the seeds of its neighbour differ.
+Without seeds of the neighbours a single run is taken at its word.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pywet.evidence.compare.statistics import half_width
-from pywet.evidence.full_scale.kept import Kept
+from pywet.evidence.full_scale.kept import Kept, Moved
 
 Cases = Mapping[int, Kept]
 HOLDS, FAILS, OPEN, MISSING = "holds", "does not hold", "cannot be told", "not run"
@@ -41,16 +42,28 @@ class Statement:
 
 @dataclass(frozen=True)
 class Answer:
-    """`values`: for each part its value with every seed."""
+    """`values`: for each part its value with every seed; `chance`: for each half its 95 % interval."""
 
     verdict: str
     values: tuple[tuple[float, ...], ...] = ()
+    chance: tuple[float, ...] = ()
+
+
+def neighbour(case: int) -> int:
+    """The case of table 4 with more seeds that is likest: 8 mm, 1 mm, of the same material, dry or with 5 % of liquid."""
+    return (1 if case < 10 else 10) + ((case - 1) % 3 > 0)
+
+
+def neighbours(case: int, runs: Mapping[int, Sequence[Kept]]) -> list[Moved]:
+    """The first run of a case, moved by each seed of its neighbour; none where that has a single seed."""
+    seeds = runs.get(neighbour(case), ())
+    return [Moved(runs[case][0].folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
 
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
     """Whether the kept runs show a statement."""
     if not statement.cases:  # of the law alone
-        return Answer(*_decided(statement, [{}]))
+        return _decided(statement, [{}], [0.0] * len(statement.parts))
     if any(not runs.get(case) for case in statement.cases):
         return Answer(MISSING)
     by_seed = {case: {int(k.about["seed"]): k for k in runs[case]} for case in statement.cases}
@@ -58,24 +71,48 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
     if not common:
         return Answer(MISSING)
     worlds = [{case: seeds[seed] for case, seeds in by_seed.items()} for seed in common]
-    return Answer(*_decided(statement, worlds))
+    if len(worlds) > 1:
+        return _decided(statement, worlds, [_of_seeds([part.quantity(w) for w in worlds]) for part in statement.parts])
+    return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
 
 
-def _decided(statement: Statement, worlds: Sequence[Cases]) -> tuple[str, tuple[tuple[float, ...], ...]]:
+def _of_seeds(values: Sequence[float]) -> float:
+    """Half the 95 % interval of the mean."""
+    return half_width(float(np.std(values, ddof=1)), len(values), len(values) - 1, 0.95)
+
+
+def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[Kept]]) -> list[float]:
+    """Half the 95 % interval of each part: variances of its cases, moved one at a time, add up."""
+    moved = {case: neighbours(case, runs) for case in statement.cases}
+    freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
+    if not freedom:
+        return [0.0] * len(statement.parts)
+    sums = [
+        sum(
+            float(np.var([part.quantity({**world, case: one}) for one in ones], ddof=1))
+            for case, ones in moved.items()
+            if ones
+        )
+        for part in statement.parts
+    ]
+    return [half_width(float(np.sqrt(total)), 1, freedom, 0.95) for total in sums]
+
+
+def _decided(statement: Statement, worlds: Sequence[Cases], chance: Sequence[float]) -> Answer:
     values = tuple(tuple(part.quantity(world) for world in worlds) for part in statement.parts)
-    verdicts = [decide(part, of_seeds) for part, of_seeds in zip(statement.parts, values, strict=True)]
-    return FAILS if FAILS in verdicts else OPEN if OPEN in verdicts else HOLDS, values
+    verdicts = [
+        decide(part, float(np.mean(v)), half) for part, v, half in zip(statement.parts, values, chance, strict=True)
+    ]
+    verdict = FAILS if FAILS in verdicts else OPEN if OPEN in verdicts else HOLDS
+    return Answer(verdict, values, tuple(chance))
 
 
-def decide(part: Part, values: Sequence[float]) -> str:
-    """One part over its seeds."""
-    margin = np.array(values) - part.threshold if part.more else part.threshold - np.array(values)
-    half = 0.0
-    if len(margin) > 1:
-        half = half_width(float(margin.std(ddof=1)), len(margin), len(margin) - 1, 0.95)
-    if margin.mean() - half > 0.0:
+def decide(part: Part, value: float, half: float) -> str:
+    """One part by its mean over seeds and half its interval."""
+    margin = value - part.threshold if part.more else part.threshold - value
+    if margin - half > 0.0:
         return HOLDS
-    return FAILS if margin.mean() + half <= 0.0 else OPEN
+    return FAILS if margin + half <= 0.0 else OPEN
 
 
 def above(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:

@@ -6,6 +6,7 @@ count from the opening of the slide, which is the paper's t = 0.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -126,6 +127,40 @@ class Kept:
     def count(self, what: str, kind: str) -> Floats:
         """`above` (on the screen side), `wedged` or `film_m` (median film thickness of those above) of a size class."""
         return self.series("spheres", f"{what}_{kind}")
+
+
+@dataclass(frozen=True)
+class Moved(Kept):
+    """A kept run as chance may have made it: moved by what one of several seeds of another case differs from their mean."""
+
+    seeds: Sequence[Kept]
+    which: int
+
+    @cached_property
+    def _tables(self) -> dict[str, pd.DataFrame]:
+        own = Kept(self.folder)
+        moved = {name: own.table(name).astype(float) for name in TABLES}
+        for name, frame in moved.items():
+            for key in frame.columns.difference(NOT_MOVED):
+                others = [k for k in self.seeds if key in k.table(name)]
+                if len(others) == len(self.seeds):
+                    each = np.array(
+                        [np.interp(own.times, k.times, k.series(name, key)) / _whole(k, name, key) for k in others]
+                    )
+                    frame[key] += (each[self.which] - each.mean(axis=0)) * _whole(own, name, key)
+        return moved
+
+
+NOT_MOVED = ["step", "time_s", "time_since_opening_s", "initial_m3", "total_m3"]
+
+
+def _whole(run: Kept, table: str, name: str) -> float:
+    """What a column is a part of: all liquid, all spheres of its class; else 1."""
+    if table == "liquid_by_holder":
+        return float(run.series(table, "initial_m3")[0]) or 1.0
+    if name.startswith(("above_", "wedged_")):
+        return float(run.series(table, f"above_{name.split('_', 1)[1]}")[0]) or 1.0
+    return 1.0
 
 
 def wedged(run: RunDir) -> Bools:

@@ -15,7 +15,8 @@ from pywet import stages
 from pywet.apparatus.motion import velocity
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.cost import Coefficients
-from pywet.evidence.full_scale import campaign, kept, page
+from pywet.evidence.full_scale import campaign, kept, page, spread
+from pywet.evidence.full_scale.judging import FAILS, HOLDS, OPEN
 from pywet.evidence.full_scale.kept import Kept, keep, wedged
 from pywet.files import read_json, write_json, write_table
 from pywet.runs.rundir import RunDir
@@ -181,9 +182,29 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     assert f"{left[0]} % of the feed is still on the screen after 1.5 s, dry {left[1]} %" in readme
     assert max(run.at(run.undersize, 10.0) for run in (moist, dry)) < 0.005
     told = (ROOT / "docs" / "full_scale.md").read_text()
-    number, holding = re.findall(r"^(\d+) statements: (\d+) hold", told, re.MULTILINE)[0]
+    number = re.findall(r"^(\d+) statements: ", told, re.MULTILINE)[0]
+    holding, failing, open_ = (told.count(f" | {verdict} |\n") for verdict in (HOLDS, FAILS, OPEN))
     assert "All cases are there." in told and "not looked for yet" not in told
     assert (
-        f"of {number} statements that the paper makes of its curves, {holding} hold here, each other one with its reason"
-        in readme
+        f"of {number} statements that the paper makes of its curves, {holding} hold here, {failing} do not, each with its "
+        f"reason, and {open_} cannot be told from chance" in readme
     )
+
+
+def test_what_springs_do_is_told_from_what_seeds_do(tmp_path: Path) -> None:
+    """Half of U = (exp(−0.4 t) + exp(−0.32 t))/2 is through at 1.93 s; three seeds, Student's 4.303 · √(1 + 1/3)."""
+    seeds = [make(tmp_path / "a", 1, seed=k, rate=r) for k, r in ((1, 0.38), (2, 0.4), (3, 0.42))]
+    one = make(tmp_path / "b", 1)
+    assert spread.half_through(one) == pytest.approx(1.934, abs=2e-3)
+    halves = [spread.half_through(k) for k in seeds]
+    near, far = make(tmp_path / "near", 1, rate=0.41), make(tmp_path / "far", 1, rate=1.5)
+    for stiff, told in ((near, "no"), (far, "yes")):
+        row = next(r for r in spread.rows({1: seeds}, {1: [stiff]}, (1, 2)) if "half of the undersize" in r)
+        cells = [cell.strip() for cell in row.strip("|").split("|")]
+        assert cells[2:4] == ["3", f"{np.mean(halves):.4f}"] and float(cells[4]) == pytest.approx(
+            np.std(halves, ddof=1), abs=1e-4
+        )
+        assert float(cells[5]) == pytest.approx(spread.half_through(stiff) - np.mean(halves), abs=1e-4)
+        limit = 4.3027 * np.std(halves, ddof=1) * (4 / 3) ** 0.5
+        assert cells[6].startswith(told) and float(cells[6].split("±")[1]) == pytest.approx(limit, abs=1e-4)
+    assert spread.lines({1: seeds[:1]}, {}, (1,)) == []

@@ -7,9 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from pywet.evidence.full_scale import kept
-from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, above, below, decide, judge
+from pywet.evidence.full_scale.judging import (
+    FAILS,
+    HOLDS,
+    MISSING,
+    OPEN,
+    Statement,
+    above,
+    below,
+    judge,
+    neighbour,
+    neighbours,
+)
 from pywet.evidence.full_scale.statements import STATEMENTS
 from tests.evidence.full_scale.made import COARSE_SHARE, TIMES, make
 
@@ -25,14 +37,43 @@ def test_every_statement_of_the_paper_is_there_once() -> None:
     assert all(s.parts and all(1 <= c <= 18 for c in s.cases) for s in STATEMENTS)
 
 
-@pytest.mark.parametrize("part", [above("x", 1.0, lambda c: 0.0), below("x", 1.0, lambda c: 0.0)])
-def test_seeds_must_lie_on_one_side(part: object) -> None:
+@pytest.mark.parametrize(("sign", "right", "wrong"), [(1.0, HOLDS, FAILS), (-1.0, FAILS, HOLDS)])
+def test_seeds_must_lie_on_one_side(tmp_path: Path, sign: float, right: str, wrong: str) -> None:
     """Student's 95 % half width of (a, b) is 12.706 |a − b|/2: 1.1 and 1.2 have 1.15 ± 0.64, 2.0 and 2.1 have 2.05 ± 0.64."""
-    more = part.more  # type: ignore[attr-defined]
-    assert decide(part, [1.1, 1.2]) == OPEN  # type: ignore[arg-type]
-    assert decide(part, [2.0, 2.1]) == (HOLDS if more else FAILS)  # type: ignore[arg-type]
-    assert decide(part, [0.0, -0.1]) == (FAILS if more else HOLDS)  # type: ignore[arg-type]
-    assert decide(part, [1.1]) == (HOLDS if more else FAILS)  # type: ignore[arg-type]
+    for seed in (0, 1):
+        make(tmp_path, 1, seed=seed)
+    for values, verdict in (((1.1, 1.2), OPEN), ((2.0, 2.1), right), ((0.0, -0.1), wrong)):
+        part = (above if sign > 0 else below)("x", 1.0, lambda c, of=values: of[int(c[1].about["seed"])])
+        answer = judge(Statement(1, "", "", (1,), (part,)), runs(tmp_path))
+        assert (answer.verdict, answer.values) == (verdict, (values,))
+        assert answer.chance == (pytest.approx(12.706 * 0.05, rel=1e-4),)
+
+
+def test_a_single_run_has_the_spread_of_its_neighbour(tmp_path: Path) -> None:
+    """Three seeds of case 1 pass at 0.3, 0.4 and 0.5 per second: case 4 is as uncertain as they differ, about what it has."""
+    seeds = [make(tmp_path, 1, seed=k, rate=r) for k, r in enumerate((0.3, 0.4, 0.5), 1)]
+    make(tmp_path, 4, rate=0.2), make(tmp_path, 7, rate=0.1), make(tmp_path, 2), make(tmp_path, 16)
+    there, at_5 = runs(tmp_path), lambda case: lambda c: c[case].at(c[case].retained(), 5.0)
+    spread = np.std([k.at(k.retained(), 5.0) for k in seeds], ddof=1)
+    moved = [k.at(k.retained(), 5.0) for k in neighbours(4, there)]
+    own = there[4][0].at(there[4][0].retained(), 5.0)
+    assert np.mean(moved) == pytest.approx(own) and np.std(moved, ddof=1) == pytest.approx(spread)
+    answer = judge(Statement(1, "", "", (4,), (above("", own - 0.1, at_5(4)),)), there)
+    half = stats.t.ppf(0.975, 2) * spread
+    assert half > 0.1 and answer.chance == (pytest.approx(half),) and answer.verdict == OPEN
+    both = above(
+        "", 0.0, lambda c: at_5(7)(c) - at_5(4)(c)
+    )  # two runs of one neighbour: variances add, its seeds count once
+    assert judge(Statement(1, "", "", (4, 7), (both,)), there).chance == (pytest.approx(half * 2**0.5),)
+    assert judge(Statement(1, "", "", (16,), (above("", 0.0, at_5(16)),)), there).chance == (
+        0.0,
+    )  # no seeds of case 10
+    counts = [k.count("above", "small")[60] for k in neighbours(4, there)]
+    assert np.std(counts, ddof=1) == pytest.approx(np.std([k.count("above", "small")[60] for k in seeds], ddof=1))
+
+
+def test_neighbours_are_of_the_same_material_and_dry_or_moist() -> None:
+    assert [neighbour(n) for n in range(1, 19)] == [1, 2, 2] * 3 + [10, 11, 11] * 3
 
 
 def test_the_undersize_left_is_judged_at_15_s(tmp_path: Path) -> None:
