@@ -21,6 +21,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.solids import wire
+from pywet.apparatus.surface import make_surface
 from pywet.bench import bodies, bridge_engine, bridge_query, small
 from pywet.bench.pair import Pair
 from pywet.collisions.spheres import command as davis
@@ -84,26 +86,67 @@ def by_law(capillary: str, rupture: str, engine: str | None = None) -> Callable[
 
     def answers() -> Iterator[Row]:
         yield from bridges(forces)
-        if engine is None:
-            yield from drags()
-            yield from splits(capillary, rupture)
+        yield from pulls(capillary, rupture, engine) if engine else drags()
+        yield from splits(capillary, rupture, ask)
+        yield from wires(capillary, rupture, engine)
 
     return answers
 
 
-def splits(capillary: str, rupture: str) -> Iterator[Row]:
-    """Rupture distance and sharing by pywet's laws; a wire counts as a plane in every preset."""
+def splits(capillary: str, rupture: str, ask: Callable[[bridge_query.Query], dict[str, Any]]) -> Iterator[Row]:
+    """Rupture distance and sharing by pywet's laws."""
     model = "young_laplace" if capillary == "young_laplace" else "parabola"
     for case, given, wanted in asked("rupture_and_sharing"):
-        answer = bridge_query.answer(pair(given).query([0.0], laws=list(dict.fromkeys((capillary, rupture)))))
+        answer = ask(pair(given).query([0.0], laws=list(dict.fromkeys((capillary, rupture)))))
         values = {
             "rupture distance": answer["rupture_distance_m"][rupture],
             "share of body 1": answer["transfer_ratio"][model],
         }
         for a in wanted:
             yield row("rupture_and_sharing", case, a["quantity"], a["at"], values[a["quantity"]])
-    for case, _, wanted in asked("wire"):
-        yield from (row("wire", case, a["quantity"], a["at"], 1.0) for a in wanted)
+
+
+def wires(capillary: str, rupture: str, engine: str | None) -> Iterator[Row]:
+    """Sphere and wire over sphere and plate at touch; pywet's laws take no wire, it counts as a plane in every preset."""
+    for case, given, wanted in asked("wire"):
+        ratio = 1.0
+        if engine:
+            r, angle = given["wire_radius_m"], math.radians(given["contact_angle_deg"])
+            ends = (np.array((side * 10.0 * given["radius_m"], 0.0, -r)) for side in (-1.0, 1.0))
+            round_ = make_surface("wire", "wall", [(wire(*ends, r, 32, 10.0), r)])
+            touch = Pair("wet", given["radius_m"], math.inf, wanted[0]["at"], (angle, angle), 0.0728)
+            query = touch.query([0.0], laws=list(dict.fromkeys((capillary, rupture))))
+            forces = [bridge_engine.measured(query, engine, wall=w)["force_N"][capillary][0] for w in (round_, None)]
+            ratio = forces[0] / forces[1]
+        yield from (row("wire", case, a["quantity"], a["at"], ratio) for a in wanted)
+
+
+def pulls(capillary: str, rupture: str, engine: str) -> Iterator[Row]:
+    """The same drags measured in an engine, in a bridge that reaches beyond the largest gap."""
+    for case, given, wanted in asked("viscous_pull"):
+        common = {
+            "viscosity_Pa_s": given["viscosity_Pa_s"],
+            "laws": list(dict.fromkeys((capillary, rupture, STOKES_FORCE))),
+        }
+        if case == "drawn apart":
+            angle, tension = math.radians(given["contact_angle_deg"]), given["surface_tension_N_per_m"]
+            drop = Pair("wet", given["radius_m"], given["radius_m"], given["volume_m3"], (angle, angle), tension)
+            still, slow, fast = (
+                bridge_engine.measured(drop.query([0.0], velocity_m_per_s=v, **common), engine, stretch)[
+                    "rupture_distance_m"
+                ][rupture]
+                for v, stretch in ((1e-3, None), *((v, "pitois") for v in given["speeds_m_per_s"]))
+            )
+            power = math.log((fast / still - 1.0) / (slow / still - 1.0)) / math.log(
+                given["speeds_m_per_s"][1] / given["speeds_m_per_s"][0]
+            )
+            yield row("viscous_pull", case, wanted[0]["quantity"], wanted[0]["at"], power)
+            continue
+        r, gaps = given["radius_m"], [a["at"] for a in wanted]
+        two = Pair("wet", r, math.inf if case == "plate" else r, 1e-10, (0.0, 0.0), 0.0728)
+        found = bridge_engine.measured(two.query(gaps, velocity_m_per_s=given["speed_m_per_s"], **common), engine)
+        for a, force in zip(wanted, found["viscous_normal_N"][STOKES_FORCE], strict=True):
+            yield row("viscous_pull", case, "force", a["at"], force)
 
 
 def drags() -> Iterator[Row]:

@@ -12,6 +12,7 @@ from typing import Any
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
+from pywet.apparatus.surface import Surface
 from pywet.bench import small
 from pywet.bench.bodies import contacts, sphere_classes, water
 from pywet.bench.bridge_query import EXACT, Query, answer, film
@@ -25,31 +26,53 @@ STEPS = 4000
 """Steps from touch to the largest separation; the log is interpolated between them by a cubic spline."""
 
 
-def measured(query: Query, engine: str = "liggghts") -> dict[str, Any]:
-    """The answer with force, viscous force and rupture distance as the engine gives them: liggghts or lammps."""
+def measured(
+    query: Query, engine: str = "liggghts", stretch: str | None = None, wall: Surface | None = None
+) -> dict[str, Any]:
+    """The answer with force, viscous force, rupture distance and sharing as the engine gives them: liggghts or lammps.
+
+    With a law of dynamic rupture, `stretch`, the rupture distance is that at the query's speed. `wall` stands in place of the
+    plate, its top at 0.
+    """
     answered = answer(query)
     forces: dict[str, list[float | None]] = {}
     viscous: dict[str, list[float | None]] = {}
     distances: dict[str, float | None] = {}
+    shares: dict[str, float | None] = {}
     rupture = query.rule
     normal = query.named("viscous_normal")
     runs = [(name, EXACT if name == EXACT else rupture, normal[0]) for name in query.named("capillary")]
     runs += [(runs[0][0], runs[0][1], name) for name in normal[1:]]
     for capillary, limit, drag in runs:
         with tempfile.TemporaryDirectory(prefix="pywet-bridge-") as folder:
-            log, events = _pull(Path(folder), query, capillary, limit, drag, engine)
+            log, events = _pull(Path(folder), query, capillary, limit, drag, engine, stretch, wall)
         forces.setdefault(capillary, _at(query, log, "capillary"))
         viscous.setdefault(drag, [None if v is None else -v + 0.0 for v in _at(query, log, "viscous_normal")])
         broken = events[events["kind"] == RUPTURE]
         distances.setdefault(limit, float(broken["separation"].iloc[0]) if len(broken) else None)
-    answered.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances)
+        shares.setdefault(
+            _transfer(limit), float((broken["share_i"] / broken["volume"]).iloc[0]) if len(broken) else None
+        )
+    answered.update(force_N=forces, viscous_normal_N=viscous, rupture_distance_m=distances, transfer_ratio=shares)
     answered["volume_m3"] = float(events.loc[events["kind"] == FORMATION, "volume"].iloc[0])
     answered["measured_in"] = engine
     return answered
 
 
+def _transfer(rupture: str) -> str:
+    """The model of sharing that goes with a rupture law."""
+    return PRESETS["exact" if rupture == EXACT else "paper"]["transfer"]
+
+
 def _pull(
-    folder: Path, query: Query, capillary: str, rupture: str, drag: str, engine: str = "liggghts"
+    folder: Path,
+    query: Query,
+    capillary: str,
+    rupture: str,
+    drag: str,
+    engine: str = "liggghts",
+    stretch: str | None = None,
+    other: Surface | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Run the two bodies; contact log and events."""
     ri, rj, ti, tj = query.pair
@@ -57,9 +80,12 @@ def _pull(
     forms = (query.named("formation") or [PRESETS["paper"]["formation"]])[0]
     radii, angles = ((ri,), (ti,)) if wall else ((ri, rj), (ti, tj))
     speed = query.velocity_m_per_s if query.velocity_m_per_s > 0.0 else 1e-3
-    far = 1.02 * max(
-        *query.separations_m, registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj)
-    )
+    end = registry.get("rupture", rupture).functions[0](query.volume_m3, ri, rj, ti, tj)
+    if stretch is not None:
+        end *= registry.get("dynamic_rupture", stretch).functions[0](
+            speed, query.viscosity_Pa_s, query.surface_tension_N_per_m
+        )
+    far = 1.02 * max(*query.separations_m, end)
     liquid = water(film(query, forms), query.viscosity_Pa_s, query.surface_tension_N_per_m)
     start = min(0.0, *query.separations_m) - 4.0 * far / STEPS  # a new bridge acts from the next step on
     moving = small.Sphere(
@@ -72,16 +98,17 @@ def _pull(
         "capillary": capillary,
         "rupture": rupture,
         "viscous_normal": drag,
-        "dynamic_rupture": None,
+        "dynamic_rupture": stretch,
         "formation": forms,
+        "transfer": _transfer(rupture),
     }
     small.prepare(
         folder, sphere_classes(*radii, angle_rad=angles, name="body {k}"), bodies, dry, liquid=liquid,
         effects=small.PAPER.model_copy(update=laws), wall_angle_rad=tj, time_step_s=step, steps=STEPS + 10,
-        walls=[small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [], output_interval_s=STEPS * step,
+        walls=[other or small.floor(half_side=10 * ri, thickness=2 * ri)] if wall else [], output_interval_s=STEPS * step,
         box=20 * max(radii) + 2 * far,
     )  # fmt: skip
-    small.run(folder, bodies, engine=engine)
+    small.run(folder, bodies, engine=engine, allow_unstable=True)  # both are driven: no force moves them
     history = folder / "history"
     return read_table(history / "contacts.parquet"), read_table(history / "events.parquet")
 

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from pywet.bench.bridge_query import answer, read
+from pywet.bench import bridge_engine
+from pywet.bench.bridge_query import EXACT, answer, checked, read
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.laws import exact_bridge as young_laplace
@@ -211,3 +212,20 @@ def test_engine_gives_what_python_gives(runner: CliRunner) -> None:
         # found at the first step beyond it
         step = 1.1 * max(*WALL["separations_m"], python["rupture_distance_m"][name]) / 4000
         assert 0.0 <= distance - python["rupture_distance_m"][name] < step
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("rupture", ["willett_unequal", "young_laplace"])
+def test_engine_breaks_and_shares_as_the_laws_say(rupture: str) -> None:
+    """Unequal spheres and angles: the share that the event books is the model's; drawn apart fast, Pitois' factor stretches."""
+    capillary, transfer = {"willett_unequal": ("rabinovich", "parabola"), EXACT: (EXACT, EXACT)}[rupture]
+    bodies = [{"radius_m": r, "contact_angle_deg": a} for r, a in ((1e-3, 30.0), (2e-3, 10.0))]
+    asked = {"bodies": bodies, "volume_m3": 1e-11, "surface_tension_N_per_m": 0.0728, "viscosity_Pa_s": 0.1,
+             "velocity_m_per_s": 0.01, "separations_m": [1e-5], "laws": [capillary, rupture]}  # fmt: skip
+    query = checked(asked, Path("q.json"))
+    python = answer(query)
+    still, fast = (bridge_engine.measured(query, stretch=stretch) for stretch in (None, "pitois"))
+    assert list(still["transfer_ratio"]) == [transfer]
+    assert still["transfer_ratio"][transfer] == pytest.approx(python["transfer_ratio"][transfer], rel=1e-3)
+    for one, end in ((still, 1.0), (fast, 1.0 + math.sqrt(0.1 * 0.01 / 0.0728))):
+        assert 0.0 <= one["rupture_distance_m"][rupture] / (end * python["rupture_distance_m"][rupture]) - 1.0 < 3e-4
