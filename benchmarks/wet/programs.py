@@ -26,6 +26,7 @@ from pywet.apparatus.surface import make_surface
 from pywet.bench import bodies, bridge_engine, bridge_query, small
 from pywet.bench.pair import Pair
 from pywet.collisions.spheres import command as davis
+from pywet.collisions.spheres import engine as spheres_engine
 from pywet.engines.stock.liggghts import liggghts_force
 from pywet.engines.stock.yade import yade_force
 from pywet.files import atomic_write, read_json, read_table, write_csv
@@ -203,6 +204,22 @@ def collisions() -> Iterator[Row]:
             yield from (row("wet_rebound", case, a["quantity"], a["at"], rebound(given, a["at"])) for a in wanted)
 
 
+def three_in_the_engine() -> Iterator[Row]:
+    """The same three spheres in LIGGGHTS with the laws of `pywet.laws.davis` and contacts of 1e9 N/m."""
+    for case, given, wanted in asked("three_spheres"):
+        if (given["h_a"], given["h_min"], given["e_dry"]) != (spheres_engine.H_A, spheres_engine.H_MIN, 1):
+            continue
+        with tempfile.TemporaryDirectory(prefix="pywet-wet-") as folder:
+            found = spheres_engine.twin(
+                Path(folder), given["St_n"], given["theta12_deg"], None, given["t_end"], 1e9, given["mu_f"]
+            )
+        for a in wanted:
+            axis, sphere = a["quantity"].split()
+            yield row(
+                "three_spheres", case, a["quantity"], a["at"], found.velocity[-1, int(sphere) - 1, "xy".index(axis[1])]
+            )
+
+
 def rebound(given: dict[str, Any], stokes: float) -> float:
     """Restitution of two equal spheres head on, from their velocities when the films have parted; 0 where they stick."""
     radius, mass, viscosity = 1e-3, 1e-5, 0.1
@@ -305,6 +322,7 @@ PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
     "YADE, Willett": stock(lambda points: yade_force(points, "Willett_numeric")),
     "pywet collide spheres": collisions,
     "pywet collide wall": walls,
+    "LIGGGHTS + pywet, laws of Davis": three_in_the_engine,
     "LIGGGHTS + pywet, laws of one's own": lambda: rebounds(
         {way: f"{HERE / 'rebound_laws.py'}:{way.partition(' ')[0]}" for way in ("holds", "cavitates", "thinning film")}
     ),

@@ -59,7 +59,15 @@ def model(stokes: float, theta12_deg: float, ca: float | None, t_end: float) -> 
     return run(problem, times=np.linspace(0.0, t_end, 401)[1:])
 
 
-def twin(run_dir: Path, stokes: float, theta12_deg: float, ca: float | None, t_end: float, stiffness: float) -> Twin:
+def twin(
+    run_dir: Path,
+    stokes: float,
+    theta12_deg: float,
+    ca: float | None,
+    t_end: float,
+    stiffness: float,
+    friction: float = 0.0,
+) -> Twin:
     """The collision in the engine; `stiffness` of the contact [N/m]."""
     delta, s_min, a = 2.0 * RADIUS * H_A, 1e-3 * RADIUS, 0.5 * RADIUS
     kinds = bodies.sphere_classes(RADIUS, counts=3, density=DENSITY, angle_rad=0.0)
@@ -79,7 +87,7 @@ def twin(run_dir: Path, stokes: float, theta12_deg: float, ca: float | None, t_e
     with atomic_write(run_dir / "law.py") as temporary:
         temporary.write_text(LAWS.format(over_a=(delta - s_min) / a))
     small.prepare(
-        run_dir, kinds, spheres, bodies.contacts(1, stiffness, friction=0.0, restitution=1.0),
+        run_dir, kinds, spheres, bodies.contacts(1, stiffness, friction=friction, restitution=1.0),
         liquid=bodies.water(0.5 * (delta - s_min), viscosity, tension),
         effects=Effects(
             bridges=True, capillary="davis" if ca else None, viscous_normal="davis",
