@@ -80,6 +80,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         HEAD,
         "## Runs\n",
         *_runs(config, runs, variants),
+        *_price(runs),
         *_lacking(runs, variants.get("paper", {})),
         *basis.lines(),
         *spread.lines(runs, variants.get("paper", {}), SEEDED),
@@ -108,6 +109,25 @@ def _runs(
         "| coarse, fines, walls at the end | engine, replay, disk [GB] | replay, processor time [s] |"
     )
     return [*said, "", head, "|" + "---|" * 11, *(_row(config, k) for k in rows)]
+
+
+def _price(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
+    """Processor time of moist cases over that of their dry case with the same seed, of runs that were not interrupted."""
+    whole = {
+        (n, int(k.about["seed"])): float(k.about["cpu_s"])
+        for n, of in runs.items()
+        for k in of
+        if k.about["cpu_s"] is not None and k.about["resumed_at_step"] is None
+    }
+    ratios = [
+        t / whole[dry, seed] for (n, seed), t in whole.items() if (dry := n - (n - 1) % 3) != n and (dry, seed) in whole
+    ]
+    if not ratios:
+        return []
+    return [
+        f"\nA moist case takes {min(ratios):.2f} to {max(ratios):.2f} times the processor time of its dry one "
+        f"({len(ratios)} pairs of one seed, mostly beside other work, not all by the same version of the program)."
+    ]
 
 
 def _lacking(runs: Mapping[int, Sequence[Kept]], stiff: Mapping[int, Sequence[Kept]]) -> list[str]:

@@ -164,10 +164,13 @@ def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> No
 def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     for case in (1, 2, 11):
         make(tmp_path / "data", case)
+    half = tmp_path / "data" / "case01-1" / "run.json"
+    write_json(half, {**read_json(half, ""), "cpu_s": 2400.0})
     text = page.page_text(tmp_path / "data", settings.load(ROOT / "config"))
     assert (
         "Not run yet: 3, 4, 5" in text and "| case02-1 | full, springs 0.1, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
     )
+    assert "A moist case takes 1.50 to 1.50 times" in text and "(1 pairs" in text
     assert {p.name for p in tmp_path.glob("*.svg")} == {"fig10.svg", "fig12.svg", "fig13.svg", "fig14.svg", "fig15.svg"}
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))
 
