@@ -25,6 +25,8 @@ MOISTURE = ("#9a8f80", SKY, NAVY, "#6a51a3")
 TIME = "time since the slide opened in s"
 CONFIGURATION = (NAVY, SKY, ORANGE, GREEN, VIOLET)
 DASHED = (0, (4, 2))
+BAND = ":band"
+"""Behind the name of a curve: what is drawn between its seeds."""
 PLACES = {
     "coarse_material_large": ("on the screen: large", "#0b3c78"),
     "coarse_material_near_mesh": ("on the screen: near mesh", "#3b7fbf"),
@@ -100,7 +102,10 @@ def apart(sheet: Sheet) -> list[Drawn]:
             _panel(axes, sheet, name, group)
             if sheet.draw is _draw_liquid:
                 _legend_below(figure, 2)
-            curves = tuple(_data(artist) for artist in (*axes.get_lines(), *axes.collections) if artist.get_gid())
+            drawn = [
+                a for a in (*axes.get_lines(), *axes.collections) if a.get_gid() and not a.get_gid().endswith(BAND)
+            ]
+            curves = tuple(_data(artist) for artist in drawn)
             found.append(Drawn(name, svg(figure, transparent=True), curves))
     return found
 
@@ -237,9 +242,10 @@ def _curve(axes: Axes, result: CaseResult, column: str, **look: Any) -> None:
     axes.plot(time, table[column], linewidth=1.7, gid=f"{run}:{column}", **look)
     if result.seeds:
         every = [np.interp(time, seed["time_since_opening_s"], seed[column]) for seed in (table, *result.seeds)]
-        axes.fill_between(
+        band = axes.fill_between(
             time, np.min(every, axis=0), np.max(every, axis=0), color=look["color"], alpha=0.2, linewidth=0
         )
+        band.set_gid(f"{run}:{column}{BAND}")
 
 
 def _draw_dry(axes: Axes, group: Sequence[CaseResult]) -> None:

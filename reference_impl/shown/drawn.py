@@ -20,6 +20,9 @@ from reference_impl.replay.io import ReplayError
 SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
 
 
+BAND = ":band"
+
+
 @dataclass(frozen=True)
 class Curve:
     """A line or an area as shown; `y` of an area is its height."""
@@ -42,6 +45,8 @@ class Panel:
     y_label: str
     curves: tuple[Curve, ...]
     beside: list[dict[str, Any]]
+    bands: tuple[Curve, ...] = ()
+    """Areas named as a curve and `:band`: from the least to the most of its seeds."""
 
 
 def panels(section: str) -> list[Panel]:
@@ -66,7 +71,9 @@ def _panel(root: ET.Element, beside: list[dict[str, Any]]) -> Panel:
     titles = [_words(e) for e in plain if _words(e).startswith("(")]
     paths = {p.attrib["id"]: p for p in root.iter(f"{SVG}path") if "id" in p.attrib}
     curves = [c for g in axes if (c := _curve(g, paths, along[0], up[0], legend)) is not None]
-    return Panel(titles[0] if titles else "", along[1], up[1], tuple(curves), beside)
+    bands = tuple(c for c in curves if c.claim.endswith(BAND))
+    lines = tuple(c for c in curves if not c.claim.endswith(BAND))
+    return Panel(titles[0] if titles else "", along[1], up[1], lines, beside, bands)
 
 
 def _words(element: ET.Element) -> str:

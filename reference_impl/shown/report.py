@@ -95,6 +95,12 @@ class Runs:
         """Per cent of liquid of a case."""
         return float(self.row(number)["liquid_percent"])
 
+    def seeds(self, number: int | str) -> list[str]:
+        """Folders of a case from other first arrangements."""
+        name = self.name(number)
+        there = (path.parent.parent.name for path in self.folder.glob(f"{name}-*/results/fraction_retained.parquet"))
+        return sorted(folder for folder in there if folder.removeprefix(f"{name}-").isdigit())
+
     def _column(self, number: int | str, column: str) -> tuple[Floats, Floats] | None:
         """Times and values of a column of a case; of liquid in per cent of what was put in."""
         of_liquid = column.endswith("_m3")
@@ -119,7 +125,7 @@ def check(report: Path, cases: Path) -> Read:
         panels = drawn.panels(section)
         runs.read_pair(section)
         for panel in panels:
-            read.curves += len(panel.curves)
+            read.curves += len(panel.curves) + len(panel.bands)
             read.faults += [f"figure {figure}, panel {panel.title!r}: {said}" for said in _panel(runs, figure, panel)]
             read.faults += _colours(figure, panel, colours.get(figure, colours["moisture"]))
         read.faults += _missing(runs, figure, section, panels)
@@ -183,6 +189,29 @@ def _panel(runs: Runs, figure: str, panel: Panel) -> Iterator[str]:
                 yield f"the data beside the curve labelled {curve.label!r} are not those of the curve"
             elif beside[name]["label"] != curve.label or beside[name]["colour"] != curve.colour:
                 yield f"label or colour beside the curve labelled {curve.label!r} are not those of the curve"
+            if figure != "liquid":
+                yield from _band(runs, panel, curve, case)
+
+
+def _band(runs: Runs, panel: Panel, curve: Curve, case: tuple[int | str, str]) -> Iterator[str]:
+    """What is wrong with the band behind a curve, which goes from the least to the most of all seeds of its case."""
+    own, seeds = runs.column(*case), runs.seeds(case[0])
+    others = [of for seed in seeds if (of := runs.column(seed, case[1])) is not None]
+    bands = [b for b in panel.bands if b.claim == f"{curve.claim}{drawn.BAND}"]
+    if own is None or not others:
+        if bands:
+            yield f"behind the curve labelled {curve.label!r} is a band, but there are no other seeds of case {case[0]}"
+        return
+    every = [own[1], *(np.interp(own[0], *other) for other in others)]
+    low, high = np.min(every, axis=0), np.max(every, axis=0)
+    if len(bands) != 1 or bands[0].colour != curve.colour:
+        yield f"behind the curve labelled {curve.label!r} should be the band of its {len(every)} seeds, in its colour"
+        return
+    top, inside = bands[0].top, own[0] >= 0.0
+    if len(top) != len(high) or not all(
+        (np.abs(shown - of)[inside] <= ROOM).all() for shown, of in ((top, high), (top - bands[0].y, low))
+    ):
+        yield f"the band behind the curve labelled {curve.label!r} is not from the least to the most of its {len(every)} seeds"
 
 
 def _same(curve: Curve, of: tuple[Floats, Floats] | None, factor: float = 1.0) -> bool:

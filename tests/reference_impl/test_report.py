@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -183,7 +184,6 @@ def colours_of_one_panel(patch: pytest.MonkeyPatch) -> None:
 
 def in_fractions(patch: pytest.MonkeyPatch) -> None:
     made = plots._draw_liquid
-    from dataclasses import replace
 
     def other(axes: Any, group: Any) -> None:
         made(axes, [replace(group[0], liquid=group[0].liquid.assign(initial_m3=2e-4))])
@@ -279,6 +279,57 @@ def test_faults_of_what_draws_are_found_and_named(name: str, folder: Path, monke
     plant, said = DRAWN[name]
     plant(monkeypatch)
     faults = read(written(folder))
+    assert any(said in fault for fault in faults), faults
+
+
+@pytest.fixture(scope="module")
+def seeded(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same cases, case 2 with two more seeds, one of them with other outputs, and its preset with one."""
+    root, random = tmp_path_factory.mktemp("seeds") / "runs", np.random.default_rng(5)
+    shutil.copytree(folder, root, ignore=shutil.ignore_patterns("*.html"))
+    for name, rows in (("case02-8", 31), ("case02-9", 16), (f"{TWIN}-8", 31)):
+        table = pd.read_parquet(root / "case02" / "results" / "fraction_retained.parquet").iloc[:: 30 // (rows - 1)]
+        for column in [c for c in table if str(c).startswith("fraction_retained")]:
+            table[column] = 1.0 - np.sort(random.uniform(0, 0.6, rows)) * (table["time_since_opening_s"] > 0)
+        write_table(table, root / name / "results" / "fraction_retained.parquet")
+    return root
+
+
+def banded(change: Callable[[Any, tuple[Any, ...]], collect.CaseResult]) -> Callable[[pytest.MonkeyPatch], None]:
+    """Every curve drawn with other seeds: what they were -> what they are."""
+    drawn = plots._curve
+
+    def other(axes: Any, result: collect.CaseResult, column: str, **look: Any) -> None:
+        drawn(axes, replace(result, seeds=change(result, result.seeds)), column, **look)
+
+    return lambda patch: patch.setattr(plots, "_curve", other)
+
+
+BANDS: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], str]] = {
+    "a seed left out": (banded(lambda r, s: s[1:]), "is not from the least to the most of its 3 seeds"),
+    "no band": (banded(lambda r, s: ()), "should be the band of its 3 seeds, in its colour"),
+    "a band of what has one seed": (
+        banded(lambda r, s: s or (r.retained.assign(fraction_retained=0.5),)),
+        "is a band, but there are no other seeds of case 1",
+    ),
+    "seeds too low": (
+        banded(lambda r, s: tuple(t.assign(fraction_retained=0.9 * t["fraction_retained"]) for t in s)),
+        "labelled 'M = 5 %' is not from the least to the most",
+    ),
+}
+
+
+def test_bands_go_from_the_least_to_the_most_of_all_seeds(seeded: Path) -> None:
+    """Of case 2 in the moist panel, of its classes, and of both presets, all and near mesh: 1 + 2 + 4."""
+    found = shown.check(written(seeded), ROOT / "config" / "cases.csv")
+    assert found.faults == [] and found.curves == 2 * 4 + 3 + 6 + 10 + 5 + 7
+
+
+@pytest.mark.parametrize("name", BANDS)
+def test_faults_of_bands_are_found_and_named(name: str, seeded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plant, said = BANDS[name]
+    plant(monkeypatch)
+    faults = read(written(seeded))
     assert any(said in fault for fault in faults), faults
 
 
