@@ -102,9 +102,7 @@ def apart(sheet: Sheet) -> list[Drawn]:
             _panel(axes, sheet, name, group)
             if sheet.draw is _draw_liquid:
                 _legend_below(figure, 2)
-            drawn = [
-                a for a in (*axes.get_lines(), *axes.collections) if a.get_gid() and not a.get_gid().endswith(BAND)
-            ]
+            drawn = [a for a in (*axes.get_lines(), *axes.collections) if not (a.get_gid() or BAND).endswith(BAND)]
             curves = tuple(_data(artist) for artist in drawn)
             found.append(Drawn(name, svg(figure, transparent=True), curves))
     return found
