@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from pywet.config import Config
 from pywet.evidence.full_scale import basis, kept, reasons, spread, trials
 from pywet.evidence.full_scale.judging import FAILS, MISSING, OPEN, Answer, Statement, judge, neighbours
 from pywet.evidence.full_scale.kept import Kept
+from pywet.evidence.full_scale.spread import Runs
 from pywet.evidence.full_scale.statements import STATEMENTS
 from pywet.files import atomic_write
 from pywet.report import plots
@@ -40,21 +42,29 @@ The screening cases at the paper's own size (200 mm sieve) and for its 20 s, and
 Kruggel-Emden (2018) make of their simulations in sections 5.2 and 5.3. Made by `python -m pywet.evidence.full_scale.page` from
 the tables in `docs/full_scale/data`, which `make full` stores as each case ends. Times count from the opening of the slide. The
 thresholds of the statements were fixed before any of these runs was looked at; the last six statements, from 34 on, were added
-when cases 1, 2, 3, 5, 10, 11 and 12 were known.
+when cases 1, 2, 3, 5, 10, 11 and 12 were known, and that a threshold within chance (±) cannot be told when all were.
 """
+
+COMMITS = {
+    "3cef7a2": "`1d46192` with the way since the last look mended in `reference_impl/replay/formations.py` as in `8d56677`"
+}
+"""Commits that tables name and the history lacks -> what they are."""
 
 BEYOND = """
 ## What the paper says its model lacks
 
 Fines and bin get too little water there, coarse material and screen (walls, too, with POM) too much, for want of "vibrating
-dewatering". Here liquid can be shed in free motion, and can have weight ([effects](effects.md#effects-in-no-preset)). No run at
-full scale has either. What they do to the divisions of Fig. 14 in % of all liquid, at the smoke scale (sieve of 50 mm, springs
-of a hundredth), {time:.1f} s after the opening, one seed each, replayed (`python -m pywet.evidence.full_scale.trials`): a
-check, not a prediction.
+dewatering". Here liquid can be shed in free motion, and can have weight ([effects](effects.md#effects-in-no-preset)).
+{full}
+
+At the smoke scale (sieve of 50 mm, springs of a hundredth) they do to the divisions of Fig. 14, in % of all liquid, {time:.1f} s
+after the opening, one seed each, replayed (`python -m pywet.evidence.full_scale.trials`): a check, not a prediction.
 """
+SWITCHED = ("shedding", "liquid_weight")
+"""Names of variants that are the campaign's settings with this effect on."""
 
 
-def honest(runs: Mapping[int, Sequence[Kept]]) -> str:
+def honest(runs: Runs) -> str:
     """What the page can be trusted with."""
     seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
     several = f"Several seeds of cases {', '.join(seeded)}, one of each other" if seeded else "One seed of each case"
@@ -88,17 +98,15 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_statements(answers),
         *(["\n## Why a statement does not hold\n", *reasons.lines(failed, runs)] if failed else []),
         *(["\n## What is known where it cannot be told\n", *known] if known else []),
-        *_beyond(),
+        *_beyond(runs, variants),
     ]
     if runs:
-        lines += ["\n## Figures\n", *_figures(data.parent, config, runs)]
+        lines += ["\n## Figures\n", *_figures(data.parent, config, runs, variants)]
     lines += ["\n" + honest(runs)]
     return "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
 
 
-def _runs(
-    config: Config, runs: Mapping[int, Sequence[Kept]], others: Mapping[str, Mapping[int, Sequence[Kept]]]
-) -> list[str]:
+def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     rows = [k for group in (runs, *others.values()) for number in sorted(group) for k in group[number]]
     missing = [n for n in sorted(config.cases) if not runs.get(n)]
     said = [f"Not run yet: {', '.join(map(str, missing))}."] if missing else ["All cases are there."]
@@ -108,10 +116,16 @@ def _runs(
         "| run | settings | core-hours | formations | contacts replayed | ledger | replay | Y at 5, 10, 20 s "
         "| coarse, fines, walls at the end | engine, replay, disk [GB] | replay, processor time [s] |"
     )
-    return [*said, "", head, "|" + "---|" * 11, *(_row(config, k) for k in rows)]
+    return [*said, "", head, "|" + "---|" * 11, *(_row(config, k) for k in rows), *_commits(rows)]
 
 
-def _price(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
+def _commits(rows: Sequence[Kept]) -> list[str]:
+    named = {k.about["commit"] for k in rows}
+    lost = [f"`{commit}` is {what}." for commit, what in COMMITS.items() if commit in named]
+    return ["\nThe `run.json` of a run names the commit that made it; " + " ".join(lost)] if lost else []
+
+
+def _price(runs: Runs) -> list[str]:
     """Processor time of moist cases over that of their dry case with the same seed, of runs that were not interrupted."""
     whole = {
         (n, int(k.about["seed"])): float(k.about["cpu_s"])
@@ -125,12 +139,13 @@ def _price(runs: Mapping[int, Sequence[Kept]]) -> list[str]:
     if not ratios:
         return []
     return [
-        f"\nA moist case takes {min(ratios):.2f} to {max(ratios):.2f} times the processor time of its dry one "
-        f"({len(ratios)} pairs of one seed, mostly beside other work, not all by the same version of the program)."
+        f"\nA moist case takes {np.median(ratios):.2f} times the processor time of its dry one in the median, "
+        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed: not side by side, mostly beside other "
+        "work, not all by one version)."
     ]
 
 
-def _lacking(runs: Mapping[int, Sequence[Kept]], stiff: Mapping[int, Sequence[Kept]]) -> list[str]:
+def _lacking(runs: Runs, stiff: Runs) -> list[str]:
     """What the page cannot say for want of runs."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
     lines = [
@@ -192,7 +207,28 @@ def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     ]
 
 
-def _beyond() -> list[str]:
+def _division(run: Kept, title: str) -> float:
+    """Share of all liquid at the end in a division of Fig. 14; holders that a run's table lacks have none."""
+    have = run.table("liquid_by_holder").columns
+    return sum(float(run.liquid(h)[-1]) for h in trials.FIG14[title] if f"{h}_m3" in have)
+
+
+DIVISIONS = {title: partial(_division, title=title) for title in trials.FIG14}
+
+
+def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
+    """What is known at full scale of effects in no preset."""
+    lines = []
+    for effect in SWITCHED:
+        cases = sorted(variants.get(effect, {}))
+        if table := spread.rows(runs, variants.get(effect, {}), cases, DIVISIONS | spread.DRY):
+            said = f"At full scale `{effect}` was on in one run each of cases {', '.join(map(str, cases))}, the rest as in the"
+            lines += [f"\n{said} campaign; shares are of all liquid at 20 s:\n", *spread.head(f"with {effect}"), *table]
+    left = [f"`{effect}`" for effect in SWITCHED if effect not in variants]
+    return "\n".join([*lines, *([f"\nNo run at full scale has {' or '.join(left)}."] if left else [])])
+
+
+def _beyond(runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
     if not trials.FIG14_FILE.exists():
         return []
     table = pd.read_csv(trials.FIG14_FILE)
@@ -203,7 +239,7 @@ def _beyond() -> list[str]:
         for _, row in table.iterrows()
     ]
     return [
-        BEYOND.format(time=table["time_since_opening_s"].iloc[0]),
+        BEYOND.format(time=table["time_since_opening_s"].iloc[0], full=_full_beyond(runs, variants)),
         f"| case | switched on | {' | '.join(trials.FIG14)} | fraction retained |",
         "|" + "---|" * (len(trials.FIG14) + 3),
         *rows,
@@ -232,7 +268,7 @@ def _answer(statement: Statement, answer: Answer) -> str:
     return f"| {statement.number} | {statement.place} | {statement.says} | {'; '.join(parts)} | {answer.verdict} |"
 
 
-def _figures(folder: Path, config: Config, runs: Mapping[int, Sequence[Kept]]) -> list[str]:
+def _figures(folder: Path, config: Config, runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
     results = [_result(config, number, runs) for number in sorted(runs)]
     lines = []
     for name, (title, draw) in FIGURES.items():
@@ -242,7 +278,7 @@ def _figures(folder: Path, config: Config, runs: Mapping[int, Sequence[Kept]]) -
         for name, title in PICTURES.items()
         if (FOLDER / f"{name}.webp").exists()
     ]
-    pair = [runs[n][0] for n in (2, 11) if runs.get(n)]
+    pair = [of[n][0] for of in (runs, *(variants.get(e, {}) for e in SWITCHED)) for n in (2, 11) if of.get(n)]
     return lines + _figure(folder, "fig14", "Fig. 14: liquid at the end, cases 2 and 11", fig14(pair))
 
 
@@ -254,7 +290,7 @@ def _figure(folder: Path, name: str, title: str, svg: str) -> list[str]:
     return [f"![{title}](full_scale/{name}.svg)\n"]
 
 
-def _result(config: Config, number: int, runs: Mapping[int, Sequence[Kept]]) -> CaseResult:
+def _result(config: Config, number: int, runs: Runs) -> CaseResult:
     """A case for the figures; its band is made by its other seeds, or by those of its neighbour."""
     k, *others = runs[number]
     share = {"coarse_share": k.about["coarse_share"]}
@@ -264,19 +300,18 @@ def _result(config: Config, number: int, runs: Mapping[int, Sequence[Kept]]) -> 
 
 
 def fig14(pair: Sequence[Kept]) -> str:
-    """Bars of the paper's divisions of the apparatus at the end of the runs."""
+    """Bars of the paper's divisions of the apparatus at the end of the runs, as they are and with effects switched on."""
     if not pair:
         return ""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(7.0, 3.2), layout="constrained")
-        places = np.arange(len(trials.FIG14))
+        places, wide = np.arange(len(trials.FIG14)), 0.8 / len(pair)
         for k, run in enumerate(pair):
-            have = run.table("liquid_by_holder").columns
-            heights = [
-                100 * sum(float(run.liquid(h)[-1]) for h in of if f"{h}_m3" in have) for of in trials.FIG14.values()
-            ]
-            axes.bar(places + 0.4 * k, heights, 0.38, label=f"case {run.case}", color=plots.CONFIGURATION[k])
-        axes.set_xticks(places + 0.2 * (len(pair) - 1), list(trials.FIG14))
+            heights = [100 * of(run) for of in DIVISIONS.values()]
+            effect = str(run.about.get("variant", "")).replace("_", " ")
+            axes.bar(places + k * wide, heights, 0.95 * wide, label=f"case {run.case}{effect and ', ' + effect}",
+                     color=plots.CONFIGURATION[k % len(plots.CONFIGURATION)])  # fmt: skip
+        axes.set_xticks(places + 0.5 * wide * (len(pair) - 1), list(trials.FIG14))
         axes.set_ylabel("share of the liquid in %")
         axes.legend()
         return svg(figure, transparent=True)

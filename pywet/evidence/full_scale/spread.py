@@ -10,6 +10,7 @@ from pywet.evidence.compare.statistics import half_width
 from pywet.evidence.full_scale.kept import UNDERSIZE, Kept
 
 Runs = Mapping[int, Sequence[Kept]]
+Quantities = Mapping[str, Callable[[Kept], float]]
 BEGIN, END = 0.5, 5.0
 """Seconds after the opening between which most of the undersize passes with 8 mm."""
 
@@ -34,19 +35,19 @@ MOIST: dict[str, Callable[[Kept], float]] = {
 }
 
 
-def rows(runs: Runs, stiff: Runs, cases: Sequence[int]) -> list[str]:
-    """For each case with seeds each quantity's mean and standard deviation, and what the paper's springs make of it."""
+def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None) -> list[str]:
+    """For each case with seeds each quantity's mean and standard deviation, and what another way of running makes of it."""
     lines = []
     for case in cases:
         seeds = runs.get(case, ())
         if len(seeds) < 2:
             continue
-        for name, of in (DRY | (MOIST if seeds[0].about["events"] else {})).items():
+        for name, of in (asked or DRY | (MOIST if seeds[0].about["events"] else {})).items():
             values = np.array([of(k) for k in seeds])
             mean, deviation = float(values.mean()), float(values.std(ddof=1))
             told = "– | –"
-            if stiff.get(case):
-                moved = of(stiff[case][0]) - mean
+            if other.get(case):
+                moved = of(other[case][0]) - mean
                 chance = half_width(deviation, 1, len(values) - 1, 0.95) * np.sqrt(1.0 + 1.0 / len(values))
                 told = f"{moved:+.4f} | {'yes' if abs(moved) > chance else 'no'}, ± {chance:.4f}"
             lines.append(f"| {case} | {name} | {len(values)} | {mean:.4f} | {deviation:.4f} | {told} |")
@@ -63,7 +64,11 @@ def lines(runs: Runs, stiff: Runs, cases: Sequence[int]) -> list[str]:
         "Seeds of a case differ in where the spheres fall into the feed bin. Of the runs named `paper`, which have the paper's",
         "stiffness and a time step of a tenth of its shortest collision, there is one each: told from chance is what lies",
         "farther off than another seed would in one of twenty cases (Student), of which some tables of this length have one.\n",
-        "| case | quantity | seeds | mean | standard deviation | with the paper's springs | told from chance |",
-        "|" + "---|" * 7,
+        *head("with the paper's springs"),
         *table,
     ]
+
+
+def head(other: str) -> tuple[str, str]:
+    """Of the table of `rows`."""
+    return f"| case | quantity | seeds | mean | standard deviation | {other} | told from chance |", "|" + "---|" * 7

@@ -66,7 +66,7 @@ def make(data: Path, case: int, seed: int = 1, rate: float = 0.4, **more: float)
     pd.DataFrame(spheres).to_csv(folder / "spheres.csv", index=False)
     write_json(
         folder / "run.json",
-        {"case": case, "variant": "", "scale": "full", "seed": seed, "time_step_s": 1e-6,
+        {"case": case, "variant": "", "scale": "full", "commit": "", "seed": seed, "time_step_s": 1e-6,
          "normal_stiffness_N_per_m": 1e4, "coarse_share": COARSE_SHARE,
          "ledger_error": 1e-15, "events": {"formations": 10, "ruptures": 5}, "contacts": 7, "replay": {}, "cpu_s": 3600.0,
          "resumed_at_step": None},

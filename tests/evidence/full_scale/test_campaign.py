@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -161,6 +162,16 @@ def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> No
     )
 
 
+def test_the_commits_that_tables_name_can_be_found() -> None:
+    """In the history, where the first of them is, or as the page says."""
+    git = ["git", "-C", str(ROOT), "rev-parse", "--verify", "--quiet"]
+    if subprocess.run([*git, "101bd0f^{commit}"], capture_output=True, check=False).returncode:
+        pytest.skip("no history here")
+    named = {str(Kept(p.parent).about["commit"]) for p in (ROOT / "docs" / "full_scale" / "data").glob("*/run.json")}
+    lost = {c for c in named if subprocess.run([*git, f"{c}^{{commit}}"], capture_output=True, check=False).returncode}
+    assert named and lost <= set(page.COMMITS)
+
+
 def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     for case in (1, 2, 11):
         make(tmp_path / "data", case)
@@ -170,7 +181,7 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     assert (
         "Not run yet: 3, 4, 5" in text and "| case02-1 | full, springs 0.1, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
     )
-    assert "A moist case takes 1.50 to 1.50 times" in text and "(1 pairs" in text
+    assert "A moist case takes 1.50 times" in text and "1.50 to 1.50 (1 pairs" in text
     assert {p.name for p in tmp_path.glob("*.svg")} == {"fig10.svg", "fig12.svg", "fig13.svg", "fig14.svg", "fig15.svg"}
     assert all(f"full_scale/{p.name}" in text for p in tmp_path.glob("*.svg"))
 
@@ -191,6 +202,16 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
     assert (
         f"of {number} statements that the paper makes of its curves, {holding} hold here, {failing} do not, each with its "
         f"reason, and {open_} cannot be told from chance" in readme
+    )
+    chance = told.partition("## Chance, and the paper's springs")[2].partition("## Statements")[0]
+    rows = re.findall(r"^\| (\d+) \| (.+?) \| \d+ \| (\S+) \| \S+ \| (\S+) \| (yes|no), ", chance, re.MULTILINE)
+    moved = {(case, of): (float(mean), float(by)) for case, of, mean, by, far in rows if far == "yes"}
+    assert len(rows) == 20 and set(moved) == {("2", "half of the undersize is through [s]"), ("2", "of the walls")}
+    (mean, later), (_, more) = moved.values()
+    assert (
+        "with the paper's own, cases 1, 2, 10 and 11, two of twenty quantities moved beyond chance: case 2 passes half of its "
+        f"undersize {later:.2f} s ({100 * later / mean:.0f} %) later, its walls keep {100 * more:.1f} % more of the liquid."
+        in readme
     )
 
 

@@ -12,7 +12,9 @@ from pywet import config as settings
 from pywet import stages
 from pywet.errors import PywetError
 from pywet.evidence.full_scale import page, trials
+from pywet.evidence.full_scale.kept import variants
 from pywet.runs.rundir import RunDir
+from tests.evidence.full_scale.made import make
 from tests.screening import synthetic
 
 CONFIG = Path(__file__).parents[3] / "config"
@@ -44,3 +46,17 @@ def test_what_an_effect_takes_from_the_screen_is_said() -> None:
               for trial, at in (("as_is", 0.42), ("shedding", 0.375))]  # fmt: skip
     said = page._moved(pd.DataFrame(shares), "shedding")
     assert said == "`shedding` takes 4.5 % in case 2 from coarse material and screen"
+
+
+def test_an_effect_at_full_scale_is_set_against_seeds(tmp_path: Path) -> None:
+    """Three seeds with 0.4, 0.41, 0.42 of the liquid on the fines; 0.5 with shedding is told from them, 0.43 is not."""
+    for seed, fines in enumerate((0.4, 0.41, 0.42), 1):
+        make(tmp_path, 2, seed, fines=fines)
+    runs = variants(tmp_path)[""]
+    for fines, told in ((0.5, "| +0.0900 | yes, ± 0.0497 |"), (0.43, "| +0.0200 | no, ± 0.0497 |")):
+        shed = make(tmp_path / "other", 2, int(100 * fines), fines=fines)
+        text = page._full_beyond(runs, {"shedding": {2: [shed]}})
+        assert f"| 2 | fines and bin | 3 | 0.4100 | 0.0100 {told}" in text
+        assert "one run each of cases 2, the rest" in text and text.endswith(
+            "No run at full scale has `liquid_weight`."
+        )
