@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.motion import engine_displacement
+from pywet.apparatus.motion import Floats, engine_displacement
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
@@ -39,9 +39,8 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     trajectory = steps_of(made / "trajectory.parquet")
     planned(trajectory, scene, str(folder / logs.TRAJECTORY))
     windows.collect(scene, folder, made / "history")
-    rows = [
-        (step, wall.name, *mesh_translation(scene, wall, step)) for step in scene.output_steps for wall in scene.walls
-    ]
+    shifts = {wall.name: mesh_translations(scene, wall) for wall in scene.walls}
+    rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")
     spheres = int((trajectory == 0).sum())
     if not scene.effects.bridges:
@@ -108,16 +107,16 @@ def kept(run_dir: Path, mark: str) -> dict[str, Any] | None:
     )
 
 
-def mesh_translation(scene: Scene, wall: WallMesh, step: int) -> tuple[float, ...]:
-    """How far a mesh is from its STL file after `step` steps [m]."""
-    way = scene.motion_of(wall)
+def mesh_translations(scene: Scene, wall: WallMesh) -> Floats:
+    """How far a mesh is from its STL file at the output steps [m], shape (outputs, 3)."""
+    way, steps = scene.motion_of(wall), np.asarray(scene.output_steps)
     if isinstance(way, Vibration):
-        return tuple(float(d) for d in engine_displacement(way, step, scene.time_step_s))
+        return engine_displacement(way, steps, scene.time_step_s)
     if isinstance(way, Slide):
         begins, stops = schedule.slides(scene)[wall.name]
-        moved = (min(max(step, begins), stops) - begins) * scene.time_step_s
-        return tuple(v * moved for v in way.velocity_m_per_s)
-    return (0.0, 0.0, 0.0)
+        moved = (np.clip(steps, begins, stops) - begins) * scene.time_step_s
+        return np.asarray(moved[:, None] * np.asarray(way.velocity_m_per_s))
+    return np.zeros((len(steps), 3))
 
 
 def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
