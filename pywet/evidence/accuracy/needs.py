@@ -85,6 +85,11 @@ def need(config: Config, case: int, scale: str, ranks: int = 1, machine: cost.Co
     )
 
 
+def _short(number: float) -> str:
+    """Three digits, and never a power of ten for what is large."""
+    return f"{number:.3g}" if number < 999.5 else f"{number:.0f}"
+
+
 def campaign(config: Config, scale: str) -> list[str]:
     """Core-hours, memory and disk of all configured cases with all seeds, as lines."""
     chosen, seeds = config.settings, config.settings.seeds
@@ -102,9 +107,9 @@ def campaign(config: Config, scale: str) -> list[str]:
     disk = seeds * sum(n.disk_B for n in needs.values())
     most = max(n.disk_B for n in needs.values())
     rows.append(
-        f"{seeds * len(needs)} runs at scale {scale} ({seeds} of each): {hours:.3g} core-hours of the engine, up to "
-        f"{memory:.2g} GB for a run and {replays:.2g} GB "
-        f"for its replay, {disk / 1e9:.2g} GB of tables, {RAW * most / 1e9:.2g} GB more while the largest is made"
+        f"{seeds * len(needs)} runs at scale {scale} ({seeds} of each): {_short(hours)} core-hours of the engine, up to "
+        f"{_short(memory)} GB for a run and {_short(replays)} GB "
+        f"for its replay, {_short(disk / 1e9)} GB of tables, {_short(RAW * most / 1e9)} GB more while the largest is made"
     )
     measured = "this machine, measured" if cost.kept() else str(read_json(ELSEWHERE)["provenance"])
     rows.append(f"time of the engine alone, without replay and pictures: {measured}")
