@@ -196,6 +196,30 @@ def threes(cases: dict[str, dict[str, Any]]) -> Iterator[Answer]:
                 yield answer(name, f"v{unit} {i + 1}", "1", c["t_end"], float(state["velocity"][i, axis]), 1e-6)
 
 
+GLASS: dict[str, Any] = {
+    "radius_m": 1.5e-3, "density_kg_per_m3": 2500.0, "friction": 0.4, "restitution": 0.8, "rolling_friction_m": 0.0,
+    "normal_stiffness_N_per_m": 500.0, "tangential_over_normal_stiffness": 2.0 / 7.0, "time_step_s": 1.6e-5,
+    "gravity_m_per_s2": 9.81, "surface_tension_N_per_m": TENSION, "contact_angle_deg": 15.0, "viscosity_Pa_s": 0.0,
+    "liquid_density_kg_per_m3": 1000.0,
+}  # fmt: skip
+"""Spheres and walls of the bed and the drum: every contact alike."""
+BED = {
+    **GLASS,
+    "spheres": 150,
+    "duration_s": 0.25,
+    "box_side_m": 0.01875,
+    "lattice_over_radius": 2.3,
+    "shaken_over_radius": 0.1,
+}
+DRUM = {
+    **GLASS, "spheres": 200, "duration_s": 1.5, "drum_apothem_m": 0.0197386, "drum_sides": 32, "drum_width_m": 0.012,
+    "turns_per_minute": 20.0, "lattice_over_radius": 2.15, "shaken_over_radius": 0.05,
+}  # fmt: skip
+WETTED = {
+    "moist": {"liquid_percent_of_mass": 1.0, "film_m": 1.239726e-5},
+    "dry": {"liquid_percent_of_mass": 0.0, "film_m": 0.0},
+}
+
 SEEDED = "LIGGGHTS + pywet, paper"
 """Whose runs the answers of the tier `seeds` are."""
 
@@ -223,8 +247,8 @@ PROBLEMS: dict[str, tuple[str, dict[str, Any], dict[str, Any], Makes]] = {
     "viscous_pull": ("gap [m]", PULL, {"plate": {}, "two spheres": {}, "drawn apart": DRAWN}, pulls),
     "wet_rebound": ("Stokes number", {}, REBOUND | MEASURED, rebounds),
     "three_spheres": ("time", {"model": "Davis 2023, see README.md"}, THREE, threes),
-    "settling_bed": ("0", {}, {"moist": {}, "dry": {}}, seeds("settling_bed")),
-    "drum": ("0", {}, {"moist": {}, "dry": {}}, seeds("drum")),
+    "settling_bed": ("0", BED, WETTED, seeds("settling_bed")),
+    "drum": ("0", DRUM, WETTED, seeds("drum")),
 }
 """Name -> what `at` is, inputs of all cases, inputs of each case, its answers."""
 

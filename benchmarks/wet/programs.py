@@ -1,6 +1,7 @@
 """What several programs answer to the wet benchmark problems, and their scores: scores.csv and docs/wet_benchmarks.md.
 
 python benchmarks/wet/programs.py measure [PROGRAM ...]    answers into results/wet/, minutes for each engine
+python benchmarks/wet/programs.py seeds [PROBLEM ...]      beds and drums in LIGGGHTS and YADE into seeds.csv, an hour
 python benchmarks/wet/programs.py page                     scores.csv and the page from the answers there are
 
 Any program can have its answers in results/wet/PROGRAM/PROBLEM.csv: `page` puts their scores in the place of the kept ones, and
@@ -15,6 +16,8 @@ import runpy
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +32,7 @@ from pywet.collisions.spheres import command as davis
 from pywet.collisions.spheres import engine as spheres_engine
 from pywet.engines.stock.liggghts import liggghts_force
 from pywet.engines.stock.yade import yade_force
+from pywet.evidence.engines import bed as settling
 from pywet.files import atomic_write, read_json, read_table, write_csv
 from pywet.laws import registry
 from pywet.laws.kinds import SWITCHED
@@ -205,14 +209,14 @@ def collisions() -> Iterator[Row]:
             yield from (row("wet_rebound", case, a["quantity"], a["at"], rebound(given, a["at"])) for a in wanted)
 
 
-def three_in_the_engine() -> Iterator[Row]:
-    """The same three spheres in LIGGGHTS with the laws of `pywet.laws.davis` and contacts of 1e9 N/m."""
+def three_in_the_engine(engine: str) -> Iterator[Row]:
+    """The same three spheres in an engine with the laws of `pywet.laws.davis` and contacts of 1e9 N/m."""
     for case, given, wanted in asked("three_spheres"):
         if (given["h_a"], given["h_min"], given["e_dry"]) != (spheres_engine.H_A, spheres_engine.H_MIN, 1):
             continue
         with tempfile.TemporaryDirectory(prefix="pywet-wet-") as folder:
             found = spheres_engine.twin(
-                Path(folder), given["St_n"], given["theta12_deg"], None, given["t_end"], 1e9, given["mu_f"]
+                Path(folder), given["St_n"], given["theta12_deg"], None, given["t_end"], 1e9, given["mu_f"], engine
             )
         for a in wanted:
             axis, sphere = a["quantity"].split()
@@ -254,21 +258,24 @@ def walls() -> Iterator[Row]:
             yield row("wet_rebound", case, a["quantity"], a["at"], 1.0 - model["bend"](*model["restitution"](a["at"])))
 
 
+DRAGS = ("holds", "cavitates", "thinning film")
+"""How a film is read while the spheres leave it: `outward` of the cases, and their law in rebound_laws.py by its first word."""
 RADIUS, SPEED, STIFFNESS, LONG = 1e-3, 0.01, 1e5, 60.0
 """Of the spheres that rebound in the engine [m, m/s, N/m], and how many passages of the film are waited for."""
 
 
-def rebounds(laws: dict[str, str]) -> Iterator[Row]:
-    """Restitution in LIGGGHTS with a drag for each way to read the film, one run a case; `outward` -> law."""
+def rebounds(engine: str) -> Iterator[Row]:
+    """Restitution in an engine with a drag for each way to read the film, one run a case."""
+    laws = {way: f"{HERE / 'rebound_laws.py'}:{way.partition(' ')[0]}" for way in DRAGS}
     for case, given, wanted in asked("wet_rebound"):
         if given.get("outward") in laws:
-            values = engine_rebounds(given, [a["at"] for a in wanted], laws[given["outward"]])
+            values = engine_rebounds(given, [a["at"] for a in wanted], laws[given["outward"]], engine)
             yield from (
                 row("wet_rebound", case, a["quantity"], a["at"], v) for a, v in zip(wanted, values, strict=True)
             )
 
 
-def engine_rebounds(given: dict[str, Any], stokes: list[float], law: str) -> list[float]:
+def engine_rebounds(given: dict[str, Any], stokes: list[float], law: str, engine: str) -> list[float]:
     """Spheres side by side, as heavy as their Stokes number wants, thrown at a plate or at their like at rest; no capillarity.
 
     In lubrication the speed is a straight line over ln h, by which it is read where the sphere leaves the film.
@@ -293,7 +300,7 @@ def engine_rebounds(given: dict[str, Any], stokes: list[float], law: str) -> lis
             liquid=bodies.water((0.5 if pairs else 1.0) * gap, viscosity), effects=drag, time_step_s=step, steps=steps,
             walls=() if pairs else (small.floor(),), log_every_step=False, output_interval_s=max(1, steps // 4000) * step,
         )  # fmt: skip
-        small.run(folder, thrown)
+        small.run(folder, thrown, engine=engine)
         way = read_table(folder / "trajectory.parquet")
     return [left(way[way["type"] == k + 1], touch - rough, film) for k in range(len(stokes))]
 
@@ -309,6 +316,63 @@ def left(way: pd.DataFrame, apart: float, film: float) -> float:
     return float(np.interp(math.log(film), np.log(h[two]), speed[two])) / SPEED
 
 
+def beds(engine: str) -> Iterator[Row]:
+    """Means over the same five arrangements of spheres as in seeds.csv."""
+    for case, _, wanted in asked("settling_bed"):
+        with tempfile.TemporaryDirectory(prefix="pywet-wet-") as name:
+            folders = [Path(name) / str(seed) for seed in SEEDS["settling_bed"]]
+            for seed, folder in zip(SEEDS["settling_bed"], folders, strict=True):
+                settling.prepare(folder, replace(BEDS["settling_bed"], seed=seed), wet=case == "moist")
+                small.run(folder, [], engine=engine)
+            ends = pd.DataFrame([settling.measure(folder) for folder in folders])
+        for a in wanted:
+            yield row("settling_bed", case, a["quantity"], a["at"], ends[ENDS[a["quantity"]]].mean())
+
+
+def turned(names: list[str]) -> None:
+    """Run the beds of the problems named, of both where none is, from each first arrangement: means into seeds.csv."""
+    for problem in names or BEDS:
+        runs = []
+        for seed in SEEDS[problem]:
+            with tempfile.TemporaryDirectory(prefix="pywet-wet-") as name:
+                runs.append(settling.settle(Path(name), replace(BEDS[problem], seed=seed)))
+            print(runs[-1].to_string(), flush=True)
+        of = pd.concat(runs).groupby("engine")
+        rows = []
+        for (engine, (program, case)), (quantity, unit) in product(ENGINES.items(), ASKED[problem].items()):
+            values = of.get_group(engine)[ENDS[quantity]]
+            if values.notna().all():
+                means = {"mean": f"{values.mean():.2f}", "deviation": f"{values.std():.2f}"}
+                rows.append({"program": program, "problem": problem, "case": case, "quantity": quantity, "unit": unit,
+                             "seeds": len(values), **means})  # fmt: skip
+        kept = pd.read_csv(HERE / "seeds.csv", dtype=str)
+        write_csv(pd.concat([kept[kept["problem"] != problem], pd.DataFrame(rows)]), HERE / "seeds.csv")
+
+
+ENDS = {
+    "mean height": "mean_height_over_radius",
+    "contacts per sphere": "contacts_per_sphere",
+    "bridges per sphere": "bridges_per_sphere",
+    "dynamic angle": "dynamic_angle_deg",
+}
+"""Quantity of the problem -> of `pywet.evidence.engines.bed`."""
+SEEDS = {"settling_bed": range(1, 6), "drum": range(1, 4)}
+BEDS = {"settling_bed": settling.Bed(), "drum": settling.Bed(spheres=200, seconds=1.5, drum=True)}
+ASKED = {
+    "settling_bed": {"mean height": "radii", "contacts per sphere": "1", "bridges per sphere": "1"},
+    "drum": {"dynamic angle": "degree"},
+}
+"""Quantities of each problem and their units."""
+ENGINES = {
+    settling.OURS: (MAKE["SEEDED"], "moist"),
+    settling.DRY: (MAKE["SEEDED"], "dry"),
+    "YADE": ("YADE, Rabinovich", "moist"),
+    "YADE, dry": ("YADE, Rabinovich", "dry"),
+    "washino": ("LIGGGHTS, washino", "moist"),
+    "easo": ("LIGGGHTS, easo", "moist"),
+}
+"""Name in a bed's table -> program and case."""
+
 PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
     "pywet laws, preset exact": by_law("young_laplace", "young_laplace"),
     "pywet laws, preset paper": by_law("rabinovich", "willett_unequal"),
@@ -316,17 +380,17 @@ PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
     "LIGGGHTS + pywet, exact": by_law("young_laplace", "young_laplace", "liggghts"),
     "LIGGGHTS + pywet, paper": by_law("rabinovich", "willett_unequal", "liggghts"),
     "LAMMPS + pywet, exact": by_law("young_laplace", "young_laplace", "lammps"),
-    "LAMMPS + pywet, paper": by_law("rabinovich", "willett_unequal", "lammps"),
+    "LAMMPS + pywet, paper": lambda: chain(by_law("rabinovich", "willett_unequal", "lammps")(), beds("lammps")),
     "LIGGGHTS, washino": stock(lambda points: liggghts_force(points, "washino")),
     "LIGGGHTS, easo": stock(lambda points: liggghts_force(points, "easo")),
     "YADE, Rabinovich": stock(lambda points: yade_force(points, "Rabinovich")),
     "YADE, Willett": stock(lambda points: yade_force(points, "Willett_numeric")),
     "pywet collide spheres": collisions,
     "pywet collide wall": walls,
-    "LIGGGHTS + pywet, laws of Davis": three_in_the_engine,
-    "LIGGGHTS + pywet, laws of one's own": lambda: rebounds(
-        {way: f"{HERE / 'rebound_laws.py'}:{way.partition(' ')[0]}" for way in ("holds", "cavitates", "thinning film")}
-    ),
+    "LIGGGHTS + pywet, laws of Davis": lambda: three_in_the_engine("liggghts"),
+    "LAMMPS + pywet, laws of Davis": lambda: three_in_the_engine("lammps"),
+    "LIGGGHTS + pywet, laws of one's own": lambda: rebounds("liggghts"),
+    "LAMMPS + pywet, laws of one's own": lambda: rebounds("lammps"),
 }
 
 
@@ -398,4 +462,4 @@ def tables(table: pd.DataFrame) -> Iterator[str]:
 
 if __name__ == "__main__":
     what, *names = sys.argv[1:]
-    measure(names) if what == "measure" else page()
+    {"measure": measure, "seeds": turned, "page": lambda _: page()}[what](names)

@@ -26,6 +26,8 @@ from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClas
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
 """Springs [N/m] of beds, and of two that collide."""
+DRUM_WIDTH = 8.0
+"""Over the radius of its spheres."""
 
 
 @dataclass(frozen=True)
@@ -131,21 +133,27 @@ def drum(run_dir: Path, choice: Choice) -> dict[str, float]:
 
     Mean and standard deviation over the second half of the run, see `bed_angles`.
     """
-    count, r = choice.spheres, choice.radius_m
-    width = 8.0 * r
-    radius = bodies.drum_radius(count, r, width)
-    turning = Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=60.0 / choice.turns_per_minute)
-    _run(
-        run_dir, choice, bodies.in_drum(count, r, radius, width, choice.seed), choice.time_step(choice.glass(count), SOFT),
-        choice.seconds or 1.5, walls=bodies.drum_walls(radius, width), gravity=(0.0, -9.81, 0.0), rotation=turning,
-    )  # fmt: skip
+    poured, where = in_a_drum(choice)
+    step = choice.time_step(choice.glass(choice.spheres), SOFT)
+    _run(run_dir, choice, poured, step, choice.seconds or 1.5, **where)
     angle, ledger = bed_angles(run_dir), _ledger(run_dir)
     return {
         "dynamic_angle_deg": float(angle.mean()),
         "dynamic_angle_deviation_deg": float(angle.std()),
-        "drum_radius_m": radius,
-        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / count,
+        "drum_radius_m": bodies.drum_radius(choice.spheres, choice.radius_m, DRUM_WIDTH * choice.radius_m),
+        "bridges_per_sphere": 2.0 * float(ledger["bridge_count"]) / choice.spheres,
         "liquid_on_walls": _share(ledger, "walls"),
+    }
+
+
+def in_a_drum(choice: Choice) -> tuple[list[small.Sphere], dict[str, Any]]:
+    """Spheres at rest in a drum, and its walls, motion and gravity as `small.prepare` takes them."""
+    r, width = choice.radius_m, DRUM_WIDTH * choice.radius_m
+    radius = bodies.drum_radius(choice.spheres, r, width)
+    return bodies.in_drum(choice.spheres, r, radius, width, choice.seed), {
+        "walls": bodies.drum_walls(radius, width),
+        "gravity": (0.0, -9.81, 0.0),
+        "rotation": Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=60.0 / choice.turns_per_minute),
     }
 
 

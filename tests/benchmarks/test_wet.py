@@ -17,7 +17,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet.apparatus.stl import read_stl
 from pywet.collisions.spheres import command as davis
+from pywet.evidence.engines import bed as settling
 from pywet.laws import exact_bridge
 
 WET = Path(__file__).parents[2] / "benchmarks" / "wet"
@@ -39,6 +41,45 @@ def filled(problem: str, factor: float = 1.0) -> str:
     writer.writeheader()
     writer.writerows({**a, "value": factor * a["value"]} for a in of(problem)[1])
     return table.getvalue()
+
+
+@pytest.mark.parametrize("problem", ["settling_bed", "drum"])
+def test_inputs_of_beds_are_those_of_the_scenes_that_answer(problem: str, tmp_path: Path) -> None:
+    """Every number that another program needs, against the scene as it is run and its walls as they are cut."""
+    given = of(problem)[0]
+    used = runpy.run_path(str(WET / "programs.py"))["BEDS"][problem]
+    for case in ("moist", "dry"):
+        scene = settling.prepare(tmp_path / case, used, wet=case == "moist")
+        sphere, liquid = scene.classes[0], scene.liquid
+        assert liquid is not None and scene.effects.bridges == (case == "moist")
+        for pair in scene.pairs:
+            told = (pair.friction, pair.restitution, pair.rolling_friction_m, pair.normal_stiffness_N_per_m,
+                    pair.tangential_stiffness_N_per_m / pair.normal_stiffness_N_per_m)  # fmt: skip
+            names = ("friction", "restitution", "rolling_friction_m", "normal_stiffness_N_per_m",
+                     "tangential_over_normal_stiffness")  # fmt: skip
+            assert told == pytest.approx([given[n] for n in names])
+        told = (sphere.count, sphere.radius_m, sphere.density_kg_per_m3, math.degrees(sphere.contact_angle_rad),
+                liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s, liquid.density_kg_per_m3, scene.time_step_s,
+                scene.duration_s, math.hypot(*scene.gravity_m_per_s2))  # fmt: skip
+        names = ("spheres", "radius_m", "density_kg_per_m3", "contact_angle_deg", "surface_tension_N_per_m", "viscosity_Pa_s",
+                 "liquid_density_kg_per_m3", "time_step_s", "duration_s", "gravity_m_per_s2")  # fmt: skip
+        assert told == pytest.approx([given[n] for n in names], rel=1e-6)
+        angles = [math.degrees(w.contact_angle_rad) for w in scene.walls]
+        assert angles == pytest.approx([given["contact_angle_deg"]] * len(angles))
+        film = given["cases"]["moist"]["film_m"]
+        assert liquid.initial_film_thickness_m == pytest.approx(film, rel=1e-5)
+        share = 4.0 * math.pi * sphere.radius_m**2 * film * liquid.density_kg_per_m3 / sphere.mass_kg
+        assert 100.0 * share == pytest.approx(given["cases"]["moist"]["liquid_percent_of_mass"], rel=0.01)
+        corners = {w.name: read_stl(tmp_path / case / w.stl, name=w.name).corners for w in scene.walls}
+        if problem == "drum":
+            inner = np.hypot(*corners["mantle"].reshape(-1, 3)[:, :2].T).min()
+            assert inner * math.cos(math.pi / given["drum_sides"]) == pytest.approx(given["drum_apothem_m"], rel=1e-5)
+            assert np.ptp(corners["mantle"][..., 2]) == pytest.approx(given["drum_width_m"])
+            assert scene.rotation is not None
+            assert 60.0 / scene.rotation.period_s == pytest.approx(given["turns_per_minute"])
+        else:
+            x = np.unique(np.round(np.abs(corners["box"][..., 0]), 7))
+            assert 2.0 * x.min() == pytest.approx(given["box_side_m"])
 
 
 def test_every_problem_is_whole() -> None:
@@ -233,3 +274,17 @@ def test_speed_is_read_where_the_film_is_left() -> None:
     )  # fmt: skip
     assert left(way, 1e-3, 1e-4) == pytest.approx((0.008 - 0.001 * math.log(10.0)) / 0.01, rel=1e-6)
     assert left(way[way["step"] < 3], 1e-3, 1e-4) == 0.0
+
+
+def test_the_drums_of_the_second_engine_are_those_of_the_table() -> None:
+    """docs/second_engine.md against seeds.csv; dry, two engines are within two standard errors."""
+    text = (WET.parents[1] / "docs" / "second_engine.md").read_text()
+    kept = pd.read_csv(WET / "seeds.csv").query("problem == 'drum'").set_index(["program", "case"])
+    ours, yade = MAKE["SEEDED"], "YADE, Rabinovich"
+    shown = {"LIGGGHTS, dry": (ours, "dry"), "YADE, dry": (yade, "dry"), "LIGGGHTS+pywet": (ours, "moist"),
+             "YADE": (yade, "moist"), "washino": ("LIGGGHTS, washino", "moist"), "easo": ("LIGGGHTS, easo", "moist")}  # fmt: skip
+    for name, key in shown.items():
+        assert f"| {name} | {kept.loc[key, 'mean']:.1f} ± {kept.loc[key, 'deviation']:.1f} |" in text
+    one, two = (kept.loc[(program, "dry")] for program in (ours, yade))
+    error = math.hypot(one["deviation"], two["deviation"]) / math.sqrt(3.0)
+    assert abs(one["mean"] - two["mean"]) < 2.0 * error

@@ -21,7 +21,7 @@ from pywet.apparatus.surface import make_surface
 from pywet.bench import bodies, small
 from pywet.engines.liggghts import driver as liggghts
 from pywet.engines.yade import driver as yade
-from pywet.scene import Scene, Slide
+from pywet.scene import Rotation, Scene, Slide
 from pywet.screening import cases
 
 CASES = config.load(Path(__file__).parents[2] / "config")
@@ -220,3 +220,24 @@ def test_oblique_collisions_with_spin_in_both_engines(tmp_path: Path) -> None:
     radii = two["type"].map(dict(enumerate(RADII, start=1))).to_numpy()[:, None]
     spins = [end[["wx", "wy", "wz"]].to_numpy() * radii for end in (one, two)]
     assert spins[0] == pytest.approx(spins[1], abs=1.5e-3)
+
+
+def test_a_turning_drum_in_both_engines(tmp_path: Path) -> None:
+    """A sphere on the mantle and one between the lids, both off the axis, are carried by friction: to 1e-4 of their way.
+
+    Two turns a second: a wall's speed at the contact, not that of its middle, is what friction sees.
+    """
+    drum = bodies.drum_walls(0.03, 2.0 * RADII[0] - 2e-6, sides=16)
+    turning = Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=0.5)
+    spheres = [small.Sphere(1, (0.002, RADII[0] + 0.0005 - 0.03, 0.0)), small.Sphere(1, (0.012, 0.005, 0.0))]
+    ends, ways = {}, {}
+    for name, engine in (("yade", yade), ("liggghts", liggghts)):
+        path = tmp_path / name
+        scene_in(path, spheres, 40_000, walls=drum, rotation=turning, time_step_s=2e-6, gravity=(0.0, -9.81, 0.0),
+                 output_interval_s=2000 * 2e-6)  # fmt: skip
+        engine.run(path, progress=False)
+        of = pd.read_parquet(path / "trajectory.parquet").set_index(["step", "id"])[["x", "y", "z"]]
+        ends[name], ways[name] = of, float(np.abs(of.xs(40_000) - of.xs(0)).max(axis=None))
+        assert (pd.read_parquet(path / "mesh_motion.parquet")[["dx", "dy", "dz"]] == 0.0).all(axis=None)
+    assert min(ways.values()) > 5e-3
+    assert np.abs(ends["yade"] - ends["liggghts"]).max(axis=None) < 1e-4 * ways["yade"]

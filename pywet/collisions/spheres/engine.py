@@ -67,8 +67,9 @@ def twin(
     t_end: float,
     stiffness: float,
     friction: float = 0.0,
+    engine: str = "liggghts",
 ) -> Twin:
-    """The collision in the engine; `stiffness` of the contact [N/m]."""
+    """The collision in an engine, liggghts or lammps; `stiffness` of the contact [N/m]."""
     delta, s_min, a = 2.0 * RADIUS * H_A, 1e-3 * RADIUS, 0.5 * RADIUS
     kinds = bodies.sphere_classes(RADIUS, counts=3, density=DENSITY, angle_rad=0.0)
     reduced = 0.5 * kinds[0].mass_kg
@@ -96,7 +97,7 @@ def twin(
         time_step_s=step, steps=steps, log_every_step=False, output_interval_s=max(steps // 400, 1) * step, box=0.02,
     )  # fmt: skip
     began = time.perf_counter()
-    small.run(run_dir, spheres)
+    small.run(run_dir, spheres, engine=engine)
     wall_s = time.perf_counter() - began
     table = read_table(run_dir / "trajectory.parquet").sort_values(["step", "id"])
     at, v = (table[[f"{q}{axis}" for axis in "xyz"]].to_numpy().reshape(-1, 3, 3) for q in ("", "v"))

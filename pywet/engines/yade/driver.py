@@ -1,6 +1,6 @@
 """Runs a prepared scene in YADE and writes the same tables as the LIGGGHTS driver: trajectory, mesh motion, engine/run.json.
 
-Dry scenes without rolling resistance, with walls that rest, vibrate or slide. Everything is written into `engine.partial`
+Dry scenes without rolling resistance, with walls that rest, vibrate, slide or turn. Everything is written into `engine.partial`
 first and renamed when the run is complete. The program runs in_yade.py; no module of YADE is imported here.
 """
 
@@ -84,8 +84,6 @@ def refuse(scene: Scene) -> None:
         reasons.append("liquid that moves between films and bridges (Debian's build has no liquid migration)")
     if scene.effects.rolling:
         reasons.append("rolling resistance with a constant torque (its own is proportional to the spin)")
-    if any(w.motion == "turns" for w in scene.walls):
-        reasons.append("turning walls")
     if scene.is_fed:
         reasons.append("spheres that enter during the run")
     if any(w.own_motion for w in scene.walls):
@@ -109,7 +107,7 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
     for name in names:
         if name not in spheres.columns:
             spheres[name] = 0.0
-    vibration, slide = scene.vibration, scene.slide
+    vibration, slide, turning = scene.vibration, scene.slide, scene.rotation
     drawn = next(iter(schedule.slides(scene).values()), None)
     every = scene.output_every
     return {
@@ -126,6 +124,8 @@ def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
         "vibrates": [w.name for w in scene.walls if w.motion == "vibrates"],
         "vibration": vibration
         and {"amplitude": vibration.amplitude_m, "phase": vibration.phase_rad, "frequency": vibration.frequency_Hz},
+        "turns": [w.name for w in scene.walls if w.motion == "turns"],
+        "rotation": turning and {"origin": turning.origin_m, "axis": turning.axis, "period": turning.period_s},
         "slides": [w.name for w in scene.walls if w.motion == "slides"],
         "slide_steps": drawn if drawn is not None and drawn[1] > drawn[0] else [],
         "slide_velocity": slide.velocity_m_per_s if slide else (0.0, 0.0, 0.0),

@@ -28,6 +28,7 @@ from yade import (  # type: ignore[import-not-found]
     MatchMaker,
     NewtonIntegrator,
     O,
+    RotationEngine,
     Vector3,
     ViscElCapMat,
     polyhedra_utils,
@@ -99,7 +100,7 @@ def bodies(kinds: list) -> tuple:
     return spheres, walls
 
 
-def engines(kinds: list, vibrating: list) -> list:
+def engines(kinds: list, vibrating: list, turning: list) -> list:
     """The loop of a step."""
     reach = TASK["reach"]
     numbers, law = laws(kinds)
@@ -126,6 +127,17 @@ def engines(kinds: list, vibrating: list) -> list:
         phase = Vector3(*[p - 0.5 * math.pi + ahead for p in v["phase"]])
         f = Vector3(1, 1, 1) * v["frequency"]
         loop.append(HarmonicMotionEngine(A=Vector3(*v["amplitude"]), f=f, fi=phase, ids=vibrating))
+    if turning:
+        r = TASK["rotation"]
+        loop.append(
+            RotationEngine(
+                rotateAroundZero=True,
+                zeroPoint=Vector3(*r["origin"]),
+                rotationAxis=Vector3(*r["axis"]).normalized(),
+                angularVelocity=2.0 * math.pi / r["period"],
+                ids=turning,
+            )
+        )
     return [*loop, NewtonIntegrator(damping=0, gravity=Vector3(*TASK["gravity"]))]
 
 
@@ -171,7 +183,7 @@ def main() -> None:
     kinds = materials()
     spheres, walls = bodies(kinds)
     O.dt = TASK["time_step"]
-    O.engines = engines(kinds, [b for name in TASK["vibrates"] for b in walls[name]])
+    O.engines = engines(kinds, *([b for name in TASK[way] for b in walls[name]] for way in ("vibrates", "turns")))
     sliding = [b for name in TASK["slides"] for b in walls[name]]
     at_start = {name: O.bodies[pieces[0]].state.pos for name, pieces in walls.items()}
     motion = []
@@ -190,7 +202,13 @@ def main() -> None:
                 check_inside(table)
                 table.tofile(frames)
                 motion += [
-                    (O.iter, name, *(O.bodies[pieces[0]].state.pos - at_start[name])) for name, pieces in walls.items()
+                    # a wall that turns has no shift
+                    (
+                        O.iter,
+                        name,
+                        *(Vector3(0, 0, 0) if name in TASK["turns"] else O.bodies[b[0]].state.pos - at_start[name]),
+                    )
+                    for name, b in walls.items()
                 ]
             with open("progress.new", "w") as progress:
                 progress.write(str(O.iter))

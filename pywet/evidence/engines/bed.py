@@ -1,4 +1,5 @@
-"""A small moist bed that settles in a box, in every engine: how dense it lies, how many contacts and bridges it has.
+"""A small moist bed that settles in a box, or is turned in a drum, in every engine: how dense and how steep it lies, how many
+contacts and bridges it has.
 
 Capillary forces alone (viscosity zero) and no rolling resistance: what all engines have. Our engine draws each bridge from the
 films; YADE gets the mean volume of our bridges for all of its own; `washino` and `easo` get the same liquid per sphere and make
@@ -18,7 +19,7 @@ import pandas as pd
 from pywet import stages
 from pywet.bench import small
 from pywet.bench.bodies import contacts, coordination, last, loose_box
-from pywet.bench.scenes import Choice
+from pywet.bench.scenes import Choice, bed_angles, in_a_drum
 from pywet.engines.liggghts import deck, process
 from pywet.engines.liggghts.collecting import read_trajectory
 from pywet.engines.stock.liggghts import LIGGGHTS_MODELS
@@ -46,12 +47,13 @@ default_value 0 flux_quantity liquidFlux source_quantity liquidSource capacity_q
 
 @dataclass(frozen=True)
 class Bed:
-    """What is settled."""
+    """What is settled in a box, or turned in a drum."""
 
     spheres: int = 150
     moisture_percent: float = 1.0
     seconds: float = 0.25
     seed: int = 1
+    drum: bool = False
 
     @property
     def choice(self) -> Choice:
@@ -60,23 +62,27 @@ class Bed:
 
 
 def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
-    """Spheres on a loose lattice above the floor of a box; the same places for every engine."""
+    """Spheres on a loose lattice above the floor of a box, or in a drum; the same places for every engine."""
     choice = bed.choice
     sphere = choice.glass(bed.spheres)
-    poured, vessel = loose_box(bed.spheres, choice.radius_m, bed.seed)
+    if bed.drum:
+        poured, where = in_a_drum(choice)
+    else:
+        poured, vessel = loose_box(bed.spheres, choice.radius_m, bed.seed)
+        where = {"walls": (vessel,), "gravity": (0.0, 0.0, -9.81)}
     step = choice.time_step(sphere, STIFFNESS)
     steps = round(bed.seconds / step)
     return small.prepare(
         run_dir, [sphere], poured, contacts(1, STIFFNESS), liquid=choice.liquid(sphere),
-        effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}), walls=(vessel,),
+        effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}),
         wall_angle_rad=sphere.contact_angle_rad,  # one contact angle, which is all that YADE takes
-        time_step_s=step, steps=steps, gravity=(0.0, 0.0, -9.81), box=1.1 * float(np.abs(vessel.corners).max()),
-        output=Output(interval_s=max(1, steps // 10) * step, contact_windows=0),
+        time_step_s=step, steps=steps, box=1.1 * max(float(np.abs(w.corners).max()) for w in where["walls"]),
+        output=Output(interval_s=max(1, steps // (50 if bed.drum else 10)) * step, contact_windows=0), **where,
     )  # fmt: skip
 
 
 def settle(folder: Path, bed: Bed) -> pd.DataFrame:
-    """Run the bed in every engine; one row per engine with its numbers. Each run directory is folder/ENGINE."""
+    """Run the bed in every engine but LAMMPS; one row per engine with its numbers. Each run directory is folder/ENGINE."""
     beds = []
     ours = folder / "pywet"
     scene = prepare(ours, bed)
@@ -84,7 +90,7 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     ledger = read_table(ours / "history" / "ledger.parquet").iloc[-1]
     standing = int(ledger["bridge_count"])
     volume = float(ledger["bridges"]) / max(standing, 1)
-    beds.append({"engine": OURS, **measure(ours), "bridges_per_sphere": 2.0 * standing / bed.spheres})
+    beds.append({"engine": OURS, **measure(ours)})
     prepare(folder / "yade", bed)
     assert scene.liquid is not None
     liquid = moist.Bridges(
@@ -95,28 +101,33 @@ def settle(folder: Path, bed: Bed) -> pd.DataFrame:
     for model in LIGGGHTS_MODELS:
         dry = prepare(folder / model, bed, wet=False)
         stock(folder / model, dry, bed, model)
-        beds.append({"engine": model, **measure(folder / model), "bridges_per_sphere": math.nan})
+        beds.append({"engine": model, **measure(folder / model)})
     for name, engine in ((DRY, "liggghts"), ("YADE, dry", "yade")):
         path = folder / f"dry_{engine}"
         prepare(path, bed, wet=False)
         stages.simulate(path, 1, False, engine)
-        beds.append({"engine": name, **measure(path), "bridges_per_sphere": math.nan})
+        beds.append({"engine": name, **measure(path)})
     return pd.DataFrame(beds).assign(seed=bed.seed)
 
 
 def measure(run_dir: Path) -> dict[str, float]:
-    """Mean height of the centres over the radius, contacts per sphere, speed at the end of a settled bed.
+    """Mean height of the centres over the radius, contacts, speed and bridges per sphere at the end, of a drum its angle [deg].
 
-    Two spheres count as in contact at a gap below a hundredth of the radius.
+    Two spheres count as in contact at a gap below a hundredth of the radius; bridges are NaN where no ledger is kept.
     """
     scene = Scene.read(run_dir / "scene.json")
     end = last(run_dir)
+    ledger = run_dir / "history" / "ledger.parquet"
     r = scene.classes[0].radius_m
     at = end[["x", "y", "z"]].to_numpy(float)
     return {
         "mean_height_over_radius": float(at[:, 2].mean() / r),
         "contacts_per_sphere": coordination(at, np.full(len(at), r)),
         "mean_speed_m_per_s": float(np.linalg.norm(end[["vx", "vy", "vz"]].to_numpy(float), axis=1).mean()),
+        "bridges_per_sphere": 2.0 * float(read_table(ledger)["bridge_count"].iloc[-1]) / len(at)
+        if ledger.exists()
+        else math.nan,
+        **({"dynamic_angle_deg": float(bed_angles(run_dir).mean())} if scene.rotation else {}),
     }
 
 

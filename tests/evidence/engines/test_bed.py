@@ -8,8 +8,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from pywet.bench import small
 from pywet.errors import PywetError
 from pywet.evidence.engines import bed
+from pywet.schema import FORMATION, RUPTURE
 
 needs_liggghts = pytest.mark.skipif(shutil.which("liggghts") is None, reason="LIGGGHTS is not installed")
 
@@ -27,6 +29,15 @@ def test_stock_model_changes_a_bed_deck_and_runs(tmp_path: Path) -> None:
     assert len(end) == 8
     # on the floor or bouncing a little above it
     assert 0.9 * r < end["z"].min() < 1.2 * r
+
+
+@needs_liggghts
+def test_bridges_per_sphere_are_those_that_formed_and_did_not_rupture(tmp_path: Path) -> None:
+    bed.prepare(tmp_path, bed.Bed(spheres=8, seconds=0.05))
+    small.run(tmp_path, [])
+    kinds = pd.read_parquet(tmp_path / "history" / "events.parquet")["kind"].value_counts()
+    standing = kinds[FORMATION] - kinds.get(RUPTURE, 0)
+    assert standing >= 8 and bed.measure(tmp_path)["bridges_per_sphere"] == 2.0 * standing / 8
 
 
 def test_an_unknown_model_is_one_sentence() -> None:
