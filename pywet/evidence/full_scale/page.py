@@ -46,7 +46,8 @@ when cases 1, 2, 3, 5, 10, 11 and 12 were known, and that a threshold within cha
 """
 
 COMMITS = {
-    "3cef7a2": "`1d46192` with the way since the last look mended in `reference_impl/replay/formations.py` as in `8d56677`"
+    "3cef7a2": "`1d46192` with the way since the last look mended in `reference_impl/replay/formations.py` as in `8d56677`",
+    "18fe5ad": "`16a5c35` with the walls' way as the engine's own sum (`pywet/apparatus/motion.py`)",
 }
 """Commits that tables name and the history lacks -> what they are."""
 
