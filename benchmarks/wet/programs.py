@@ -93,8 +93,7 @@ def by_law(capillary: str, rupture: str, engine: str | None = None) -> Callable[
         yield from bridges(forces)
         yield from pulls(capillary, rupture, engine) if engine else drags()
         yield from splits(capillary, rupture, ask)
-        if engine != "lammps":  # whose walls are plates and tubs
-            yield from wires(capillary, rupture, engine)
+        yield from wires(capillary, rupture, engine)
 
     return answers
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.apparatus.solids import bin_solid, tube
-from pywet.apparatus.surface import make_surface
+from pywet.apparatus.solids import bin_solid, tube, wire
+from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import bodies, small
 from pywet.bench.bodies import contacts, sphere_classes, water
 from pywet.cli import doctor
@@ -137,17 +137,51 @@ def test_a_sphere_that_leaves_the_box_stops_the_run_in_one_sentence(tmp_path: Pa
     assert not (tmp_path / "engine").exists()
 
 
-def test_a_plate_and_a_tub_are_regions_and_a_tube_is_none() -> None:
-    """The plate from outside; the tub's inner faces, open to the top."""
+def test_a_plate_a_tub_and_a_wire_are_regions_and_a_tube_is_none() -> None:
+    """Plate and wire from outside, a wire of too few sides not; the tub's inner faces, open to the top."""
     plate = small.floor(half_side=0.5, top=0.25, thickness=0.125)
     assert deck.region(plate.vertices, "floor") == "block -0.5 0.5 -0.5 0.5 0.125 0.25 side out"
     tub = make_surface("tub", "wall", bin_solid(0.5, 0.125, 4, 0.0, 0.75))
     words = deck.region(tub.vertices, "tub").split()
     assert [float(w) for w in words[1:7]] == pytest.approx([-0.5, 0.5, -0.5, 0.5, 0.0, 0.75], rel=1e-6)
     assert words[7:] == ["side", "in", "open", "6"]
-    round_one = make_surface("pipe", "wall", tube(0.5, 0.1, 12, 0.0, 1.0))
-    with pytest.raises(PywetError, match="cannot have the wall pipe; expected a plate or a square tub along the axes"):
-        deck.region(round_one.vertices, "pipe")
+    for start, end, axis in (((-1.0, 0.5, 0.25), (2.0, 0.5, 0.25), "x"), ((0.5, -1.0, 0.25), (0.5, 2.0, 0.25), "y")):
+        words = deck.region(round_wire(start, end, 0.125, 32).vertices, "wire").split()
+        assert words[:2] == ["cylinder", axis] and words[7:] == ["side", "out"]
+        assert [float(w) for w in words[2:7]] == pytest.approx([0.5, 0.25, 0.125, -1.0, 2.0], rel=1e-6)
+    edged, slanting = (round_wire((-1.0, y, 0.25), (2.0, 0.5, 0.25), 0.125, n) for y, n in ((0.5, 12), (0.4, 32)))
+    for other in (make_surface("pipe", "wall", tube(0.5, 0.1, 48, 0.0, 1.0)), edged, slanting):
+        with pytest.raises(PywetError, match="expected a plate, a square tub or a round wire along the axes"):
+            deck.region(other.vertices, "pipe")
+
+
+def round_wire(start: tuple[float, ...], end: tuple[float, ...], radius: float, sides: int) -> Surface:
+    return make_surface("wire", "wall", [(wire(np.array(start), np.array(end), radius, sides, 10.0), radius)])
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_a_sphere_rests_on_a_wire_and_rolls_off_beside_its_top(tmp_path: Path) -> None:
+    """On the top the spring bears the weight; beside it the sphere keeps to the round wire until it is beside and below it."""
+    for beside in (0.0, 0.3):
+        folder = tmp_path / str(beside)
+        far = 2.0 * R * (1.0 - 1e-4)
+        one = [small.Sphere(1, (0.0, far * math.sin(beside), far * math.cos(beside) - R))]
+        sphere = sphere_classes(R)[0]
+        step = 0.02 * math.pi * math.sqrt(sphere.mass_kg / 1e3)
+        small.prepare(
+            folder, [sphere], one, contacts(1, 1e3, friction=0.0, restitution=0.3),
+            effects=small.DRY.model_copy(update={"rolling": False}), time_step_s=step, steps=round((0.1 if beside else 0.05) / step),
+            walls=[round_wire((-0.02, 0.0, -R), (0.02, 0.0, -R), R, 32)], gravity=(0.0, 0.0, -9.81), log_every_step=False,
+            output_interval_s=100 * step,
+        )  # fmt: skip
+        small.run(folder, one, engine="lammps")
+        way = read_table(folder / "trajectory.parquet")
+        apart = np.hypot(way["y"], way["z"] + R)
+        if beside:
+            assert apart.min() > 2.0 * R * (1.0 - 2e-3) and way["z"].iloc[-1] < -R
+        else:
+            assert 2.0 * R - apart.iloc[-1] == pytest.approx(sphere.mass_kg * 9.81 / 1e3, rel=1e-3)
 
 
 def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """The script of LAMMPS for a scene: the same spheres, contacts, step, gravity and outputs as the deck of LIGGGHTS.
 
-Walls are fixed plates and square tubs along the axes, which are regions there; their liquid is the plugin's, on the triangles.
+Walls are fixed plates, square tubs and round wires along the axes, which are regions there; their liquid is the plugin's, on the
+triangles.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ NUMBERS = 5
 """That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
 """Of a mesh's extent: faces closer than that are one."""
+SIDES = 32
+"""At least of a wire that counts as round: its faces lie within 0.5 % of the radius."""
 
 
 def refuse(scene: Scene, ranks: int = 1) -> None:
@@ -45,23 +48,40 @@ def refuse(scene: Scene, ranks: int = 1) -> None:
 
 
 def region(vertices: NDArray[np.float64], name: str) -> str:
-    """Corners of a mesh, (n, 3) [m], as words of a region: a cuboid seen from outside, or a tub open to the top from inside."""
-    levels = []
-    for axis in vertices.T:
-        places = np.unique(axis)
-        apart = np.diff(places) > SAME * float(np.ptp(vertices))
-        levels.append(places[np.concatenate([[True], apart])])
+    """Corners of a mesh, (n, 3) [m], as words of a region: a cuboid or a wire seen from outside, or a tub open to the top from
+    inside."""
+    levels = [_places(axis, SAME * float(np.ptp(vertices))) for axis in vertices.T]
     counts = [len(places) for places in levels]
     if counts == [2, 2, 2]:
         first, words = 0, "side out"
     elif counts == [4, 4, 3]:  # outer and inner faces; the floor's two and the rim
         first, words = 1, "side in open 6"
+    elif wire := next((words for k in range(3) if (words := _wire(vertices, k))), None):
+        return wire
     else:
         raise PywetError(
-            f"the engine lammps cannot have the wall {name}; expected a plate or a square tub along the axes: take the engine "
-            "liggghts"
+            f"the engine lammps cannot have the wall {name}; expected a plate, a square tub or a round wire along the axes: take "
+            "the engine liggghts"
         )
     return f"block {' '.join(f'{float(at)!r}' for places in levels for at in places[first : first + 2])} {words}"
+
+
+def _places(values: NDArray[np.float64], same: float) -> NDArray[np.float64]:
+    """The different ones among values."""
+    places = np.unique(values)
+    return places[np.concatenate([[True], np.diff(places) > same])]
+
+
+def _wire(vertices: NDArray[np.float64], k: int) -> str:
+    """The region of a mesh whose corners all lie on a cylinder along axis k; nothing where they do not."""
+    ends, across = vertices[:, k], np.delete(vertices, k, axis=1)
+    middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
+    x, y = (across - middle).T
+    radii = np.hypot(x, y)
+    if np.ptp(radii) > SAME * radii.max() or len(_places(np.arctan2(y, x), SAME)) < SIDES:
+        return ""
+    numbers = (*middle, radii.max(), ends.min(), ends.max())
+    return f"cylinder {'xyz'[k]} {' '.join(f'{float(at)!r}' for at in numbers)} side out"
 
 
 def law(scene: Scene, pair: ContactPair) -> str:

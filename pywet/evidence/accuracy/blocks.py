@@ -131,7 +131,7 @@ def beside(table: dict[str, Any], others: Sequence[dict[str, Any]]) -> str:
         for level in dict.fromkeys(level for rows_of in by_level for level in rows_of):
             cells = [Cell(f"{KNOBS[knob].title}: {level}")]
             for rows_of, own in zip(by_level, tables, strict=True):
-                cells += _at_scale(rows_of.get(level), level == own["default"][knob], groups)
+                cells += _at_scale(rows_of.get(level), level == own["default"].get(knob), groups)
             rows.append(list(cells))
     text = "".join(
         paragraph(
