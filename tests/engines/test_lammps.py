@@ -171,7 +171,8 @@ def test_a_sphere_rests_on_a_wire_and_rolls_off_beside_its_top(tmp_path: Path) -
         step = 0.02 * math.pi * math.sqrt(sphere.mass_kg / 1e3)
         small.prepare(
             folder, [sphere], one, contacts(1, 1e3, friction=0.0, restitution=0.3),
-            effects=small.DRY.model_copy(update={"rolling": False}), time_step_s=step, steps=round((0.1 if beside else 0.05) / step),
+            effects=small.DRY.model_copy(update={"rolling": False}), time_step_s=step,
+            steps=round((0.1 if beside else 0.05) / step),
             walls=[round_wire((-0.02, 0.0, -R), (0.02, 0.0, -R), R, 32)], gravity=(0.0, 0.0, -9.81), log_every_step=False,
             output_interval_s=100 * step,
         )  # fmt: skip

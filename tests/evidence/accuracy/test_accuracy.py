@@ -15,7 +15,20 @@ from typer.testing import CliRunner
 from pywet import config, stages
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import bodies, choice, command, cost, edit, errors, front, knobs, measure, result, sieve
+from pywet.evidence.accuracy import (
+    blocks,
+    bodies,
+    choice,
+    command,
+    cost,
+    edit,
+    errors,
+    front,
+    knobs,
+    measure,
+    result,
+    sieve,
+)
 from pywet.evidence.accuracy.errors import WET_SCENES
 from pywet.evidence.accuracy.knobs import KNOBS, Setting
 from pywet.evidence.accuracy.study import AccuracyStudy
@@ -477,3 +490,11 @@ def test_facets_that_are_emptied_to_a_rounding_do_not_stop_a_run(tmp_path: Path)
 def test_a_size_that_there_is_not_is_refused_in_a_sentence() -> None:
     with pytest.raises(PywetError, match="expected one of quick, standard"):
         AccuracyStudy(Path("unused"), "huge")
+
+
+def test_a_stored_table_that_lacks_a_setting_is_laid_beside_one_that_has_it() -> None:
+    """Its cells are empty there."""
+    smoke, reduced = (choice.stored()["scales"][scale] for scale in ("smoke", "reduced"))
+    assert "bridges_every" in smoke["knobs"]
+    without = {k: {n: v for n, v in reduced[k].items() if n != "bridges_every"} for k in ("knobs", "default")}
+    assert f"{KNOBS['bridges_every'].title}: 4" in blocks.beside(smoke, [{**reduced, **without}])

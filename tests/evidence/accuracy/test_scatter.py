@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -11,6 +12,7 @@ from pywet import config
 from pywet.evidence.accuracy import blocks, choice, scatter
 
 ROOT = Path(__file__).parents[3]
+ACCURACY = ROOT / "docs" / "accuracy.md"
 CONFIG = config.load(ROOT / "config")
 SMOKE = choice.stored()["scales"]["smoke"]
 
@@ -59,8 +61,31 @@ def test_the_documentation_shows_the_stored_rows() -> None:
         for scene in own.scenes:
             of = rows[(rows["input"] == name) & (rows["scene"] == scene)]
             assert set(of["level"]) == {-1, 1} and of["seed"].nunique() >= 2 and of["retained_end"].between(0, 1).all()
-    text = (ROOT / "docs" / "accuracy.md").read_text().split("<!-- scatter -->")[1].split("<!-- end of scatter -->")[0]
+    text = ACCURACY.read_text().split("<!-- scatter -->")[1].split("<!-- end of scatter -->")[0]
     shown = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.strip().splitlines()[2:]]
     assert shown == blocks.scatter_rows(SMOKE)
     page = blocks.scattered(SMOKE)
     assert all(own.source in page for own in scatter.INPUTS.values())
+
+
+def test_no_row_of_the_documentation_is_told_from_chance() -> None:
+    """As its text says; friction's bound for the dry mean is the mean and its half width."""
+    cells = [cell for row in blocks.scatter_rows(SMOKE) for cell in row[1:] if cell != "–"]
+    values = [tuple(float(part) for part in cell.split(" ± ")) for cell in cells]
+    assert len(values) > 20 and all(abs(mean) <= half for mean, half in values)
+    said = re.search(r"to the mean, ([\d.]+) % dry, is no more than ([\d.]+) %", " ".join(ACCURACY.read_text().split()))
+    assert said and 0.0 <= float(said[2]) - sum(values[0]) < 0.1 and abs(float(said[1]) - values[0][0]) < 0.06
+
+
+def test_what_the_documentation_says_of_bridges_every_fourth_step() -> None:
+    fourth = next(row for row in SMOKE["knobs"]["bridges_every"] if row["level"] == 4)
+    of = {e["quantity"]: e for e in fourth["errors"]}
+    text = " ".join(ACCURACY.read_text().split())
+    price = fourth["price"]["moist"]
+    assert f"every fourth step have {price['low']:.2f} to {price['high']:.2f} of the price" in text
+    pull = [f"{100 * of[name]['value']:.2g} %" for name in ("pull_force", "pull_work", "pull_rupture")]
+    assert f"its force off by {pull[0]}, its work by {pull[1]}, its rupture distance by {pull[2]}" in text
+    assert all(abs(e["value"]) <= e["limit"] for name, e in of.items() if not name.startswith("pull"))
+    mean, bridges = of["retained_mean"], of["liquid_bridges"]
+    assert f"mean −{-100 * mean['value']:.2g} ± {100 * mean['limit']:.2g} %" in text
+    assert f"in bridges +{100 * bridges['value']:.2g} ± {100 * bridges['limit']:.2g} %" in text
