@@ -328,7 +328,7 @@ def beds(engine: str) -> Iterator[Row]:
             yield row("settling_bed", case, a["quantity"], a["at"], ends[ENDS[a["quantity"]]].mean())
 
 
-def turned(names: list[str]) -> None:
+def by_seed(names: list[str]) -> None:
     """Run the beds of the problems named, of both where none is, from each first arrangement: means into seeds.csv."""
     for problem in names or BEDS:
         runs = []
@@ -461,4 +461,4 @@ def tables(table: pd.DataFrame) -> Iterator[str]:
 
 if __name__ == "__main__":
     what, *names = sys.argv[1:]
-    {"measure": measure, "seeds": turned, "page": lambda _: page()}[what](names)
+    {"measure": measure, "seeds": by_seed, "page": lambda _: page()}[what](names)

@@ -149,8 +149,13 @@ def test_a_plate_a_tub_and_a_wire_are_regions_and_a_tube_is_none() -> None:
         words = deck.region(round_wire(start, end, 0.125, 32).vertices, "wire").split()
         assert words[:2] == ["cylinder", axis] and words[7:] == ["side", "out"]
         assert [float(w) for w in words[2:7]] == pytest.approx([0.5, 0.25, 0.125, -1.0, 2.0], rel=1e-6)
-    edged, slanting = (round_wire((-1.0, y, 0.25), (2.0, 0.5, 0.25), 0.125, n) for y, n in ((0.5, 12), (0.4, 32)))
-    for other in (make_surface("pipe", "wall", tube(0.5, 0.1, 48, 0.0, 1.0)), edged, slanting):
+    thin, edged = (round_wire((0.03, 0.02, -0.04), (0.07, 0.02, -0.04), 2.5e-4, n).vertices for n in (32, 30))
+    words = deck.region(thin.astype(np.float32).astype(float), "thin").split()  # as an STL file has it
+    assert [float(w) for w in words[2:7]] == pytest.approx([0.02, -0.04, 2.5e-4, 0.03, 0.07], abs=5e-9)
+    with pytest.raises(PywetError, match="or a round wire"):
+        deck.region(edged.astype(np.float32).astype(float), "thin")
+    slanting = round_wire((-1.0, 0.4, 0.25), (2.0, 0.5, 0.25), 0.125, 32)
+    for other in (make_surface("pipe", "wall", tube(0.5, 0.1, 48, 0.0, 1.0)), slanting):
         with pytest.raises(PywetError, match="expected a plate, a square tub or a round wire along the axes"):
             deck.region(other.vertices, "pipe")
 

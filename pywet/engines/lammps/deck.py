@@ -6,6 +6,7 @@ triangles.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -24,9 +25,9 @@ STATE = "id type x y z vx vy vz omegax omegay omegaz"
 NUMBERS = 5
 """That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
-"""Of a mesh's extent: faces closer than that are one."""
-SIDES = 32
-"""At least of a wire that counts as round: its faces lie within 0.5 % of the radius."""
+"""Of a mesh's extent: places closer than that are one; an STL file's numbers are rounded to 6e-8 of themselves."""
+WIDEST = 1.01 * 2.0 * math.pi / 32
+"""Angle of a facet up to which a wire counts as round [rad], its faces within 0.5 % of the radius; a hundredth for rounding."""
 
 
 def refuse(scene: Scene, ranks: int = 1) -> None:
@@ -43,20 +44,23 @@ def refuse(scene: Scene, ranks: int = 1) -> None:
     if reasons:
         raise PywetError(
             f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres and fixed "
-            "plates or tubs without rolling resistance: take the engine liggghts"
+            "plates, tubs or wires without rolling resistance: take the engine liggghts"
         )
 
 
 def region(vertices: NDArray[np.float64], name: str) -> str:
     """Corners of a mesh, (n, 3) [m], as words of a region: a cuboid or a wire seen from outside, or a tub open to the top from
     inside."""
-    levels = [_places(axis, SAME * float(np.ptp(vertices))) for axis in vertices.T]
+    same, levels = SAME * float(np.ptp(vertices)), []
+    for axis in vertices.T:
+        places = np.unique(axis)
+        levels.append(places[np.concatenate([[True], np.diff(places) > same])])
     counts = [len(places) for places in levels]
     if counts == [2, 2, 2]:
         first, words = 0, "side out"
     elif counts == [4, 4, 3]:  # outer and inner faces; the floor's two and the rim
         first, words = 1, "side in open 6"
-    elif wire := next((words for k in range(3) if (words := _wire(vertices, k))), None):
+    elif wire := next((words for k in range(3) if (words := _wire(vertices, k, same))), None):
         return wire
     else:
         raise PywetError(
@@ -66,19 +70,13 @@ def region(vertices: NDArray[np.float64], name: str) -> str:
     return f"block {' '.join(f'{float(at)!r}' for places in levels for at in places[first : first + 2])} {words}"
 
 
-def _places(values: NDArray[np.float64], same: float) -> NDArray[np.float64]:
-    """The different ones among values."""
-    places = np.unique(values)
-    return places[np.concatenate([[True], np.diff(places) > same])]
-
-
-def _wire(vertices: NDArray[np.float64], k: int) -> str:
+def _wire(vertices: NDArray[np.float64], k: int, same: float) -> str:
     """The region of a mesh whose corners all lie on a cylinder along axis k; nothing where they do not."""
     ends, across = vertices[:, k], np.delete(vertices, k, axis=1)
     middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
     x, y = (across - middle).T
-    radii = np.hypot(x, y)
-    if np.ptp(radii) > SAME * radii.max() or len(_places(np.arctan2(y, x), SAME)) < SIDES:
+    radii, angles = np.hypot(x, y), np.sort(np.arctan2(y, x))
+    if np.ptp(radii) > same or np.diff(angles, append=angles[0] + 2.0 * math.pi).max() > WIDEST:
         return ""
     numbers = (*middle, radii.max(), ends.min(), ends.max())
     return f"cylinder {'xyz'[k]} {' '.join(f'{float(at)!r}' for at in numbers)} side out"
