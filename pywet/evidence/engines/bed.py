@@ -77,7 +77,7 @@ def prepare(run_dir: Path, bed: Bed, wet: bool = True) -> Scene:
         effects=EFFECTS if wet else small.DRY.model_copy(update={"rolling": False}),
         wall_angle_rad=sphere.contact_angle_rad,  # one contact angle, which is all that YADE takes
         time_step_s=step, steps=steps, box=1.1 * max(float(np.abs(w.corners).max()) for w in where["walls"]),
-        output=Output(interval_s=max(1, steps // (50 if bed.drum else 10)) * step, contact_windows=0), **where,
+        output=Output(interval_s=max(1, steps // (50 if bed.drum else 10)) * step, contact_windows=0, energy=False), **where,
     )  # fmt: skip
 
 

@@ -1,10 +1,12 @@
-// What the plugin of engines/liggghts asks of its engine, answered by LAMMPS: fixed walls, one process, no prisms. All its other
+// What the plugin of engines/liggghts asks of its engine, answered by LAMMPS: walls fixed or turning, one process, no prisms. All its other
 // sources are compiled as they are. The program's package has no header of its fixes: the hook is its library's own function.
 #include "engine.h"
 
+#include <cmath>
 #include <mpi.h>
 
 #include "atom.h"
+#include "domain.h"
 #include "error.h"
 #include "fix.h"
 #include "force.h"
@@ -15,6 +17,7 @@
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "pair.h"
+#include "region.h"
 #include "update.h"
 #include "variable.h"
 
@@ -83,7 +86,35 @@ void Engine::look() {
 
 bool Engine::lists_are_new(int64_t step) const { return lmp_->neighbor->ago == 0 || lmp_->neighbor->lastcall == step; }
 
-double Engine::read_meshes(Walls &, const Ranks &, bool) const { return 0; }
+static Turn turn_about(const Vec &axis, double angle) {
+  auto back = [&](const Vec &a) {
+    return std::cos(angle) * a - std::sin(angle) * cross(axis, a) + (1.0 - std::cos(angle)) * dot(axis, a) * axis;
+  };
+  Turn turn;
+  turn.x = back(Vec(1, 0, 0)); turn.y = back(Vec(0, 1, 0)); turn.z = back(Vec(0, 0, 1));
+  return turn;
+}
+
+// A region's place is that of the present step once it is asked for one; the power of its contacts is not known (deck.py).
+double Engine::read_meshes(Walls &walls, const Ranks &, bool) const {
+  struct Turning : LAMMPS_NS::Region {
+    static const double *origin(const LAMMPS_NS::Region *r) { return r->*(&Turning::point); }
+    static const double *axis(const LAMMPS_NS::Region *r) { return r->*(&Turning::runit); }
+  };
+  for (Mesh &mesh : walls.meshes) {
+    LAMMPS_NS::Region *region = lmp_->domain->get_region_by_id("p_" + mesh.name + "_0");
+    if (!region || !region->rotateflag) continue;
+    region->prematch();
+    region->set_velocity();
+    const Vec origin(Turning::origin(region));
+    mesh.turns = true;
+    mesh.turn = turn_about(Vec(Turning::axis(region)), region->theta);
+    mesh.shift = origin - mesh.turn(origin);
+    mesh.spin = Vec(region->omega);
+    mesh.velocity = cross(mesh.spin, mesh.shift - origin);
+  }
+  return 0;
+}
 
 std::vector<std::pair<int, int> > Engine::neighbours() const {
   const LAMMPS_NS::NeighList *list = lmp_->force->pair->list;
