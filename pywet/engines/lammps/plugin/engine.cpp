@@ -1,5 +1,6 @@
-// What the plugin of engines/liggghts asks of its engine, answered by LAMMPS: walls fixed or turning, one process, no prisms. All its other
-// sources are compiled as they are. The program's package has no header of its fixes: the hook is its library's own function.
+// What the plugin of engines/liggghts asks of its engine, answered by LAMMPS: walls fixed or turning, one process, no prisms.
+// All its other sources are compiled as they are. The program's package has no header of its fixes: the hook is its library's own
+// function.
 #include "engine.h"
 
 #include <cmath>
