@@ -249,7 +249,9 @@ def test_without_the_wheels_it_says_how_to_get_them(tmp_path: Path, monkeypatch:
 def test_a_sphere_that_rolls_on_a_turntable_goes_round_at_two_sevenths_of_its_speed(
     tmp_path: Path, engine: str
 ) -> None:
-    """A solid sphere that does not slip on a plane turning at W about z: dv/dt = 2/7 W x v, wherever the axis is."""
+    """A solid sphere that does not slip on a plane turning at W about z: dv/dt = 2/7 W x v, wherever the axis is.
+
+    Found: 4e-4 of the speed in both engines."""
     turn, stiffness, speed = 10.0, 1e4, 0.05
     sphere = sphere_classes(R)[0]
     height = R - sphere.mass_kg * 9.81 / stiffness
@@ -265,8 +267,8 @@ def test_a_sphere_that_rolls_on_a_turntable_goes_round_at_two_sevenths_of_its_sp
     small.run(tmp_path, one, engine=engine)
     way = read_table(tmp_path / "trajectory.parquet")
     angle = 2.0 / 7.0 * turn * way["step"].to_numpy() * 1e-5
-    assert way["vx"].to_numpy() == pytest.approx(speed * np.cos(angle), abs=0.01 * speed)
-    assert way["vy"].to_numpy() == pytest.approx(speed * np.sin(angle), abs=0.01 * speed)
+    assert way["vx"].to_numpy() == pytest.approx(speed * np.cos(angle), abs=1e-3 * speed)
+    assert way["vy"].to_numpy() == pytest.approx(speed * np.sin(angle), abs=1e-3 * speed)
 
 
 @needs_lammps
