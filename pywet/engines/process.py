@@ -86,11 +86,22 @@ def installed(name: str, version: str, setup: str) -> str:
     return there or version
 
 
+HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
+"""Asks for them by madvise(2); whoever has set this variable keeps what it says."""
+
+
 def surroundings(python: bool = False) -> dict[str, str]:
-    """Environment of an engine: one thread, ranks for any user; `python`: what it finds of Python is ours, not its own."""
+    """Environment of an engine: one thread, ranks for any user; `python`: what it finds of Python is ours, not its own.
+
+    Its memory lies in huge pages where the system grants them: a bed is read all over in every step (docs/engine.md).
+    """
     hidden = () if python else ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
     kept = {name: value for name, value in os.environ.items() if name not in hidden}
-    return kept | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return (
+        HUGE_PAGES
+        | kept
+        | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    )
 
 
 @contextmanager

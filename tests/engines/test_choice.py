@@ -7,6 +7,7 @@ import re
 import pytest
 
 from pywet.engines.choice import refuse_fewer_cores
+from pywet.engines.process import surroundings
 from pywet.errors import PywetError
 
 
@@ -38,3 +39,11 @@ def test_fewer_cores_than_ranks_are_refused(
     else:
         with pytest.raises(PywetError, match=re.escape(words)):
             refuse_fewer_cores(ranks, threads)
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_memory_in_huge_pages_unless_the_user_says_otherwise(monkeypatch: pytest.MonkeyPatch, python: bool) -> None:
+    monkeypatch.delenv("GLIBC_TUNABLES", raising=False)
+    assert surroundings(python)["GLIBC_TUNABLES"] == "glibc.malloc.hugetlb=1"
+    monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.hugetlb=0")
+    assert surroundings(python)["GLIBC_TUNABLES"] == "glibc.malloc.hugetlb=0"

@@ -23,7 +23,7 @@ from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError
-from pywet.files import read_table, write_json
+from pywet.files import read_parts, read_table, write_json
 from pywet.scene import Scene
 
 LIBRARY = "libliggghts.so.3"
@@ -35,6 +35,11 @@ def corner_points(triangles: pd.DataFrame) -> dict[str, np.ndarray]:
     """Corner points per mesh, (n, 9), in file order."""
     columns = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
     return {str(name): rows[columns].to_numpy(float) for name, rows in triangles.groupby("mesh", sort=False)}
+
+
+def part_by_part(path: Path, *columns: str) -> pd.DataFrame:
+    """Some columns of a table of all spheres, which every rank reads: no more of it at a time than a part."""
+    return pd.concat(read_parts(path, columns, rows=1 << 14), ignore_index=True)
 
 
 def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
@@ -56,10 +61,10 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
 
         The tables are read anew: a rank keeps nothing of the whole bed.
         """
-        spheres = read_table(history / "spheres.parquet")
+        spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
         begun = run_dir / scene.spheres_file
-        places = grid.places(Path(saved("state", step))) if step else read_table(begun)[["x", "y"]]
+        places = grid.places(Path(saved("state", step))) if step else part_by_part(begun, "x", "y")
         tell(f'variable columns string "{grid.words(scene, places, ranks)}"')
         library.lammps_file(engine, script)
         plugin.configure(scene, spheres, transfer, nodes)

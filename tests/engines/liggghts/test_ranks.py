@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet.apparatus.solids import plate
+from pywet.apparatus.surface import make_surface
 from pywet.bench import small
 from pywet.engines.liggghts import deck
 from pywet.scene import Fed, Scene
@@ -157,6 +159,34 @@ def test_stretched_pair_crosses_a_boundary_and_comes_back(tmp_path: Path, monkey
     force = [f"force_i_{axis}" for axis in "xyz"]
     size = np.abs(one[force].to_numpy()).max()
     assert np.abs(one[force].to_numpy() - two[force].to_numpy()).max() < 1e-12 * size
+
+
+def test_a_wall_triangle_that_two_ranks_share(tmp_path: Path) -> None:
+    """A sphere on either side of x = 0 dips twice onto one narrow strip: both give to its film and draw on it in the same steps.
+
+    Together they ask for more than it holds, so that each is granted a share, which a rank cannot know by itself.
+    """
+    outline = R * np.array([[-1.5, -0.17], [1.5, -0.17], [1.5, 0.17], [-1.5, 0.17]])
+    strip = make_surface("strip", "wall", plate(outline, -R, 0.0))
+    dips = (0.0, 0.0, -0.26 * R), 0.04
+    bodies = [small.Sphere(1, (x * R, 0.15 * R, 1.25 * R), driven=True, wiggle=dips) for x in (-1.05, 1.05)]
+    runs = [tmp_path / str(ranks) for ranks in (1, 2)]
+    for ranks, run_dir in enumerate(runs, 1):
+        small.prepare(
+            run_dir, spheres_of(R), bodies, contacts(1), liquid=WATER, effects=small.PAPER, time_step_s=2e-5, steps=4000,
+            walls=[strip], output_interval_s=1e-2, log_every_step=False,
+        )  # fmt: skip
+        small.run(run_dir, bodies, ranks)
+    one, two = (beds.table(p, "history/events") for p in runs)
+    pd.testing.assert_frame_equal(one, two, rtol=1e-12)
+    emptied = one[
+        (one["kind"] == 0) & (one["share_j"] > 0) & (one["film_j_after"].abs() < 1e-12 * one["film_j_before"])
+    ]
+    assert emptied.groupby(["step", "triangle"])["i"].nunique().max() == 2
+    ledger, same = (beds.table(p, "history/ledger") for p in runs)
+    pd.testing.assert_frame_equal(ledger, same, rtol=1e-12)
+    held = same["films"] + same["bridges"] + same["walls"]
+    assert same["walls"].iloc[-1] > 0 and np.abs(held / same["initial"] - 1.0).max() < 1e-14
 
 
 def test_neighbour_list_made_at_other_steps(one_rank: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

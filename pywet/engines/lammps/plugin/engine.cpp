@@ -58,7 +58,7 @@ int Engine::local(int id) const { return lmp_->atom->map(id); }
 
 void Engine::tell_ghosts() const {}  // one process in a box with walls has none
 
-void Engine::find_neighbours(Ranks &ranks) const {
+void Engine::find_neighbours(Ranks &ranks) {
   for (int axis : {0, 1}) ranks.beside[axis][0] = ranks.beside[axis][1] = MPI_PROC_NULL;
 }
 

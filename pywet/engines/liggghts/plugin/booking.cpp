@@ -7,18 +7,21 @@ namespace pywet {
 
 void Booking::gather(const std::string &problem) {
   const Ranks &ranks = world_.ranks;
-  const auto between_spheres = [](const Event &e) { return e.partner_kind == SPHERE; };
-  const auto apart = std::stable_partition(events.begin(), events.end(), between_spheres);
-  std::vector<Event> at_walls(apart, events.end());
-  const auto [all, walls] = ranks.agree({int(events.size()), int(at_walls.size())}, problem);
+  const Engine &engine = world_.engine;
+  const auto at_wall = [](const Event &e) { return e.partner_kind != SPHERE; };
+  const int count = int(std::count_if(events.begin(), events.end(), at_wall));
+  const auto [all, walls] = ranks.agree({int(events.size()), count}, problem);
   any = all > 0;
-  if (!ranks.alone()) {
-    events.erase(apart, events.end());
-    if (all > walls) events = ranks.near(events);
-    const auto elsewhere = [&](const Event &e) { return world_.engine.local(e.i) < 0 && world_.engine.local(e.j) < 0; };
-    events.erase(std::remove_if(events.begin(), events.end(), elsewhere), events.end());
-    if (walls > 0) at_walls = ranks.gathered(at_walls);
-    events.insert(events.end(), at_walls.begin(), at_walls.end());
+  at_walls_ = walls > 0;
+  if (any && !ranks.alone()) {
+    // nobody else holds an end of an event whose spheres are all inside
+    const auto told = std::stable_partition(events.begin(), events.end(), [&](const Event &e) {
+      return !engine.elsewhere(engine.local(e.i)) && (at_wall(e) || !engine.elsewhere(engine.local(e.j)));
+    });
+    std::vector<Event> at_boundary(told, events.end());
+    events.erase(told, events.end());
+    for (const Event &e : ranks.near(at_boundary))
+      if (engine.local(e.i) >= 0 || (!at_wall(e) && engine.local(e.j) >= 0)) events.push_back(e);
   }
   std::sort(events.begin(), events.end(), [](const Event &a, const Event &b) {
     if (a.kind != b.kind) return a.kind < b.kind;
@@ -33,27 +36,51 @@ void Booking::count(const Event &e) {
   if (mine(e)) (e.kind == FORMATION ? standing_.formations : standing_.ruptures)++;
 }
 
-// What is granted to a sphere that is not here is not known, and not asked for.
-void Booking::book_formations() {
-  std::unordered_map<int, double> asked, asked_wall;
+std::map<int, double> Booking::of_walls(const std::function<double(const Event &)> &part) const {
+  std::map<int, double> sums;
+  if (!at_walls_) return sums;
+  for (const Event &e : events)
+    if (e.partner_kind != SPHERE && mine(e)) sums[e.triangle] += part(e);
+  if (world_.ranks.alone()) return sums;
+  struct Sum {
+    int64_t triangle;
+    double volume;
+  };
+  std::vector<Sum> own;
+  for (const auto &[triangle, volume] : sums) own.push_back(Sum{triangle, volume});
+  sums.clear();
+  for (const Sum &sum : world_.ranks.gathered(own)) sums[int(sum.triangle)] += sum.volume;
+  return sums;
+}
+
+// Where more is asked of a holder than it has, each gets its share. What is granted to a sphere that is not here is not known, and
+// not asked for.
+void Booking::grant() {
+  std::unordered_map<int, double> asked;
   for (const Event &e : events)
     if (e.kind == FORMATION) {
       asked[e.i] += e.share_i;
       if (e.partner_kind == SPHERE) asked[e.j] += e.share_j;
-      else asked_wall[e.triangle] += e.share_j;
     }
   auto part_of = [](double held, double ask) {  // a film drawn dry may be below zero by its last digit: it gives nothing
     held = std::max(held, 0.0);
     return ask > held ? held / ask : 1.0;
   };
-  std::unordered_map<int, double> grant, grant_wall;  // from the films at the start of the step
-  for (auto &a : asked) grant[a.first] = part_of(films_.of(a.first), a.second);
-  for (auto &a : asked_wall) grant_wall[a.first] = part_of(films_.wall[a.first], a.second);
+  std::unordered_map<int, double> granted, granted_wall;  // from the films at the start of the step
+  for (const auto &[id, volume] : asked) granted[id] = part_of(films_.of(id), volume);
+  for (const auto &[triangle, volume] : of_walls([](const Event &e) { return e.kind == FORMATION ? e.share_j : 0.0; }))
+    granted_wall[triangle] = part_of(films_.wall[triangle], volume);
   for (Event &e : events)
     if (e.kind == FORMATION) {
-      e.share_i *= grant[e.i];
-      e.share_j *= e.partner_kind == SPHERE ? grant[e.j] : grant_wall[e.triangle];
+      e.share_i *= granted[e.i];
+      e.share_j *= e.partner_kind == SPHERE ? granted[e.j] : granted_wall[e.triangle];
       e.volume = e.share_i + e.share_j;
+    }
+}
+
+void Booking::book_formations() {
+  for (Event &e : events)
+    if (e.kind == FORMATION) {
       Bridge b = standing_.made(e.partner_kind, e.i, e.j, e.volume);
       standing_.place(b);
       count(e);
@@ -84,14 +111,16 @@ void Booking::book_all() {
     e.film_i_before = films_.of(e.i);
     e.film_j_before = other_film(e);
   }
+  const auto sign = [](const Event &e) { return e.kind == FORMATION ? -1.0 : 1.0; };
+  grant();
+  const auto gained = of_walls([&](const Event &e) { return sign(e) * e.share_j; });  // before anything that one rank may object to
   book_formations();
   book_ruptures();
   for (const Event &e : events) {
-    const double sign = e.kind == FORMATION ? -1.0 : 1.0;
-    films_.add(e.i, sign * e.share_i);
-    if (e.partner_kind == SPHERE) films_.add(e.j, sign * e.share_j);
-    else films_.add_to_wall(e.triangle, sign * e.share_j);
+    films_.add(e.i, sign(e) * e.share_i);
+    if (e.partner_kind == SPHERE) films_.add(e.j, sign(e) * e.share_j);
   }
+  for (const auto &[triangle, volume] : gained) films_.add_to_wall(triangle, volume);
   for (Event &e : events) {
     e.film_i_after = films_.of(e.i);
     e.film_j_after = other_film(e);

@@ -1,5 +1,8 @@
-// The events of a step: every rank books those of its spheres and ghosts, and all at walls, in the same order.
+// The events of a step: every rank books those of its spheres and ghosts, in the same order. The films of walls, which all ranks know,
+// change by what all of them have together.
 #pragma once
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,7 +31,12 @@ class Booking {
   Weight &weight_;
   Logs &logs_;
 
+  bool at_walls_ = false;                // any of them, on any rank
+
   bool mine(const Event &e) const;       // decided and written here
+  // A part of the events at walls, of all ranks together, by triangle; every rank takes part.
+  std::map<int, double> of_walls(const std::function<double(const Event &)> &part) const;
+  void grant();                          // what formations draw
   void count(const Event &e);
   void book_all();
   void book_formations();

@@ -85,9 +85,22 @@ int Engine::local(int id) const { return lmp_->atom->map(id); }
 
 void Engine::tell_ghosts() const { liquid_->do_forward_comm(); }
 
+// The engine's lists of the spheres that are ghosts elsewhere are protected; a class of its kind may look.
+struct Sent : LAMMPS_NS::Comm {
+  static void mark(LAMMPS_NS::Comm *comm, std::vector<bool> &owned) {
+    for (int swap = 0; swap < comm->*(&Sent::nswap); swap++)
+      for (int k = 0; k < (comm->*(&Sent::sendnum))[swap]; k++) {
+        const size_t a = (comm->*(&Sent::sendlist))[swap][k];
+        if (a < owned.size()) owned[a] = true;  // else a ghost that is passed on
+      }
+  }
+};
+
 // A pair has one end here or within a ghost cut-off, and who holds that end is within another one of it. Columns are equally wide.
-void Engine::find_neighbours(Ranks &ranks) const {
-  const LAMMPS_NS::Comm *comm = lmp_->comm;
+void Engine::find_neighbours(Ranks &ranks) {
+  LAMMPS_NS::Comm *comm = lmp_->comm;
+  sent_.assign(at.nlocal, false);
+  Sent::mark(comm, sent_);
   for (int axis : {0, 1}) {
     const int here = comm->myloc[axis], columns = comm->procgrid[axis];
     ranks.beside[axis][0] = here > 0 ? comm->procneigh[axis][0] : MPI_PROC_NULL;

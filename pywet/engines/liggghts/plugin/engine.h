@@ -54,7 +54,8 @@ class Engine {
 
   int local(int id) const;                              // index of a sphere on this rank, -1: not here
   void tell_ghosts() const;                             // what their spheres take along; every rank takes part
-  void find_neighbours(Ranks &ranks) const;
+  void find_neighbours(Ranks &ranks);                   // and whom of this rank's spheres another one holds too
+  bool elsewhere(int a) const { return !at.owned(a) || (size_t(a) < sent_.size() && sent_[a]); }
   void keep_skin() const;                               // the engine forgets it at the start of each run
   double mesh_way() const;                              // of a mesh, after which they are made anew too
   bool lists_are_new(int64_t step) const;
@@ -81,6 +82,7 @@ class Engine {
     std::vector<std::pair<int, int> > pairs;
   };
   std::vector<Run> runs_;
+  std::vector<bool> sent_;                              // of the owned spheres: ghosts of another rank since the last lists
 
   double said(const char *variable) const;              // by the deck
   bool read_mesh(size_t m, const Walls &walls, double *out) const;
