@@ -87,7 +87,7 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
         i += e.share_i;
         j += e.share_j;
       }
-      e.share_i *= grant[e.i];"""
+      e.share_i *= granted[e.i];"""
 PATCHES: list[tuple[str, str, str]] = [
     ("vec.h", "#include <cmath>", '#include <cmath>\n#include "planted.h"'),
     ("forces.cpp", LAWS, LAWS_PLANTED),
@@ -133,13 +133,13 @@ PATCHES: list[tuple[str, str, str]] = [
      '                          planted("drawn as from equal spheres") ? g.radius_i : g.radius_j),'),
     ("near_pairs.cpp", "const double drawn = wire ?", 'const double drawn = wire && !planted("wire as wall") ?'),
     ("near_pairs.cpp", "const double drawn_w = wire ?", 'const double drawn_w = wire && !planted("wire as wall") ?'),
-    ("booking.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= grant[e.i];", SEQUENTIAL),
+    ("booking.cpp", "for (Event &e : events)\n    if (e.kind == FORMATION) {\n      e.share_i *= granted[e.i];", SEQUENTIAL),
     ("booking.cpp", "e.volume = e.share_i + e.share_j;",
      'e.volume = (planted("volume twice") ? 2 : 1) * (e.share_i + e.share_j);'),
-    ("booking.cpp", "const double sign = e.kind == FORMATION ? -1.0 : 1.0;",
-     'const double sign = e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
-    ("booking.cpp", "films_.add(e.j, sign * e.share_j);",
-     'films_.add(e.j, (planted("lost at rupture") && sign > 0 ? 0.0 : sign) * e.share_j);'),
+    ("booking.cpp", "return e.kind == FORMATION ? -1.0 : 1.0;",
+     'return e.kind == FORMATION ? (planted("drawn twice") ? -2.0 : -1.0) : 1.0;'),
+    ("booking.cpp", "films_.add(e.j, sign(e) * e.share_j);",
+     'films_.add(e.j, (planted("lost at rupture") && sign(e) > 0 ? 0.0 : sign(e)) * e.share_j);'),
     ("booking.cpp", "laws.rupture(e.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j);",
      'laws.rupture(e.volume, b.radius_i, planted("rupture of equal spheres") && b.kind != SPHERE ? b.radius_i : b.radius_j,\n'
      "                                       b.angle_i, b.angle_j);"),
