@@ -1,6 +1,7 @@
 #include "standing.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pywet {
 
@@ -39,7 +40,7 @@ void Standing::place(Bridge &b) const {
 
 void Standing::add(Bridge b) {
   const Laws &laws = world_.laws;
-  index_[key_of(b.kind, b.i, b.j)] = int(bridges.size());
+  index_.set(key_of(b.kind, b.i, b.j), int(bridges.size()));
   prepared_.resize(prepared_.size() + laws.lines);
   if (laws.lines > 0)
     laws.prepare(b.volume, b.radius_i, b.radius_j, b.angle_i, b.angle_j, prepared_[prepared_.size() - laws.lines].number);
@@ -54,11 +55,11 @@ void Standing::add(Bridge b) {
 void Standing::remove(size_t k) {
   const int lines = world_.laws.lines;
   const Bridge &b = bridges[k];
-  index_.erase(key_of(b.kind, b.i, b.j));
+  index_.forget(key_of(b.kind, b.i, b.j));
   if (k != bridges.size() - 1) {
     bridges[k] = bridges.back();
     std::copy(prepared_.end() - lines, prepared_.end(), prepared_.begin() + k * lines);
-    index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(k);
+    index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(k));
     enter(k);
   }
   bridges.pop_back();
@@ -107,23 +108,32 @@ void Standing::take_up(const Told *told, int64_t n) {
   }
 }
 
+// By the first end, then by the second: counted, since a list is made anew while most stand in order already.
+std::vector<int> Standing::in_order() const {
+  std::vector<int> next(world_.engine.at.nall + 1, 0), order;
+  for (const Bridge &b : bridges)
+    if (b.here) next[b.a + 1]++;
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  order.resize(next.back());
+  for (size_t k = 0; k < bridges.size(); k++)
+    if (bridges[k].here) order[next[bridges[k].a]++] = int(k);
+  const auto before = [&](int p, int q) {
+    const Bridge &a = bridges[p], &b = bridges[q];
+    return a.b != b.b ? a.b < b.b : a.j < b.j;
+  };
+  for (size_t first = 0, last; first < order.size(); first = last) {
+    last = first + 1;
+    while (last < order.size() && bridges[order[last]].a == bridges[order[first]].a) last++;
+    std::sort(order.begin() + first, order.begin() + last, before);
+  }
+  return order;
+}
+
 // With the prepared numbers beside them; those that have left this rank are forgotten.
 void Standing::sort() {
-  std::vector<int> order;
-  order.reserve(bridges.size());
-  for (size_t k = 0; k < bridges.size(); k++) {
-    place(bridges[k]);
-    if (bridges[k].here)
-      order.push_back(int(k));
-    else
-      index_.erase(key_of(bridges[k].kind, bridges[k].i, bridges[k].j));
-  }
-  std::sort(order.begin(), order.end(), [&](int p, int q) {
-    const Bridge &a = bridges[p], &b = bridges[q];
-    if (a.a != b.a) return a.a < b.a;
-    if (a.b != b.b) return a.b < b.b;
-    return a.i != b.i ? a.i < b.i : a.j < b.j;
-  });
+  for (Bridge &b : bridges) place(b);
+  const std::vector<int> order = in_order();
+  index_.begin(order.size());
   std::vector<Bridge> sorted;
   std::vector<Line> lines;
   std::vector<Site> sites_in_order;      // without those of bridges that have ruptured
@@ -131,7 +141,7 @@ void Standing::sort() {
   lines.reserve(prepared_.size());
   for (int k : order) {
     lines.insert(lines.end(), prepared(k), prepared(k + 1));
-    index_[key_of(bridges[k].kind, bridges[k].i, bridges[k].j)] = int(sorted.size());
+    index_.set(key_of(bridges[k].kind, bridges[k].i, bridges[k].j), int(sorted.size()));
     sorted.push_back(bridges[k]);
     if (bridges[k].kind == SPHERE) continue;
     sorted.back().site = int(sites_in_order.size());
@@ -161,8 +171,7 @@ void Standing::enter(size_t k) {
 }
 
 int Standing::find(int kind, int i, int j) const {
-  const auto it = index_.find(key_of(kind, i, j));
-  return it == index_.end() ? -1 : it->second;
+  return index_.find(key_of(kind, i, j));
 }
 
 Geometry Standing::geometry(const Bridge &b) {

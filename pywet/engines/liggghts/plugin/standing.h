@@ -1,10 +1,10 @@
 // Bridges that stand and of which this rank owns an end, in the order of their ends in memory since the engine last made its lists.
 #pragma once
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
 #include "bridge.h"
+#include "index.h"
 #include "together.h"
 
 namespace pywet {
@@ -37,10 +37,11 @@ class Standing {
  private:
   const World &world_;
   std::vector<Line> prepared_;           // Laws::lines a bridge, in the order of `bridges`
-  std::unordered_map<uint64_t, int> index_;  // key -> bridge
+  Index index_;                          // of `bridges`, by key_of
   std::shared_ptr<const Told> told_;     // of which it is not known yet whether they have an end here
   int64_t count_told_ = 0;
 
+  std::vector<int> in_order() const;     // those that are here
   void enter(size_t k);
   void take_up(const Told *told, int64_t n);
   void locate(Bridge &b) const;
