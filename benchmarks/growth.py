@@ -57,7 +57,7 @@ def prepare(folder: Path, side: int, steps: int, outputs: int) -> list[small.Sph
     spheres = [dataclasses.replace(sphere, velocity=DRIFT) for sphere in at_places(places)]
     prepare_bed(
         folder, spheres, steps, liquid=WATER, effects=small.PAPER,
-        output=Output(interval_s=steps // outputs * STEP, contact_windows=0),
+        output=Output(interval_s=steps // outputs * STEP, contact_windows=0, energy=False),
     )  # fmt: skip
     return spheres
 
