@@ -69,7 +69,8 @@ def _run_phase(
 
     # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
     options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
-    options |= {"events": [_event(phase, n, p) for n in range(3)], "dense_output": True}
+    events = [ending(lambda t, y, n=n: forces.events(phase, y, p)[n], 1.0) for n in range(3)]  # type: ignore[misc]
+    options |= {"events": events, "dense_output": True}
     try:
         solved: Any = solve_ivp(rhs, (0.0, 1e9 * scale), course.state.copy(), **options)
     except _TooMany:
@@ -101,12 +102,9 @@ def _rupture_before(solved: Any, stop: float, p: Parameters) -> float:
     return float(brentq(beyond, before, stop, xtol=1e-300, rtol=1e-14)) if beyond(before) < 0.0 else before
 
 
-def _event(phase: int, n: int, p: Parameters) -> Callable[..., float]:
-    def event(t: float, y: np.ndarray) -> float:
-        return float(forces.events(phase, y, p)[n])
-
-    event.terminal = True  # type: ignore[attr-defined]
-    event.direction = 1.0  # type: ignore[attr-defined]
+def ending(event: Callable[[float, np.ndarray], float], direction: float) -> Any:
+    """An event that ends solve_ivp's integration where it passes zero, rising (1) or falling (−1)."""
+    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
     return event
 
 
