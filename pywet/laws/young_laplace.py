@@ -20,6 +20,7 @@ from pywet.errors import PywetError
 from pywet.laws.exact_bridge import table as tables
 from pywet.laws.exact_bridge.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 from pywet.laws.force_law import ForceLaw, Prepared, register
+from pywet.laws.kinds import BRIDGE
 from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singles_at
 
 Floats = NDArray[np.float64]
@@ -261,16 +262,13 @@ class TableLaw(ForceLaw):
         self.name = self.__name__ = name
 
     def _value(self, *arguments: Any) -> Any:
-        ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in _BODY)
+        ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in BRIDGE[1:])
         swap = ri > rj
-        small, large = (
-            np.broadcast_to(np.where(swap, b, a), np.broadcast(swap, a, b).shape) for a, b in ((ti, tj), (tj, ti))
-        )
+        small, large = np.where(swap, tj, ti), np.where(swap, ti, tj)
         prepare(set(zip(small.ravel(), large.ravel(), strict=True)))
         return super()._value(*arguments)
 
 
-_BODY = ("radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 young_laplace = TableLaw(_force, "young_laplace")
 young_laplace.prepared = Prepared(_HELD // 8, _hold_at, _evaluate)
 young_laplace_rupture = TableLaw(_distance, "young_laplace_rupture")
