@@ -17,6 +17,9 @@ from pywet.collisions.wall import forces
 from pywet.collisions.wall.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY, TOO_SMALL, next_phase, scales
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U, rupture
 
+MOST_CALLS = 4_000_000
+"""Evaluations of the forces, after which a collision is given up."""
+
 
 @dataclass
 class Course:
@@ -33,9 +36,7 @@ class Course:
     pieces: list[tuple[int, float, Any]] = field(default_factory=list)
 
 
-def collide(
-    p: Parameters, state: np.ndarray, rtol: float, method: str, keep_path: bool = False, most_calls: int = 4_000_000
-) -> Course:
+def collide(p: Parameters, state: np.ndarray, rtol: float, method: str, keep_path: bool = False) -> Course:
     """Run a collision from `state`; `method` is one of solve_ivp's."""
     course = Course(np.array(state))
     phase, time = (ENTRY if p.wet else CONTACT), 0.0
@@ -44,7 +45,7 @@ def collide(
         if phase == BRIDGE and rupture(course.state[H], course.state[U], p) >= 0.0:
             which, spent = PASSAGE, 0.0
         else:
-            which, spent = _run_phase(phase, time, p, rtol, method, keep_path, most_calls, course)
+            which, spent = _run_phase(phase, time, p, rtol, method, keep_path, course)
         time += spent
         course.log.append((time, phase, which))
         if course.code != OK:
@@ -54,14 +55,14 @@ def collide(
 
 
 def _run_phase(
-    phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, most: int, course: Course
+    phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, course: Course
 ) -> tuple[int, float]:
     """Advance `course.state` to the end of the phase: (which event, duration)."""
     scale, atol = scales(phase, course.state, p, rtol)
 
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
         course.calls += 1
-        if course.calls > most:
+        if course.calls > MOST_CALLS:
             raise _TooMany
         change = np.empty(SIZE)
         forces.rates(phase, y, p, change)

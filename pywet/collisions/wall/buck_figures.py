@@ -106,11 +106,11 @@ def regimes(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def regime_edges(rows: pd.DataFrame, steep: float = 0.02) -> list[float]:
-    """Angles [deg] at which the slope of e_ω passes `steep` per degree: ends of the five regimes."""
+def regime_edges(rows: pd.DataFrame) -> list[float]:
+    """Angles [deg] at which the slope of e_ω passes 0.02 per degree: ends of the five regimes."""
     use = rows[rows["x"] < 80.0]
     slope = np.diff(use["e_omega"]) / np.diff(use["x"])
-    return [float(x) for x in use["x"].to_numpy()[1:-1][np.diff((slope > steep).astype(int)) != 0]]
+    return [float(x) for x in use["x"].to_numpy()[1:-1][np.diff((slope > 0.02).astype(int)) != 0]]
 
 
 def accuracy(table: pd.DataFrame) -> Figure:
