@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -33,7 +33,8 @@ def sections(folder: Path, items: Mapping[str, Item]) -> list[page.Section]:
             given = [item.table()]
             write_csv(given[0], folder / f"{name}.csv")
         if item.draw is None:
-            body = page.paragraph(item.caption) + _as_table(given[0])
+            shown = given[0].map(_shown)
+            body = page.paragraph(item.caption) + page.table([str(c) for c in shown], shown.to_numpy().tolist())
         else:
             with plt.rc_context({**STYLE, "text.parse_math": True}), atomic_write(folder / f"{name}.svg") as temporary:
                 temporary.write_text(svg(item.draw(*given)), encoding="utf-8")
@@ -44,9 +45,5 @@ def sections(folder: Path, items: Mapping[str, Item]) -> list[page.Section]:
     return made
 
 
-def _as_table(values: pd.DataFrame) -> str:
-    rows = [
-        ["not defined" if pd.isna(v) else f"{v:.4g}" if isinstance(v, float) else str(v) for v in row]
-        for row in values.itertuples(index=False)
-    ]
-    return page.table([str(c) for c in values.columns], rows)
+def _shown(value: Any) -> str:
+    return "not defined" if pd.isna(value) else f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -31,12 +31,8 @@ class Tableau(NamedTuple):
 
 def tableau(method: Any, error: np.ndarray, error_low: np.ndarray, order: float) -> Tableau:
     """The tableau of one of scipy's methods."""
-    count = method.n_stages
-    rows = np.zeros((count + 1, count))
-    own = method.A[:count, :count]
-    rows[:count, : own.shape[1]] = own
-    rows[count] = method.B
-    return Tableau(rows, np.array(error), np.array(error_low), order)
+    stages = np.pad(method.A, ((0, 0), (0, method.n_stages - method.A.shape[1])))
+    return Tableau(np.vstack([stages, method.B]), np.array(error), np.array(error_low), order)
 
 
 DOP853 = tableau(integrate.DOP853, integrate.DOP853.E5, integrate.DOP853.E3, 8.0)

@@ -26,20 +26,16 @@ def __getattr__(name: str) -> Any:
     return getattr(math, name)
 
 
-def _fused() -> Any:
-    """An intrinsic: a b + c, rounded once."""
+def _fused(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    """a b + c, rounded once."""
 
-    @intrinsic
-    def fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.fma(*arguments)
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.fma(*arguments)
 
-        return types.float64(types.float64, types.float64, types.float64), code
-
-    return fma
+    return types.float64(types.float64, types.float64, types.float64), code
 
 
-_fma = _fused()
+_fma: Any = intrinsic(_fused)
 
 
 @inline

@@ -79,19 +79,15 @@ class ForceLaw:
     @property
     def address(self) -> int:
         """Address of the compiled C function, double(double, …)."""
-        return int(self._cfunc.address)
-
-    @property
-    def compiled(self) -> Any:
-        """The compiled C function as numba's own code may call it."""
-        return self._cfunc
+        return int(self.compiled.address)
 
     @cached_property
     def _signature(self) -> Any:
         return numba.float64(*[numba.float64] * len(self.arguments))
 
     @cached_property
-    def _cfunc(self) -> Any:
+    def compiled(self) -> Any:
+        """The compiled C function as numba's own code may call it."""
         return self._compile(
             lambda cache: numba.cfunc(self._signature, cache=cache, error_model="numpy", fastmath=self.fastmath)(
                 self.python

@@ -42,10 +42,6 @@ class Kind:
     needed: bool = False
     """No bridge without it; what presets name and is not needed has a switch of its own."""
 
-    def preset(self, preset: Preset) -> str:
-        """The law that a preset names."""
-        return (preset == "exact" and self.exact) or self.paper
-
 
 def _film(at: Probed) -> np.ndarray:
     own = at.get("film_volume_i")
@@ -134,6 +130,7 @@ FORCES = tuple(name for name, kind in KINDS.items() if kind.force)
 NEEDED = tuple(name for name, kind in KINDS.items() if kind.needed)
 SWITCHED = tuple(name for name, kind in KINDS.items() if kind.paper and not kind.needed)
 PRESETS: dict[str, dict[str, str]] = {
-    preset: {name: kind.preset(preset) for name, kind in KINDS.items() if kind.paper} for preset in get_args(Preset)
+    preset: {name: (preset == "exact" and kind.exact) or kind.paper for name, kind in KINDS.items() if kind.paper}
+    for preset in get_args(Preset)
 }
 """Name of a preset -> law of each kind."""

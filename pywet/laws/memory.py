@@ -14,37 +14,22 @@ inline = numba.njit(inline="always", error_model="numpy", fastmath=FAST)
 """Decorator of their helpers; not cached, because addresses hold for one process only."""
 
 
-def _pointer_to(kind: Any) -> Any:
-    """An intrinsic that takes an address for a pointer to numbers of that kind."""
-
-    @intrinsic
-    def at(typing: Any, address: Any) -> Any:
-        signature = types.CPointer(kind)(types.int64)
-
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-        return signature, code
-
-    return at
-
-
-def _reinterpret(source: Any, target: Any) -> Any:
-    """An intrinsic that takes the bits of one 64-bit type for another."""
+def _reinterpret(source: Any, target: Any, instruction: str = "bitcast") -> Any:
+    """An intrinsic that takes the bits of one 64-bit type for another, or an address for a pointer."""
 
     @intrinsic
     def bits(typing: Any, value: Any) -> Any:
-        signature = target(source)
-
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.bitcast(arguments[0], context.get_value_type(target))
+            return getattr(builder, instruction)(arguments[0], context.get_value_type(target))
 
-        return signature, code
+        return target(source), code
 
     return bits
 
 
-floats_at, singles_at, ints_at = (_pointer_to(kind) for kind in (types.float64, types.float32, types.int64))
+floats_at, singles_at, ints_at = (
+    _reinterpret(types.int64, types.CPointer(kind), "inttoptr") for kind in (types.float64, types.float32, types.int64)
+)
 
 
 def stack(count: int) -> Any:

@@ -106,8 +106,17 @@ def get(kind: str, name: str) -> Law:
 
 def checked(kind: str, name: str, functions: Any) -> Law:
     """A law made of what a file or a package gave, tried on the probe grid."""
-    law = Law(name, kind, functions if isinstance(functions, tuple) else (functions,))
-    _check_own(law)
+    law, wanted = Law(name, kind, functions if isinstance(functions, tuple) else (functions,)), KINDS[kind].parts
+    if not wanted:
+        raise LawError(f"law {name}: a {kind} law cannot be a user's own; expected {', '.join(names(kind))}", law=name)
+    if not all(isinstance(f, ForceLaw) for f in law.functions):
+        raise LawError(
+            f"law {name} is not decorated with @force_law (a tuple of such functions where a kind has many)", law=name
+        )
+    if len(law.functions) != len(wanted):
+        raise LawError(f"law {name} has {len(law.functions)} functions; expected {len(wanted)} for {kind}", law=name)
+    for function, part in zip(law.functions, wanted, strict=True):
+        check(function, part.arguments, part.sense)
     return law
 
 
@@ -134,23 +143,3 @@ def _fits(kind: str, point: EntryPoint) -> bool:
         return False  # it is refused when it is asked for by name
     functions = law if isinstance(law, tuple) else (law,)
     return [getattr(f, "arguments", ()) for f in functions] == [part.arguments for part in KINDS[kind].parts]
-
-
-def _check_own(law: Law) -> None:
-    wanted = KINDS[law.kind].parts
-    if not wanted:
-        raise LawError(
-            f"law {law.name}: a {law.kind} law cannot be a user's own; expected {', '.join(names(law.kind))}",
-            law=law.name,
-        )
-    if not all(isinstance(f, ForceLaw) for f in law.functions):
-        raise LawError(
-            f"law {law.name} is not decorated with @force_law (a tuple of such functions where a kind has many)",
-            law=law.name,
-        )
-    if len(law.functions) != len(wanted):
-        raise LawError(
-            f"law {law.name} has {len(law.functions)} functions; expected {len(wanted)} for {law.kind}", law=law.name
-        )
-    for function, part in zip(law.functions, wanted, strict=True):
-        check(function, part.arguments, part.sense)

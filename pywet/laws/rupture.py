@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-from pywet.laws import contact
-from pywet.laws.force_law import force_law, helper
-
-effective_radius, bridge_radius = helper(contact.effective_radius), helper(contact.bridge_radius)
+from pywet.laws.capillary import bridge_radius, effective_radius
+from pywet.laws.force_law import force_law
 
 
 @force_law("rupture")

@@ -11,6 +11,7 @@ without a cap on the wall's side (the paper after 43).
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -50,7 +51,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Bridge:
-    """A solved meridian: coefficients of Y, length D, half-filling angles, parts V_i, V_j, neck position."""
+    """A solved meridian: coefficients of Y, length D, half-filling angles, parts V_i, V_j."""
 
     a: float
     b: float
@@ -60,7 +61,6 @@ class Bridge:
     alpha_j: float
     volume_i: float
     volume_j: float
-    neck: float
 
 
 def _integral(a: float, b: float, c: float, x: float) -> float:
@@ -83,7 +83,7 @@ def shape(pair: Pair, alpha_i: float, alpha_j: float, separation: float) -> Brid
     whole, left = _integral(a, b, c, d), _integral(a, b, c, neck)
     volume_i = left - _cap(pair.radius_i, alpha_i)
     volume_j = whole - left - pair.cap_j * _cap(pair.radius_j, alpha_j)
-    return Bridge(a, b, c, d, alpha_i, alpha_j, volume_i, volume_j, neck)
+    return Bridge(a, b, c, d, alpha_i, alpha_j, volume_i, volume_j)
 
 
 def residual(pair: Pair, bridge: Bridge, volume: float) -> tuple[float, float]:
@@ -106,19 +106,17 @@ def solve(pair: Pair, volume: float, separation: float, guess: tuple[float, floa
     bridge = shape(pair, alpha_i, alpha_j, separation)
     good = max(abs(x) for x in residual(pair, bridge, volume)) < 1e-9
     inside = bridge.a > 0 and bridge.volume_i >= 0 and bridge.volume_j >= 0
-    narrow = bridge.c - bridge.b**2 / (4 * bridge.a) > 0 if bridge.a > 0 else False
-    return bridge if good and inside and narrow else None
+    return bridge if good and inside and bridge.c > bridge.b**2 / (4 * bridge.a) else None
 
 
 def _first(pair: Pair, volume: float, separation: float) -> Bridge | None:
     """Solve without a neighbour to start from: a grid of guesses around the cylinder of that volume."""
     width = math.sqrt(volume / (math.pi * separation))
-    for scale in (1.0, 1.3, 0.8, 1.7, 0.6, 2.2):
-        for skew in (1.0, 1.3, 0.75, 1.7, 0.6):
-            guess = (min(scale * skew * width / pair.radius_i, 1.4), min(scale / skew * width / pair.radius_j, 1.4))
-            bridge = solve(pair, volume, separation, guess)
-            if bridge is not None:
-                return bridge
+    for scale, skew in itertools.product((1.0, 1.3, 0.8, 1.7, 0.6, 2.2), (1.0, 1.3, 0.75, 1.7, 0.6)):
+        guess = (min(scale * skew * width / pair.radius_i, 1.4), min(scale / skew * width / pair.radius_j, 1.4))
+        bridge = solve(pair, volume, separation, guess)
+        if bridge is not None:
+            return bridge
     return None
 
 

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from functools import cache
 from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from pywet.errors import PywetError
 from pywet.laws.exact_bridge import table as tables
 from pywet.laws.exact_bridge.table import U_NODES, X_FIRST, X_LAST, X_NODES, Y_NODES, axis
 from pywet.laws.force_law import ForceLaw, Prepared, register
+from pywet.laws.kinds import BRIDGE
 from pywet.laws.memory import FAST, cube_root, floats_at, inline, ints_at, singles_at
 
 Floats = NDArray[np.float64]
@@ -43,50 +44,35 @@ force), its spline over u. The sums over volume and radius ratio that make them 
 def prepare(angles: Iterable[tuple[float, float]], progress: Callable[[int, int], None] | None = None) -> None:
     """Have the tables of these pairs (contact angle of the smaller body, of the larger) [rad] at hand."""
     for small, large in angles:
-        _prepare(float(small), float(large), progress)
-
-
-def _prepare(small: float, large: float, progress: Callable[[int, int], None] | None) -> None:
-    count = int(_BLOCKS[MOST_PAIRS])
-    if ((_ANGLES[:count, 0] == small) & (_ANGLES[:count, 1] == large)).any():
-        return
-    if count == MOST_PAIRS:
-        raise PywetError(
-            f"more than {MOST_PAIRS} pairs of contact angles given to the law young_laplace; expected fewer materials, or "
-            "another capillary law"
-        )
-    held = tables.load(small, large, progress)
-    y = axis(held.balance)
-    values = [_spline(v).ravel() for v in (held.balance, held.rupture, held.ratio)]
-    head = [y[0], (Y_NODES - 1) / (y[-1] - y[0]), math.pi * (math.cos(small) + math.cos(large))]
-    block = np.concatenate([head, *values])
-    _KEEP.append(block)
-    _ANGLES[count] = small, large
-    _BLOCKS[count] = block.ctypes.data
-    _BLOCKS[MOST_PAIRS] = count + 1
+        count = int(_BLOCKS[MOST_PAIRS])
+        if (_ANGLES[:count] == (small, large)).all(axis=1).any():
+            continue
+        if count == MOST_PAIRS:
+            raise PywetError(
+                f"more than {MOST_PAIRS} pairs of contact angles given to the law young_laplace; expected fewer materials, "
+                "or another capillary law"
+            )
+        held = tables.load(float(small), float(large), progress)
+        y = axis(held.balance)
+        values = [_spline(v).ravel() for v in (held.balance, held.rupture, held.ratio)]
+        head = [y[0], (Y_NODES - 1) / (y[-1] - y[0]), math.pi * (math.cos(small) + math.cos(large))]
+        block = np.concatenate([head, *values])
+        _KEEP.append(block)
+        _ANGLES[count] = small, large
+        _BLOCKS[count] = block.ctypes.data
+        _BLOCKS[MOST_PAIRS] = count + 1
 
 
 def _spline(values: Floats) -> Floats:
-    """Coefficients of the uniform cubic B-spline through the values along every axis (not-a-knot ends); each axis grows by 2."""
+    """Coefficients of the uniform cubic B-spline through the values along every axis (not-a-knot ends); each axis grows by 2.
+
+    Where a spline is a cubic p, its coefficients are p − p''/6 at the nodes; the first and last lie a node outside.
+    """
     for k in range(values.ndim):
-        moved: Any = np.moveaxis(values, k, 0)
-        flat = moved.reshape(len(moved), -1)
-        right = np.vstack([np.zeros((1, flat.shape[1])), flat, np.zeros((1, flat.shape[1]))])
-        solved = np.linalg.solve(_collocation(len(moved)), right)
-        values = np.moveaxis(solved.reshape(len(moved) + 2, *moved.shape[1:]), 0, k)
+        nodes = np.arange(-1.0, values.shape[k] + 1)
+        through = CubicSpline(nodes[1:-1], values, axis=k)
+        values = through(nodes) - through(nodes, 2) / 6.0
     return np.ascontiguousarray(values)
-
-
-@cache
-def _collocation(nodes: int) -> Floats:
-    """Values at the nodes, and equal third differences across the second and the last but one."""
-    matrix = np.zeros((nodes + 2, nodes + 2))
-    for k in range(nodes):
-        matrix[k + 1, k : k + 3] = 1 / 6, 2 / 3, 1 / 6
-    jump = np.array([-1.0, 4.0, -6.0, 4.0, -1.0])
-    matrix[0, :5] = jump
-    matrix[-1, -5:] = jump
-    return matrix
 
 
 _ANGLES_AT, _BLOCKS_AT = (a.ctypes.data for a in (_ANGLES, _BLOCKS))
@@ -276,16 +262,13 @@ class TableLaw(ForceLaw):
         self.name = self.__name__ = name
 
     def _value(self, *arguments: Any) -> Any:
-        ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in _BODY)
+        ri, rj, ti, tj = (np.asarray(arguments[self.arguments.index(n)], float) for n in BRIDGE[1:])
         swap = ri > rj
-        small, large = (
-            np.broadcast_to(np.where(swap, b, a), np.broadcast(swap, a, b).shape) for a, b in ((ti, tj), (tj, ti))
-        )
-        prepare({(float(a), float(b)) for a, b in zip(small.ravel(), large.ravel(), strict=True)})
+        small, large = np.where(swap, tj, ti), np.where(swap, ti, tj)
+        prepare(set(zip(small.ravel(), large.ravel(), strict=True)))
         return super()._value(*arguments)
 
 
-_BODY = ("radius_i", "radius_j", "contact_angle_i", "contact_angle_j")
 young_laplace = TableLaw(_force, "young_laplace")
 young_laplace.prepared = Prepared(_HELD // 8, _hold_at, _evaluate)
 young_laplace_rupture = TableLaw(_distance, "young_laplace_rupture")

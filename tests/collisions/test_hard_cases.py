@@ -120,15 +120,9 @@ def test_corners_of_the_liquid(corner: dict[str, float], velocity: float, gravit
 @pytest.mark.parametrize("gravity", [0.0, 9.81])
 def test_corners_of_restitution(restitution: float, gravity: float) -> None:
     """e → 0 comes to rest at the wall; without gravity anything below 1e-6 of the impact velocity counts as rest."""
-    particle = {**buck_tables.PARTICLES[GLASS], "restitution": restitution}
-    given = {
-        "particle": particle,
-        "wall": buck_tables.GLASS_WALL,
-        "liquid": None,
-        "friction": 0.2,
-        "normal_velocity_m_per_s": 1.0,
-    }
-    got = collide(Problem.model_validate({**given, "gravity_m_per_s2": gravity}))
+    case = problem(GLASS, gravity_m_per_s2=gravity, friction=0.2)
+    particle = case.particle.model_copy(update={"restitution": restitution})
+    got = collide(case.model_copy(update={"particle": particle}))
     assert got["e_n"] == pytest.approx(restitution, abs=2e-6)
     assert got["stuck"] == (restitution < 1e-5 and not (gravity == 0.0 and restitution == 1e-6))
 

@@ -63,9 +63,9 @@ def gaps(ax: Axes, pair: int, style: dict[str, Any], **given: Any) -> np.ndarray
     return np.stack([time[wet], gap[wet, pair], angle[wet, pair]])
 
 
-def gap_axes(ax: Axes, h_min: float, until: float, title: str) -> None:
+def gap_axes(ax: Axes, until: float, title: str) -> None:
     """Labels of a panel of gaps over time, and the gap of contact."""
-    ax.axhline(h_min, color=GREY, ls=":", lw=0.8)
+    ax.axhline(0.05, color=GREY, ls=":", lw=0.8)
     ax.set(xlabel="t̂", ylabel="ĥ", xlim=(0, until), ylim=(0, 1), title=title)
 
 
@@ -77,7 +77,7 @@ def figure_7() -> Figure:
         time, _, angle = gaps(ax, 0, {"color": NAVY}, St_n=stokes, t_end=250.0)
         if stokes == 2.0:
             other.plot(time, np.degrees(angle), color=RED, ls=":", lw=1.2)
-    gap_axes(ax, 0.05, 200.0, "St$_n$ = 2, 3, 4, 7 (right to left), pair 1-2")
+    gap_axes(ax, 200.0, "St$_n$ = 2, 3, 4, 7 (right to left), pair 1-2")
     other.set_ylabel("θ$_{12}$ [°], St$_n$ = 2 (dotted)", color=RED)
     return figure
 
@@ -91,7 +91,7 @@ def figure_8() -> Figure:
         for k, ca in enumerate(numbers):
             style = {"color": shade(0.15 + 0.22 * k), "ls": "--", "label": f"Ca = {ca}"}
             gaps(ax, 0, style, St_n=stokes, Ca=float(ca), t_end=end)
-        gap_axes(ax, 0.05, end, f"St$_n$ = {stokes:g}, pair 1-2")
+        gap_axes(ax, end, f"St$_n$ = {stokes:g}, pair 1-2")
         ax.legend(fontsize=8)
     return figure
 
@@ -103,7 +103,7 @@ def figure_11() -> Figure:
         given = {"St_n": stokes, "theta12_deg": 30.0, "t_end": 20.0}
         gaps(ax, 0, {"color": colour, "label": f"1-2, St {stokes:g}"}, **given)
         gaps(ax, 2, {"color": colour, "ls": "--"}, **given)
-    gap_axes(ax, 0.05, 6.0, "1-2 (solid), 2-3 (dashed), θ$_{12}$ = 30°")
+    gap_axes(ax, 6.0, "1-2 (solid), 2-3 (dashed), θ$_{12}$ = 30°")
     ax.legend(fontsize=8)
     return figure
 

@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.integrate._ivp.radau import MU_COMPLEX, MU_REAL, TI, E, T
 
 from pywet.collisions.runge_kutta import combine, error_of
 from pywet.collisions.spheres.dynamics import derivative, place
@@ -20,20 +21,6 @@ NEWTON = 8
 """Newton iterations of an implicit step at most."""
 SHARPER = 1e-3
 """Tolerance of the implicit method over the one asked for: its error estimate leaves out what is stiff."""
-S6 = 6.0**0.5
-MU_REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
-MU_COMPLEX = 3 + 0.5 * (3 ** (1 / 3) - 3 ** (2 / 3)) - 0.5j * (3 ** (5 / 6) + 3 ** (7 / 6))
-T = np.array([
-    [0.09443876248897524, -0.14125529502095421, 0.03002919410514742],
-    [0.25021312296533332, 0.20412935229379994, -0.38294211275726192],
-    [1.0, 1.0, 0.0],
-])  # fmt: skip
-T_INVERSE = np.array([
-    [4.17871859155190428, 0.32768282076106237, 0.52337644549944951],
-    [-4.17871859155190428, -0.32768282076106237, 0.47662355450055044],
-    [0.50287263494578682, -2.57192694985560522, 0.59603920482822492],
-])  # fmt: skip
-RADAU_ERROR = np.array([-13 - 7 * S6, -13 + 7 * S6, -1]) / 3
 
 
 @compiled
@@ -115,7 +102,7 @@ def implicit_step(dt: float, s: Any, w: Any) -> float:
         for k in range(3):
             w.y_trial[:n] = w.y[:n] + z[k]
             derivative(w.y_trial, f[k], s, w, w.lam_new)
-        g = np.dot(T_INVERSE, f)
+        g = np.dot(TI, f)
         d_real = np.dot(real, g[0] - MU_REAL / dt * v[0])
         d_cplx = np.dot(cplx, (g[1] + 1j * g[2]) - MU_COMPLEX / dt * (v[1] + 1j * v[2]))
         v[0] += d_real
@@ -133,7 +120,7 @@ def implicit_step(dt: float, s: Any, w: Any) -> float:
         return math.inf
     w.y_new[:n] = w.y[:n] + z[2]
     derivative(w.y_new, w.f_new, s, w, w.lam_new)
-    ze = (RADAU_ERROR[0] * z[0] + RADAU_ERROR[1] * z[1] + RADAU_ERROR[2] * z[2]) / dt
+    ze = (E[0] * z[0] + E[1] * z[1] + E[2] * z[2]) / dt
     error = np.dot(real, w.f[:n] + ze)
     w.y_trial[:n] = w.y[:n] + error
     derivative(w.y_trial, f[0], s, w, w.lam_new)

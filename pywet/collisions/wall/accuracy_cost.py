@@ -100,8 +100,8 @@ def cost(methods: dict[str, int] | None = None, repeats: int = 3) -> pd.DataFram
     return pd.DataFrame(rows, columns=columns)
 
 
-def knee(table: pd.DataFrame, method: str, error: float = BUDGET) -> pd.Series:
-    """The loosest setting of a method from which on the error stays below `error`; the tightest where there is none."""
+def knee(table: pd.DataFrame, method: str) -> pd.Series:
+    """The loosest setting of a method from which on the error stays below BUDGET; the tightest where there is none."""
     rows = table[table["method"] == method].sort_values("setting")
-    good = rows[rows["error"].cummax() <= error]
+    good = rows[rows["error"].cummax() <= BUDGET]
     return good.iloc[-1] if len(good) else rows.iloc[0]

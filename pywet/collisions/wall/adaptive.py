@@ -17,6 +17,9 @@ from pywet.collisions.wall import forces
 from pywet.collisions.wall.compiled import NOTHING, OK, PASSAGE, STOP, TOO_MANY, TOO_SMALL, next_phase, scales
 from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, SIZE, H, Parameters, S, U, rupture
 
+MOST_CALLS = 4_000_000
+"""Evaluations of the forces, after which a collision is given up."""
+
 
 @dataclass
 class Course:
@@ -33,9 +36,7 @@ class Course:
     pieces: list[tuple[int, float, Any]] = field(default_factory=list)
 
 
-def collide(
-    p: Parameters, state: np.ndarray, rtol: float, method: str, keep_path: bool = False, most_calls: int = 4_000_000
-) -> Course:
+def collide(p: Parameters, state: np.ndarray, rtol: float, method: str, keep_path: bool = False) -> Course:
     """Run a collision from `state`; `method` is one of solve_ivp's."""
     course = Course(np.array(state))
     phase, time = (ENTRY if p.wet else CONTACT), 0.0
@@ -44,7 +45,7 @@ def collide(
         if phase == BRIDGE and rupture(course.state[H], course.state[U], p) >= 0.0:
             which, spent = PASSAGE, 0.0
         else:
-            which, spent = _run_phase(phase, time, p, rtol, method, keep_path, most_calls, course)
+            which, spent = _run_phase(phase, time, p, rtol, method, keep_path, course)
         time += spent
         course.log.append((time, phase, which))
         if course.code != OK:
@@ -54,14 +55,14 @@ def collide(
 
 
 def _run_phase(
-    phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, most: int, course: Course
+    phase: int, time: float, p: Parameters, rtol: float, method: str, keep: bool, course: Course
 ) -> tuple[int, float]:
     """Advance `course.state` to the end of the phase: (which event, duration)."""
     scale, atol = scales(phase, course.state, p, rtol)
 
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
         course.calls += 1
-        if course.calls > most:
+        if course.calls > MOST_CALLS:
             raise _TooMany
         change = np.empty(SIZE)
         forces.rates(phase, y, p, change)
@@ -69,7 +70,8 @@ def _run_phase(
 
     # implicit methods and LSODA start badly on δ^{1/4}: the first step is given, and none may leap over a whole phase
     options: dict[str, Any] = {"method": method, "rtol": max(rtol, 2.3e-14), "atol": atol, "first_step": 1e-4 * scale}
-    options |= {"events": [_event(phase, n, p) for n in range(3)], "dense_output": True}
+    events = [ending(lambda t, y, n=n: forces.events(phase, y, p)[n], 1.0) for n in range(3)]  # type: ignore[misc]
+    options |= {"events": events, "dense_output": True}
     try:
         solved: Any = solve_ivp(rhs, (0.0, 1e9 * scale), course.state.copy(), **options)
     except _TooMany:
@@ -101,12 +103,9 @@ def _rupture_before(solved: Any, stop: float, p: Parameters) -> float:
     return float(brentq(beyond, before, stop, xtol=1e-300, rtol=1e-14)) if beyond(before) < 0.0 else before
 
 
-def _event(phase: int, n: int, p: Parameters) -> Callable[..., float]:
-    def event(t: float, y: np.ndarray) -> float:
-        return float(forces.events(phase, y, p)[n])
-
-    event.terminal = True  # type: ignore[attr-defined]
-    event.direction = 1.0  # type: ignore[attr-defined]
+def ending(event: Callable[[float, np.ndarray], float], direction: float) -> Any:
+    """An event that ends solve_ivp's integration where it passes zero, rising (1) or falling (−1)."""
+    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
     return event
 
 

@@ -35,6 +35,13 @@ def lines(table: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
         yield COLOURS[n % len(COLOURS)], str(line), points
 
 
+def plot(place: Axes, table: pd.DataFrame, column: str, **axes: Any) -> None:
+    """A coefficient over x, a line for each of the table's; what the engine gave are points."""
+    for colour, line, points in lines(table):
+        place.plot(points["x"], points[column], "o" if line == "engine" else "-", color=colour, label=line)
+    place.set(ylabel=LABELS[column], **axes)
+
+
 def convergence(table: pd.DataFrame) -> Figure:
     """Fig. 6: e_n and its distance from the tightest value over the tolerance."""
     figure, axes = panels(2, 2, (4.4, 3.0))
@@ -56,9 +63,7 @@ def over_velocity(table: pd.DataFrame) -> Figure:
     letters = list(table.groupby("panel", sort=False))
     figure, axes = panels(len(letters), 2, (4.4, 3.0))
     for place, (letter, rows) in zip(axes, letters, strict=False):
-        for colour, line, points in lines(rows):
-            place.plot(points["x"], points["e_n"], color=colour, label=line)
-        place.set(title=f"({letter})", xlabel=VELOCITY, ylabel=LABELS["e_n"], ylim=(0.0, 1.0), xlim=(0.0, 5.0))
+        plot(place, rows, "e_n", title=f"({letter})", xlabel=VELOCITY, ylim=(0.0, 1.0), xlim=(0.0, 5.0))
         place.legend(loc="lower right")
     return figure
 
@@ -75,18 +80,12 @@ def dissipation(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def angle_axes(place: Axes, column: str, **how: Any) -> None:
-    """Labels of a panel over the collision angle."""
-    place.set(xlabel=ANGLE, ylabel=LABELS[column], xlim=(0.0, 90.0), **how)
-
-
 def over_angle(table: pd.DataFrame, columns: tuple[str, ...] = tuple(LABELS)) -> Figure:
     """Figs. 10 to 13: coefficients over the collision angle."""
     figure, axes = panels(len(columns), 2, (4.4, 3.0))
     for place, column in zip(axes, columns, strict=False):
-        for colour, line, points in lines(table):
-            place.plot(points["x"], points[column], color=colour, label=line)
-        angle_axes(place, column, **({"ylim": LIMITS[column]} if column in LIMITS else {}))
+        limits = {"ylim": LIMITS[column]} if column in LIMITS else {}
+        plot(place, table, column, xlabel=ANGLE, xlim=(0.0, 90.0), **limits)
     axes[0].legend()
     return figure
 
@@ -98,21 +97,20 @@ def regimes(table: pd.DataFrame) -> Figure:
     edges = [0.0, *regime_edges(rows), 90.0]
     parts = list(zip(itertools.pairwise(edges), REGIMES, strict=True))
     for place, column in zip(axes, ("e_t", "omega_out", "e_omega"), strict=True):
-        place.plot(rows["x"], rows[column], color=COLOURS[0])
+        plot(place, rows, column, xlabel=ANGLE, xlim=(0.0, 90.0))
         for (low, high), (shade, _) in parts:
             place.axvspan(low, high, color=shade, alpha=0.6, lw=0)
-        angle_axes(place, column)
     axes[0].set_ylim(0.5, 3.0)
     for (low, high), (_, said) in parts:
         axes[0].text(0.5 * (low + high), 2.85, said, ha="center", fontsize=7.5)
     return figure
 
 
-def regime_edges(rows: pd.DataFrame, steep: float = 0.02) -> list[float]:
-    """Angles [deg] at which the slope of e_ω passes `steep` per degree: ends of the five regimes."""
+def regime_edges(rows: pd.DataFrame) -> list[float]:
+    """Angles [deg] at which the slope of e_ω passes 0.02 per degree: ends of the five regimes."""
     use = rows[rows["x"] < 80.0]
     slope = np.diff(use["e_omega"]) / np.diff(use["x"])
-    return [float(x) for x in use["x"].to_numpy()[1:-1][np.diff((slope > steep).astype(int)) != 0]]
+    return [float(x) for x in use["x"].to_numpy()[1:-1][np.diff((slope > 0.02).astype(int)) != 0]]
 
 
 def accuracy(table: pd.DataFrame) -> Figure:
@@ -135,8 +133,6 @@ def accuracy(table: pd.DataFrame) -> Figure:
 def engine(table: pd.DataFrame) -> Figure:
     """e_n over the velocity: model, engine's equations, engine."""
     figure, (place,) = panels(1, 1, (6.5, 4.0))
-    for colour, line, points in lines(table):
-        place.plot(points["x"], points["e_n"], "o" if line == "engine" else "-", color=colour, label=line)
-    place.set(xlabel=VELOCITY, ylabel=LABELS["e_n"], ylim=(0.0, 1.0))
+    plot(place, table, "e_n", xlabel=VELOCITY, ylim=(0.0, 1.0))
     place.legend(loc="lower right")
     return figure

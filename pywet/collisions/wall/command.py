@@ -13,6 +13,7 @@ from rich.table import Table
 
 from pywet.collisions.wall import sweep
 from pywet.collisions.wall.problem import Problem
+from pywet.collisions.wall.wall import collide
 from pywet.config.loading import parse
 from pywet.errors import PywetError
 from pywet.files import write_csv
@@ -35,12 +36,11 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
         problem = parse(Problem, content, str(file))
         say_wait()
         with err.status("one collision"):
-            from pywet.collisions.wall.wall import collide
-
             answer = collide(problem)
         print(json.dumps(answer, indent=2, allow_nan=False))
         return
-    frame = _swept(content, file)
+    with bar("collisions") as move:
+        frame = sweep.table(content, str(file), threads=os.cpu_count() or 1, report=move)
     if csv is not None:
         write_csv(frame, csv)
     if as_table:
@@ -48,11 +48,6 @@ def wall(file: Path, as_table: bool, csv: Path | None) -> None:
         out.print(_table(frame, len(sweep.swept(content))))
     else:
         print(json.dumps(sweep.records(frame), indent=1, allow_nan=False))
-
-
-def _swept(content: dict[str, object], file: Path) -> pd.DataFrame:
-    with bar("collisions") as move:
-        return sweep.table(content, str(file), threads=os.cpu_count() or 1, report=move)
 
 
 def _table(frame: pd.DataFrame, swept: int) -> Table:

@@ -7,7 +7,8 @@ velocity [m/s], w = ωR [m/s], and the works taken out so far by contact, viscou
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -26,20 +27,17 @@ REST = 1e-6
 """Velocity, over that of impact, below which a sphere without gravity counts as stopped; energy: its square."""
 
 
-class Other(NamedTuple):
-    """Whether a reading of the paper other than the default is taken, by its name in `problem.READINGS`."""
-
-    shear_modulus: bool
-    drag: bool
-    gap: bool
-    goldman_signs: bool
-    suction_sign: bool
-    neck_radius: bool
-    volume_factors: bool
-    bridge_volume: bool
-    contact_end: bool
-    rupture_from: bool
-    capillary: bool
+MISPRINTS = ("shear_modulus", "drag", "gap", "goldman_signs", "suction_sign", "neck_radius", "volume_factors")
+READINGS: dict[str, tuple[str, str]] = {
+    **dict.fromkeys(MISPRINTS, ("mended", "as_printed")),
+    "bridge_volume": ("follows", "frozen"),
+    "contact_end": ("overlap", "force"),
+    "rupture_from": ("film", "wall"),
+    "capillary": ("bridge", "film_and_bridge"),
+}
+"""Doubtful place of the paper (docs/wall_collision.md) -> the reading that is the default, the other one."""
+Other: Any = namedtuple("Other", READINGS)  # type: ignore[misc]
+"""Whether the other reading of each place is taken."""
 
 
 class Parameters(NamedTuple):
@@ -61,7 +59,8 @@ class Parameters(NamedTuple):
     surface_tension: float
     contact_angle: float
     half_filling: float
-    other: Other
+    other: Any
+    """`Other`."""
 
 
 @njit(error_model="numpy")

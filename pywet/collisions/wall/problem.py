@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model, model_validator
 
 from pywet.collisions.wall import contact
-from pywet.collisions.wall.forces import Other, Parameters
+from pywet.collisions.wall.forces import MISPRINTS, READINGS, Other, Parameters
 from pywet.config.entries import Excusable
 from pywet.laws.contact import effective_mass, reduced_radius
 from pywet.strict import Strict
@@ -62,15 +62,10 @@ class Liquid(Excusable):
         return self
 
 
-MISPRINTS = ("shear_modulus", "drag", "gap", "goldman_signs", "suction_sign", "neck_radius", "volume_factors")
-READINGS: dict[str, tuple[str, str]] = {
-    **dict.fromkeys(MISPRINTS, ("mended", "as_printed")),
-    "bridge_volume": ("follows", "frozen"),
-    "contact_end": ("overlap", "force"),
-    "rupture_from": ("film", "wall"),
-    "capillary": ("bridge", "film_and_bridge"),
-}
-"""Doubtful place of the paper (docs/wall_collision.md) -> the reading that is the default, the other one."""
+NO_LIQUID = Liquid.model_construct(
+    density_kg_per_m3=1.0, viscosity_Pa_s=1.0, surface_tension_N_per_m=0.0, layer_thickness_m=0.0, half_filling_angle_deg=57.0
+)  # fmt: skip
+"""Placeholders without effect."""
 _Readings: Any = create_model(
     "_Readings",
     __base__=Strict,
@@ -137,7 +132,7 @@ class Problem(Strict):
         """The numbers that the force balance needs."""
         body = self.wall or self.partner
         assert body is not None
-        particle, chosen = self.particle, self.chosen().model_dump()
+        particle, liquid, chosen = self.particle, self.liquid or NO_LIQUID, self.chosen().model_dump()
         radius = reduced = particle.radius_m
         mass = self.mass
         if self.partner is not None:
@@ -145,7 +140,7 @@ class Problem(Strict):
             reduced = reduced_radius(radius, self.partner.radius_m)
         moduli = (particle.youngs_modulus_Pa, particle.poisson_ratio, body.youngs_modulus_Pa, body.poisson_ratio)
         stiffness = 4.0 / 3.0 * contact.effective_modulus(*moduli) * math.sqrt(reduced)
-        other = Other(**{name: chosen[name] != default for name, (default, _) in READINGS.items()})
+        other: Any = Other(**{name: chosen[name] != default for name, (default, _) in READINGS.items()})
         return Parameters(
             mass=mass,
             radius=radius,
@@ -156,28 +151,16 @@ class Problem(Strict):
             friction=float(self.friction),
             gravity=0.0 if self.partner is not None else float(self.gravity_m_per_s2),
             speed=float(self.normal_velocity_m_per_s),
-            **_liquid(self.liquid),
+            wet=self.liquid is not None,
+            layer=float(liquid.layer_thickness_m),
+            density=float(liquid.density_kg_per_m3),
+            viscosity=float(liquid.viscosity_Pa_s),
+            surface_tension=float(liquid.surface_tension_N_per_m),
+            contact_angle=math.radians(liquid.contact_angle_deg),
+            half_filling=math.radians(liquid.half_filling_angle_deg),
             other=other,
         )
 
 
 def _mass(body: Partner) -> float:
     return 4.0 / 3.0 * math.pi * body.density_kg_per_m3 * body.radius_m**3
-
-
-def _liquid(liquid: Liquid | None) -> dict[str, Any]:
-    """The parameters that concern the liquid; placeholders without effect where there is none."""
-    if liquid is None:
-        return {
-            "wet": False, "layer": 0.0, "density": 1.0, "viscosity": 1.0, "surface_tension": 0.0,
-            "contact_angle": 0.0, "half_filling": 1.0,
-        }  # fmt: skip
-    return {
-        "wet": True,
-        "layer": float(liquid.layer_thickness_m),
-        "density": float(liquid.density_kg_per_m3),
-        "viscosity": float(liquid.viscosity_Pa_s),
-        "surface_tension": float(liquid.surface_tension_N_per_m),
-        "contact_angle": math.radians(liquid.contact_angle_deg),
-        "half_filling": math.radians(liquid.half_filling_angle_deg),
-    }

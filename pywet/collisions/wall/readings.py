@@ -9,7 +9,8 @@ import pandas as pd
 from pywet.collisions.wall import wall
 from pywet.collisions.wall.buck_tables import FRICTION
 from pywet.collisions.wall.curves import problem
-from pywet.collisions.wall.problem import READINGS, Problem
+from pywet.collisions.wall.forces import READINGS
+from pywet.collisions.wall.problem import Problem
 
 
 def cases() -> dict[str, Problem]:

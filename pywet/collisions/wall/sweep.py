@@ -29,10 +29,8 @@ ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual
 
 def read(path: Path) -> dict[str, Any]:
     """The content of an input file."""
-    content: dict[str, Any] = read_json(
-        path, "describe particle, wall, liquid and so on as in docs/wall_collision.md", dict[str, Any]
-    )
-    return content
+    cure = "describe particle, wall, liquid and so on as in docs/wall_collision.md"
+    return read_json(path, cure, dict[str, Any])  # type: ignore[no-any-return]
 
 
 def swept(content: dict[str, Any], path: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], list[Any]]]:

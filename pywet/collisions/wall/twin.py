@@ -17,6 +17,7 @@ import pandas as pd
 from scipy.integrate import solve_ivp
 
 from pywet.collisions.wall import engine, wall
+from pywet.collisions.wall.adaptive import ending
 from pywet.collisions.wall.curves import problem
 from pywet.collisions.wall.problem import Problem, Readings
 from pywet.laws import registry
@@ -60,22 +61,16 @@ def normal_coefficient(case: Problem, effects: Effects = engine.BUCK) -> float:
 
     contact = 2.0 * math.pi * math.sqrt(mass / stiffness)
     film = {"max_step": 0.05 * liquid.layer_thickness_m}
-    down, up = _ending(lambda t, y: float(y[0]), -1.0), _ending(lambda t, y: float(y[0]), 1.0)
+    down, up = ending(lambda t, y: float(y[0]), -1.0), ending(lambda t, y: float(y[0]), 1.0)
     y = np.array([liquid.layer_thickness_m, -case.normal_velocity_m_per_s])
     y = _solved(rates, 1.0, y, down, **film).y[:, -1] - np.array([1e-15, 0.0])
     y = _solved(rates, 5.0 * contact, y, up, max_step=contact / 200).y[:, -1]
-    end = _solved(rates, 1.0, y, (_ending(broken, 1.0), _ending(stopped, -1.0)), **film)
+    end = _solved(rates, 1.0, y, (ending(broken, 1.0), ending(stopped, -1.0)), **film)
     return max(float(end.y[1, -1]), 0.0) / case.normal_velocity_m_per_s if len(end.t_events[0]) else 0.0
 
 
 def _solved(rates: Callable[..., list[float]], until: float, y: np.ndarray, events: Any, max_step: float) -> Any:
     return solve_ivp(rates, (0.0, until), y, events=events, rtol=1e-9, atol=[1e-14, 1e-11], max_step=max_step)
-
-
-def _ending(event: Callable[[float, np.ndarray], float], direction: float) -> Any:
-    """An event that ends the integration where it passes zero, rising (1) or falling (−1)."""
-    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
-    return event
 
 
 def over_velocity(velocities: tuple[float, ...] = (0.3, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)) -> pd.DataFrame:

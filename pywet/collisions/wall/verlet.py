@@ -10,8 +10,8 @@ import numpy as np
 
 from pywet.collisions.wall import forces
 from pywet.collisions.wall.adaptive import Course
-from pywet.collisions.wall.compiled import OK, TOO_MANY
-from pywet.collisions.wall.forces import BRIDGE, CONTACT, DONE, ENTRY, LEAVING, SIZE, WORK, H, Parameters, S, U, V, W
+from pywet.collisions.wall.compiled import OK, PASSAGE, TOO_MANY, next_phase
+from pywet.collisions.wall.forces import CONTACT, DONE, ENTRY, SIZE, WORK, H, Parameters, S, U, V, W
 from pywet.machine_code import njit
 
 MOST = 20_000_000
@@ -20,20 +20,10 @@ MOST = 20_000_000
 @njit(error_model="numpy")
 def phase_after(phase: int, state: np.ndarray, p: Parameters) -> int:
     """The phase of the next step, by position and velocity at the end of this one."""
-    h, u = state[H], state[U]
-    if phase == ENTRY:
-        if h <= 0.0:
-            return CONTACT
-        return DONE if forces.entry_rest(h, u, p) >= 0.0 else ENTRY
-    if phase == CONTACT:
-        if h <= 0.0:
-            return CONTACT
-        return LEAVING if p.wet else DONE
-    if u <= 0.0:
+    passage, stop, rest = forces.events(phase, state, p)
+    if rest >= 0.0 or (stop >= 0.0 and phase != CONTACT):  # in contact every sphere flies towards the wall at first
         return DONE
-    if phase == LEAVING:
-        return BRIDGE if h >= p.layer else LEAVING
-    return DONE if forces.rupture(h, u, p) >= 0.0 else BRIDGE
+    return next_phase(phase, PASSAGE, state, p) if passage >= 0.0 else phase
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -128,7 +128,8 @@ def touching(c: Case) -> tuple[bool, Floats]:
         return False, y
     while v < c.volume:
         grown = min(v * factor, c.volume)
-        trial = grow(y, grown / v)
+        root = math.sqrt(math.sqrt(grown / v))  # φ ~ V^¼, H ~ V^−½, length ~ V^½
+        trial = y * np.array([root, root, 1.0 / (root * root), root * root, 1.0])
         if correct(trial, of_volume(c, grown), none, 12) < 0:
             factor = math.sqrt(factor)
             if factor < 1.001:
@@ -142,18 +143,6 @@ def touching(c: Case) -> tuple[bool, Floats]:
 def of_volume(c: Case, volume: float) -> Case:
     """The same bodies with another volume between them."""
     return Case(volume, c.ri, c.rj, c.ti, c.tj, c.symmetric)
-
-
-@jit
-def grow(y: Floats, factor: float) -> Floats:
-    """Prediction of a touching bridge of another volume: φ ~ V^¼, length ~ V^½, H ~ V^−½."""
-    root = math.sqrt(math.sqrt(factor))
-    out = y.copy()
-    out[PHI_I] *= root
-    out[PHI_J] *= root
-    out[LENGTH] *= root * root
-    out[CURVATURE] /= root * root
-    return out
 
 
 @jit
@@ -174,10 +163,12 @@ def tangent_of(y: Floats, c: Case, before: Floats) -> tuple[Floats, float]:
 
 
 @jit
-def step_along(y: Floats, size: float, tangent: Floats, c: Case) -> tuple[int, Floats]:
-    """One predicted and corrected step of the continuation."""
+def step_along(y: Floats, size: float, tangent: Floats, c: Case) -> tuple[int, Floats, Floats, float]:
+    """One predicted and corrected step of the continuation: iterations (−1: it failed), its end, `tangent_of` there."""
     trial = y + size * tangent * scales(y)
-    return -1 if outside(trial, c) else correct(trial, c, tangent, 8), trial
+    used = -1 if outside(trial, c) else correct(trial, c, tangent, 8)
+    turned, second = tangent_of(trial, c, tangent) if used >= 0 else (tangent, 0.0)
+    return used, trial, turned, second
 
 
 @jit
@@ -194,10 +185,7 @@ def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
     y = y0.copy()
     tangent, sign = tangent_of(y, c, before)
     while count < MOST_POINTS:
-        used, trial = step_along(y, size, tangent, c)
-        turned, second = tangent, 0.0
-        if used >= 0:
-            turned, second = tangent_of(trial, c, tangent)
+        used, trial, turned, second = step_along(y, size, tangent, c)
         if used < 0 or (turned * tangent).sum() < 0.95:
             size *= 0.5
             if size < 1e-9:
@@ -227,17 +215,21 @@ def trace(y0: Floats, c: Case, stop: float) -> tuple[int, Floats]:
 
 
 @jit
+def follow(c: Case, stop: float) -> tuple[int, Floats]:
+    """The branch of a bridge from touching bodies, as `trace` gives it."""
+    ok, y = touching(c)
+    return trace(y, c, stop) if ok else (LOST, y.reshape(1, 5))
+
+
+@jit
 def _limit(y: Floats, size: float, tangent: Floats, c: Case, sign: float) -> tuple[Floats, Floats]:
     """The last stable point between y and one step further, by bisection on the step, and the tangent there."""
     low, high = 0.0, size
     best, best_tangent = y.copy(), tangent.copy()
     while high - low > 1e-12 + 1e-11 * size:
         middle = 0.5 * (low + high)
-        used, trial = step_along(y, middle, tangent, c)
-        turned, second = tangent, 0.0
-        if used >= 0:
-            turned, second = tangent_of(trial, c, tangent)
-        if used >= 0 and turned[GAP] > 0.0 and second * sign > 0.0:
+        _, trial, turned, second = step_along(y, middle, tangent, c)
+        if turned[GAP] > 0.0 and second * sign > 0.0:
             low, best, best_tangent = middle, trial, turned
         else:
             high = middle

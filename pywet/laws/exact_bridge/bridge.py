@@ -177,10 +177,7 @@ def rupture(volume: float, radius_i: float, radius_j: float, theta_i: float, the
 def _trace(bodies: Bodies, volume: float, stop: float) -> tuple[int, Floats]:
     if not (volume > 0.0 and math.isfinite(volume)):
         raise PywetError(f"volume {volume:g} m3 given to the exact bridge; expected a positive number")
-    ok, touching = branch.touching(bodies.holding(volume))
-    kind, points = branch.LOST, touching[None, :]
-    if ok:
-        kind, points = branch.trace(touching, bodies.holding(volume), stop)
+    kind, points = branch.follow(bodies.holding(volume), stop)
     if kind == branch.LOST:
         raise PywetError(_lost(bodies, volume))
     return kind, points

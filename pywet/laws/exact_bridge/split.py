@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pywet.laws.exact_bridge.meridian import (
     CURVATURE,
     LENGTH,
@@ -28,11 +30,8 @@ def neck_position(y: Floats, c: Case) -> float:
     """Arc length of the narrowest section; the narrower contact line where the profile has no minimum between them."""
     h, t = y[CURVATURE], y[LENGTH]
     w0, w1, w2, _ = start(y, c)
-    least, at = w0, 0
-    for k in range(1, LOOKS + 1):  # a meridian that meets a body beyond its equator widens before it narrows
-        width = square(k * t / LOOKS, h, w0, w1, w2)
-        if width < least:
-            least, at = width, k
+    # a meridian that meets a body beyond its equator widens before it narrows
+    at = np.argmin(np.array([square(k * t / LOOKS, h, w0, w1, w2) for k in range(LOOKS + 1)]))
     low, high = max(at - 1, 0) * t / LOOKS, min(at + 1, LOOKS) * t / LOOKS
     if slope(low, h, w1, w2) < 0.0 and slope(high, h, w1, w2) > 0.0:
         for _ in range(100):

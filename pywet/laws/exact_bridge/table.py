@@ -25,9 +25,11 @@ import numpy as np
 from pywet import caches
 from pywet.errors import PywetError
 from pywet.files import atomic_write
+from pywet.laws.capillary import lambert
 from pywet.laws.exact_bridge import branch
 from pywet.laws.exact_bridge.meridian import GAP, PHI_I, PHI_J, Case, Floats, jit, start
 from pywet.laws.exact_bridge.split import parts
+from pywet.machine_code import numba
 
 Y_NODES, X_NODES, U_NODES = 81, 55, 25
 SOLVED, EXACT, FURTHEST, DEEPEST = 0.5, 0.15, 0.4, 0.6
@@ -86,14 +88,8 @@ def volumes() -> Floats:
     return np.exp(np.linspace(X_FIRST, X_LAST, X_NODES))
 
 
-@jit
-def neck_force(separation: float, volume: float, r: float, cosines: float) -> float:
-    """F_0/σ: π r (cos θ_i + cos θ_j)/(1 + S/(2d))."""
-    if separation <= 0.0:
-        return math.pi * r * cosines
-    q = volume / (math.pi * r)
-    stretch = 0.5 * separation * (separation + math.sqrt(separation * separation + 2.0 * q)) / q
-    return math.pi * r * cosines / (1.0 + stretch)
+neck_force = numba.njit(error_model="numpy")(lambert.python)
+"""F_0."""
 
 
 @jit
@@ -103,18 +99,9 @@ def case_of(q: float, v_star: float, ti: float, tj: float, symmetric: bool) -> C
 
 
 @jit
-def branch_of(c: Case) -> tuple[int, Floats]:
-    """The whole branch of a bridge; how it ended and its points."""
-    ok, y = branch.touching(c)
-    if not ok:
-        return branch.LOST, y.reshape(1, 5)
-    return branch.trace(y, c, math.inf)
-
-
-@jit
 def leans(q: float, v_star: float, ti: float, tj: float) -> float:
     """Positive where the smaller body's contact line outgrows the other's as the bridge breaks, 0 where that is not known."""
-    kind, points = branch_of(case_of(q, v_star, ti, tj, q == 1.0 and ti == tj))
+    kind, points = branch.follow(case_of(q, v_star, ti, tj, q == 1.0 and ti == tj), math.inf)
     if kind == branch.LOST:
         return 0.0
     c, end = case_of(q, v_star, ti, tj, False), points[-1]
@@ -171,7 +158,7 @@ def _saturate(excess: Floats) -> Floats:
 def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats) -> tuple[float, float]:
     """Force ratios over u for one radius ratio and volume; returns scaled rupture distance and share, nan when lost."""
     c, r = case_of(q, v_star, ti, tj, q == 1.0 and ti == tj), 2.0 / (1.0 + q)
-    kind, points = branch_of(c)
+    kind, points = branch.follow(c, math.inf)
     if kind == branch.LOST:
         return math.nan, math.nan
     end = points[-1]
@@ -185,7 +172,7 @@ def fill(q: float, v_star: float, ti: float, tj: float, u: Floats, ratio: Floats
         ok, state = True, points[0] if n == u.size - 1 else end
         if 0 < n < u.size - 1:
             ok, state = branch.between(points[m - 1], points[m], gap, last, c)
-        ratio[n] = 2.0 * math.pi * start(state, c)[3] / neck_force(gap, c.volume, r, math.cos(ti) + math.cos(tj))
+        ratio[n] = 2.0 * math.pi * start(state, c)[3] / neck_force(gap, c.volume, c.ri, c.rj, ti, tj, 1.0)
         if not ok:
             return math.nan, math.nan
     return last / (r * math.sqrt(v_star)), own / (own + other)
