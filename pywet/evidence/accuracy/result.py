@@ -13,7 +13,8 @@ from pywet.errors import PywetError
 from pywet.evidence.accuracy import choice, knobs, sieve
 from pywet.evidence.accuracy import errors as of_runs
 from pywet.evidence.accuracy.measure import machine
-from pywet.files import read_json, write_json
+from pywet.evidence.study import write_rows
+from pywet.files import read_json
 from pywet.runs.summary import versions
 
 
@@ -90,7 +91,7 @@ def store(result: dict[str, Any], path: Path = choice.STORED) -> Path:
     except PywetError:  # none yet
         whole = {"scales": {}}
     whole["scales"][result["provenance"]["scale"]] = rounded(result)
-    write_json(path, whole)
+    write_rows(path, whole)
     choice.stored.cache_clear()
     return path
 

@@ -25,7 +25,7 @@ from pywet.evidence.accuracy import measure, sieve
 from pywet.evidence.accuracy.edit import put
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.sieve import SCREENING
-from pywet.files import read_json, write_json
+from pywet.files import read_json
 
 STORED = Path(__file__).with_name("scatter.json")
 QUANTITIES = ("retained_mean", "retained_end")
@@ -113,7 +113,7 @@ class ScatterStudy(study.Study):
     def show(self) -> Path:
         """Store the rows."""
         rows = self.gather()[["scene", "seed", "input", "level", *QUANTITIES]]
-        write_json(STORED, rows.round(6).to_dict("records"))
+        study.write_rows(STORED, rows.round(6).to_dict("records"))
         return STORED
 
 
