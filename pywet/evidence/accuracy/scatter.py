@@ -22,7 +22,7 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.evidence import study
 from pywet.evidence.accuracy import measure, sieve
-from pywet.evidence.accuracy.edit import put
+from pywet.evidence.accuracy.edit import put, with_entries
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.sieve import SCREENING
 from pywet.files import read_json
@@ -67,16 +67,12 @@ def scattered(config: Config, name: str, sign: int) -> Config:
                  for n, c in config.cases.items()}  # fmt: skip
         return replace(config, cases=moved)
     if name == "tension":
-        entry = data.liquid.surface_tension_N_per_m
-        liquid = data.liquid.model_copy(
-            update={"surface_tension_N_per_m": put(entry, entry.value * (1.0 + sign * own.between))}
-        )
-        return replace(config, materials=data.model_copy(update={"liquid": liquid}))
+        value = data.liquid.surface_tension_N_per_m.value * (1.0 + sign * own.between)
+        return with_entries(config, {"materials.yaml: liquid surface_tension_N_per_m value": value})
     contacts = []
     for contact in data.contacts:
         share = own.between if contact.partner == contact.sphere else own.at_walls
-        entry = getattr(contact, name)
-        contacts.append(contact.model_copy(update={name: put(entry, entry.value * (1.0 + sign * share))}))
+        contacts.append(put(contact, f"{name} value", getattr(contact, name).value * (1.0 + sign * share)))
     return replace(config, materials=data.model_copy(update={"contacts": type(data.contacts)(contacts)}))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.evidence.accuracy.edit import changed, put
+from pywet.evidence.accuracy.edit import entries, with_entries
 from pywet.evidence.accuracy.knobs import CONFIGURABLE, Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
@@ -68,16 +68,11 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     """The configuration with another setting and seed, and a scale named SCALE of the study's size."""
     windows, steps = log_windows(setting.contact_log)
     log = {"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
-    output = config.settings.output.model_copy(update=log)
-    scale = config.scale(size.scale)
     given = {"width_mm": size.width_mm, "duration_s": size.duration_s, "slide_opens_at_s": size.opens_s}
-    update = {name: put(getattr(scale, name), value) for name, value in given.items() if value is not None}
-    scales = config.scales.model_copy(
-        update={"scales": {**config.scales.scales, SCALE: scale.model_copy(update=update)}}
-    )
-    settled = config.settings.model_copy(update={"seed": seed, "output": output})
-    levels = {knob: getattr(setting, knob) for knob in CONFIGURABLE}
-    return changed(replace(config, settings=settled, scales=scales), SCALE, levels)
+    values = {"config.yaml: seed": seed, f"scales.yaml: scales {SCALE}": config.scale(size.scale)}
+    values |= {f"config.yaml: output {name}": value for name, value in log.items()}
+    values |= {f"scales.yaml: scales {SCALE} {name} value": v for name, v in given.items() if v is not None}
+    return with_entries(config, {**values, **entries(SCALE, {knob: getattr(setting, knob) for knob in CONFIGURABLE})})
 
 
 def prepare(
