@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,16 +23,21 @@ WISHES = {
 GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
-def all_standings(table: dict[str, Any]) -> list[front.Standing]:
-    """Where the defaults stand, for every knob, kind of case and group that was measured."""
-    standings = [
-        front.standing(table, knob, kind, group, scenes)
+def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
+    """What is found for every knob whose levels differ, kind of case and group that was measured."""
+    found = [
+        asked(table, knob, kind, group, scenes)
         for kind, scenes in choice.SCENES.items()
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
     ]
-    return [s for s in standings if s is not None]
+    return [f for f in found if f is not None]
+
+
+def all_standings(table: dict[str, Any]) -> list[front.Standing]:
+    """Where the defaults stand."""
+    return _everywhere(table, front.standing)
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -105,13 +110,7 @@ def _standing_cell(standing: front.Standing) -> Cell:
 
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
-    sentences = []
-    for kind, scenes in choice.SCENES.items():
-        for knob in KNOBS:
-            for group in GROUPS:
-                text = front.bargain(table, knob, kind, group, scenes)
-                if text:
-                    sentences.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
+    sentences = _everywhere(table, front.bargain)
     if any(text.startswith("Capillary law") for text in sentences):
         sentences.append(
             "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "

@@ -47,7 +47,6 @@ def points(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tupl
                 "value": abs(worst["value"]),
                 "limit": max(e["limit"] for e in errors),
                 "resolved": abs(worst["value"]) > worst["limit"],
-                "quantity": worst["quantity"],
                 "errors": {(e["scene"], e["quantity"]): (abs(e["value"]), e["family"]) for e in errors},
             }
         )
@@ -77,7 +76,7 @@ def standing(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tu
 
 
 def bargain(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tuple[str, ...]) -> str | None:
-    """A level that takes away much of the default's error for little more, in words; None where there is none."""
+    """A level that takes away much of the default's error for little more, as a sentence; None where there is none."""
     levels = points(table, knob, kind, group, scenes)
     own = next((p for p in levels if p["level"] == table["default"][knob]), None)
     if own is None:
@@ -88,8 +87,9 @@ def bargain(table: dict[str, Any], knob: str, kind: str, group: str, scenes: tup
         return None
     best = min(better, key=lambda p: p["value"])
     return (
-        f"the default ({own['level']}) is off by {100 * own['value']:.0f} %; {best['level']} takes that to "
-        f"{100 * best['value']:.1g} % for {best['price']:.2f} of the price"
+        f"{knobs.KNOBS[knob].title.capitalize()}, {kind}, {group}: the default ({own['level']}) is off by "
+        f"{100 * own['value']:.0f} %; {best['level']} takes that to {100 * best['value']:.1g} % "
+        f"for {best['price']:.2f} of the price."
     )
 
 

@@ -44,14 +44,15 @@ class Knob:
     title: str
     place: str
     quick: tuple[Level, ...]
-    standard: tuple[Level, ...]
-    reduced: tuple[Level, ...]
+    standard: tuple[Level, ...] = ()
+    reduced: tuple[Level, ...] = ()
+    """As `quick` where there are none."""
     exact_twin: bool = False
     """Whether all levels ought to give the same result, so that it is their price alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
         """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""
-        return tuple(getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)))
+        return getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)) or self.quick
 
 
 KNOBS: dict[str, Knob] = {
@@ -90,15 +91,12 @@ KNOBS: dict[str, Knob] = {
             "contact_log", "contact log", "config.yaml: output", ("0x20", "2x20", "20x50"), ("0x20", "2x20", "50x100"),
             ("2x20", "50x100"), exact_twin=True,
         ),
-        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), (2, 1), (2, 1), exact_twin=True),
+        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), exact_twin=True),
         Knob(
             "integration", "viscous integration", "config.yaml: time_step.viscous_integration",
-            ("semi_implicit", "explicit"), ("semi_implicit", "explicit"), ("semi_implicit", "explicit"),
+            ("semi_implicit", "explicit"),
         ),
-        Knob(
-            "bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1), (4, 2, 1),
-            (4, 2, 1),
-        ),
+        Knob("bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1)),
     )
 }  # fmt: skip
 """Name of a field of `Setting` -> its knob."""

@@ -86,14 +86,6 @@ def prepare(
     return scene
 
 
-def last_common(scene: Scene, opens_s: float) -> float:
-    """Time since the opening [s] that every setting has an output at or after.
-
-    Steps differ between settings, so that the last output of one run may be an interval before another's; all are looked at here.
-    """
-    return scene.steps * scene.time_step_s - opens_s - scene.output.interval_s
-
-
 def quantities(folder: Path) -> dict[str, Any]:
     """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid).
 
@@ -104,7 +96,8 @@ def quantities(folder: Path) -> dict[str, Any]:
     retained, liquid = made.retained, made.liquid
     since, curve = (retained[name].to_numpy() for name in ("time_since_opening_s", "fraction_retained"))
     opens = -float(since[0])
-    end = last_common(run.scene, opens)
+    # steps differ between settings, so that one run's last output may be an interval before another's: all have one here
+    end = run.scene.steps * run.scene.time_step_s - opens - run.scene.output.interval_s
     measured: dict[str, Any] = of_curve(since, curve, end)
     if run.moist:
         late = {name: float(np.interp(end + opens, liquid["time_s"], liquid[name])) for name in LIQUID}
