@@ -183,17 +183,14 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
 
 def _groups(groups: list[list[RunData]], names: list[str], level: float) -> tuple[str, list[Row], str]:
     """Several seeds: tests over all quantities at once."""
-    first = groups[0][0]
-    kept, samples, times = [], [], []
-    for name in names:
-        at = _times(groups, name)
-        scale = first.quantities[name].scale
-        a, b = (np.array([r.quantities[name].at(at) / scale for r in g]) for g in groups)
-        kept.append(first.quantities[name])
-        samples.append(Sample(a, b))
-        times.append(at)
+    first, times = groups[0][0].quantities, [_times(groups, name) for name in names]
+    samples = [
+        Sample(*(np.array([r.quantities[name].at(at) / first[name].scale for r in g]) for g in groups))
+        for name, at in zip(names, times, strict=True)
+    ]
     method, findings = statistics.test(samples, level)
-    rows = [_row(q, s, t, f, level) for q, s, t, f in zip(kept, samples, times, findings, strict=True)]
+    told = zip(names, samples, times, findings, strict=True)
+    rows = [_row(first[name], s, at, finding, level) for name, s, at, finding in told]
     called = [r for r in rows if r.different]
     n, m = len(groups[0]), len(groups[1])
     if called:
