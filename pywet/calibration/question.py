@@ -45,7 +45,6 @@ class Target(Strict):
 
     @property
     def kind(self) -> str:
-        """Which of the kinds of experiment it is."""
         return chosen(self, *KINDS) or ""
 
     @property

@@ -74,7 +74,6 @@ class Study(ABC):
 
     @property
     def page(self) -> Path:
-        """Where the page is."""
         return self.folder.with_suffix(".html")
 
     def file(self, run: Run) -> Path:
@@ -90,11 +89,9 @@ class Study(ABC):
         return list(kept["rows"]) if kept["key"] == run.key else None
 
     def missing(self) -> list[Run]:
-        """Runs that are not kept yet."""
         return [run for job in self.jobs() for run in self.runs(job) if self.kept(run) is None]
 
     def forget(self) -> None:
-        """Remove what is kept."""
         for job in self.jobs():
             for run in self.runs(job):
                 self.file(run).unlink(missing_ok=True)

@@ -36,7 +36,6 @@ def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
 
 
 def all_standings(table: dict[str, Any]) -> list[front.Standing]:
-    """Where the defaults stand."""
     return _everywhere(table, front.standing)
 
 

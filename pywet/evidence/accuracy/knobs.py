@@ -31,7 +31,6 @@ class Setting:
     """Steps from one evaluation of the bridges to the next."""
 
     def but(self, knob: str, level: Level) -> Setting:
-        """The same with one knob turned."""
         turned: dict[str, Any] = {knob: level}
         return replace(self, **turned)
 
@@ -120,7 +119,6 @@ def default(size: str) -> Setting:
 
 
 def reference(knob: str, size: str) -> Level:
-    """The level that the others of a knob are measured against."""
     return KNOBS[knob].levels(size)[-1]
 
 

@@ -107,7 +107,6 @@ class ScatterStudy(study.Study):
         return study.Run(f"{scene}-{seed}-{name}{level:+d}", given, make, labels)
 
     def show(self) -> Path:
-        """Store the rows."""
         rows = self.gather()[["scene", "seed", "input", "level", *QUANTITIES]]
         study.write_rows(STORED, rows.round(6).to_dict("records"))
         return STORED
@@ -136,7 +135,6 @@ def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
 
 
 def stored() -> pd.DataFrame:
-    """The rows that are kept."""
     rows: list[dict[str, Any]] = read_json(STORED, "make it with `python -m pywet.evidence.accuracy.scatter`")
     return pd.DataFrame(rows)
 

@@ -58,7 +58,6 @@ scale's sieve and springs for the first second of screening; `reduced_whole`: as
 
 
 def size_named(name: str) -> Size:
-    """A size by name."""
     if name not in SIZES:
         raise PywetError(f"size {name} of the accuracy study given, expected one of {', '.join(SIZES)}")
     return SIZES[name]

@@ -137,7 +137,6 @@ def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
 
 
 def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
-    """Refuse runs of different scenes."""
     differs = unlike(wanted, scene)
     if differs:
         raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")

@@ -106,7 +106,6 @@ SCENES: dict[str, Reference] = {
 
 
 def made(name: str) -> Digest:
-    """Run all seeds of a scene; its digest."""
     if name not in SCENES:
         raise PywetError(f"there is no reference scene {name}; expected one of {', '.join(SCENES)}")
     one, runs = SCENES[name], []
@@ -119,5 +118,4 @@ def made(name: str) -> Digest:
 
 
 def renew(name: str, folder: Path = STORE) -> Path:
-    """Make a digest anew and store it."""
     return digest.save(made(name), folder / f"{name}.json")

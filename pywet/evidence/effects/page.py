@@ -20,7 +20,6 @@ NAMES = {EVERYTHING: EVERYTHING, PLANNED: "the plan's choice", "no bridges": "no
 
 
 def write_page(path: Path, runs: Runs, judged: Judged) -> Path:
-    """Draw and write the page."""
     plans = {name: planned(choices) for name, choices in judged.items()}
     seeds = max(of["seed"].nunique() for of in runs.values())
     right = sum(p.harmless for p in plans.values())

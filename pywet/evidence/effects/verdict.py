@@ -112,7 +112,6 @@ def _choice(
 
 
 def planned(choices_of_scene: Iterable[Choice]) -> Choice:
-    """The plan's choice."""
     return next(c for c in choices_of_scene if c.variant == PLANNED)
 
 

@@ -84,7 +84,6 @@ class Batch:
 
     @property
     def every(self) -> int:
-        """Steps between outputs."""
         return max(1, self.steps // self.outputs)
 
     @property

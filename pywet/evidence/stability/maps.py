@@ -117,7 +117,6 @@ def pressed(name: str) -> Cell:
 
 
 def stepping(viscosity: float, step: float, how: str) -> Batch:
-    """One engine run of the first map."""
     film = film_volume(FILM, RADIUS)
     hit = head_on("hit", (1, 1), (RADIUS, RADIUS), (film, film), 0.2)
     return map_batch(
@@ -176,7 +175,6 @@ def stiffness_batch(v: float) -> Batch:
 
 
 def stiffness_limit(k: float, v: float) -> float:
-    """The advisor for one stiffness."""
     batch = replace(stiffness_batch(1.0), classes=spheres(SMALL), pairs=springs([k], 1.0))
     return advised(batch, 0.01 * SMALL) / STEP_STIFFNESS
 

@@ -51,7 +51,6 @@ def score(table: pd.DataFrame) -> str:
 
 
 def map_sections(maps: dict[str, pd.DataFrame]) -> list[page.Section]:
-    """The maps, by time step and by the rest."""
     others = "Stiffness and speed, film and size ratio, angle and volume"
     groups = (
         ("Time step and viscosity", "Time step", ("step_explicit", "step_semi_implicit")),
@@ -68,7 +67,6 @@ def map_sections(maps: dict[str, pd.DataFrame]) -> list[page.Section]:
 
 
 def hard_section(table: pd.DataFrame) -> page.Section:
-    """Hard scenes, one row each."""
     body = page.paragraph(
         "What a scene may meet on a bad day, at small size; the same run in the tests. Each is finite, keeps its "
         "liquid to round-off, makes no energy beyond the order of the method, and is recomputed by the independent "
@@ -92,7 +90,6 @@ def _outcome(r: Any) -> page.Cell:
 
 
 def case_section(cases: pd.DataFrame) -> page.Section:
-    """The random cases."""
     counts = pd.crosstab(cases["kind"], cases["state"])
     rows: page.Rows = [[page.left(k), *(str(v) if v else "" for v in counts.loc[k])] for k in counts.index]
     body = page.picture(figures.field(cases), "The cases: each point is one", vector=False)
