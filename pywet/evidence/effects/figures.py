@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 
 from pywet.evidence.effects.scenes import SCENES
 from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
-from pywet.evidence.effects.verdict import SHORTEST, Choice, effects_of, planned, step_time
+from pywet.evidence.effects.verdict import SHORTEST, Choice, left_out, planned, step_time
 from pywet.planning import OF_THE_CONTACT
 from pywet.report.pictures import plt
 
@@ -24,24 +24,9 @@ WORDS = {
 }  # fmt: skip
 """Effect -> its name for a process engineer."""
 NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
+FACES = {(True, False): NEEDED, (True, True): SPARE, (False, True): SAFE, (False, False): WRONG}
+"""Whether the plan keeps an effect, whether it may be left out -> colour."""
 ABSENT = "#f1f3f5"
-
-
-def planned_on(runs: pd.DataFrame, effect: str) -> bool:
-    """Whether the plan keeps an effect in a scene."""
-    effects = effects_of(runs, PLANNED)
-    if not effects["bridges"] and effect not in OF_THE_CONTACT:
-        return False
-    if effect == "sharing_by_size":
-        return bool(effects["transfer"] != "half")
-    return bool(effects[effect])
-
-
-def colour(choice: Choice, kept: bool) -> str:
-    """Needed and kept, kept though it could go, left out rightly, left out wrongly."""
-    if kept:
-        return SPARE if choice.harmless else NEEDED
-    return SAFE if choice.harmless else WRONG
 
 
 def percent(value: float) -> str:
@@ -55,13 +40,15 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
     names = list(judged)
     figure, axes = plt.subplots(figsize=(13.2, 0.86 * len(names) + 1.5))
     for row, name in enumerate(names):
+        out = left_out(runs[name])
         by_effect = {c.variant.removeprefix("no "): c for c in judged[name]}
         for column, effect in enumerate(SWITCHED):
             choice = by_effect.get(effect)
             if choice is None:
                 face, ink, text = ABSENT, "#9aa5b1", "–"
             else:
-                face = colour(choice, planned_on(runs[name], effect))
+                kept = effect not in out and (effect in OF_THE_CONTACT or "bridges" not in out)
+                face = FACES[kept, choice.harmless]
                 ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
                 resolved = choice.worst.sure > 0
                 shown = choice.worst if resolved else choice.largest

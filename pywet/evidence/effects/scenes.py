@@ -56,7 +56,7 @@ def _box(half: float, height: float) -> tuple[Surface, ...]:
 
 
 def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angle: float, stiffness: float,
-         rolling_m: float, friction: float = 0.4) -> Setup:  # fmt: skip
+         rolling_m: float, friction: float = 0.4, seconds: float = 0.25) -> Setup:  # fmt: skip
     """Spheres that fall into a box and come to rest; wet ones get their liquid from the caller."""
     share = count // len(radii_m)
     classes = sphere_classes(*radii_m, counts=share, density=density, angle_rad=math.radians(angle), name=NAMED)
@@ -73,9 +73,9 @@ def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angl
         pairs=contacts(len(classes), stiffness, friction=friction, rolling_m=rolling_m),
         liquid=None,
         speed=math.sqrt(9.81 * layers * 0.4 * r),
-        surroundings=Surroundings(wall_share=wall_share, duration_s=0.25),
+        surroundings=Surroundings(wall_share=wall_share, duration_s=seconds),
         spheres=lattice(kinds, across, pitch, r + SHAKEN * pitch, seed),
-        seconds=0.25,
+        seconds=seconds,
         walls=walls,
     )
 
@@ -96,10 +96,7 @@ def moist_pom(seed: int, size: float, config_dir: Path) -> Setup:
 
 def micron_powder(seed: int, size: float, config_dir: Path) -> Setup:
     """Glass of 50 um with 1 % water: the capillary force is thousands of weights."""
-    made = _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8), 1.0)
-    seconds = 0.008
-    s = Surroundings(wall_share=made.surroundings.wall_share, duration_s=seconds)
-    return replace(made, seconds=seconds, surroundings=s)
+    return _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8, seconds=0.008), 1.0)
 
 
 def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
