@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import choice, figures, front, scatter
+from pywet.evidence.accuracy import choice, figures, scatter
 from pywet.evidence.accuracy.errors import GROUPS
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.page import Cell, paragraph, picture
@@ -26,8 +26,8 @@ GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
     """What is found for every knob whose levels differ, kind of case and group that was measured."""
     found = [
-        asked(table, knob, kind, group, scenes)
-        for kind, scenes in choice.SCENES.items()
+        asked(table, knob, kind, group)
+        for kind in choice.SCENES
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
@@ -35,8 +35,8 @@ def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
     return [f for f in found if f is not None]
 
 
-def all_standings(table: dict[str, Any]) -> list[front.Standing]:
-    return _everywhere(table, front.standing)
+def all_standings(table: dict[str, Any]) -> list[choice.Standing]:
+    return _everywhere(table, choice.standing)
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -83,7 +83,7 @@ def fronts(table: dict[str, Any]) -> str:
     )
 
 
-def standing_table(table: dict[str, Any], standings: Sequence[front.Standing]) -> str:
+def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) -> str:
     order = {(s.kind, s.knob, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
@@ -101,7 +101,7 @@ def standing_table(table: dict[str, Any], standings: Sequence[front.Standing]) -
     return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
 
 
-def _standing_cell(standing: front.Standing) -> Cell:
+def _standing_cell(standing: choice.Standing) -> Cell:
     grade: Any = GRADE[standing.verdict]
     by = "" if standing.by is None else f" ({figures.SHORT.get(str(standing.by), standing.by)})"
     return Cell(standing.verdict + by, grade, standing.said)
@@ -109,7 +109,7 @@ def _standing_cell(standing: front.Standing) -> Cell:
 
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
-    sentences = _everywhere(table, front.bargain)
+    sentences = _everywhere(table, choice.bargain)
     if any(text.startswith("Capillary law") for text in sentences):
         sentences.append(
             "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "

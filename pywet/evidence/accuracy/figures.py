@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pywet.evidence.accuracy import choice, front
+from pywet.evidence.accuracy import choice
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.pictures import INK, STYLE, panels, plt
 
@@ -47,7 +47,7 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a knob for a moist and for a dry case, where they differ at all."""
-    by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in choice.SCENES.items()}
+    by_kind = {kind: choice.points(table, knob, kind, group) for kind in choice.SCENES}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 

@@ -23,13 +23,11 @@ from pywet.evidence.accuracy import (
     cost,
     edit,
     errors,
-    front,
     knobs,
     measure,
     result,
     sieve,
 )
-from pywet.evidence.accuracy.errors import WET_SCENES
 from pywet.evidence.accuracy.knobs import KNOBS, Setting
 from pywet.evidence.accuracy.study import AccuracyStudy
 from tests.evidence.test_times import costs_of
@@ -246,25 +244,20 @@ def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
 def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_stored_front(scale: str) -> None:
     """Nothing is both cheaper and better beyond doubt, in any quantity. The law is not in the list: it follows the paper."""
     table = choice.for_scale(scale)[0]
-    for kind, scenes in (("moist", WET_SCENES), ("dry", ("dry", "pair_dry"))):
+    for kind in choice.SCENES:
         for knob in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                standing = front.standing(table, knob, kind, group, scenes)
+                standing = choice.standing(table, knob, kind, group)
                 assert standing is None or standing.verdict != "beaten", standing
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
-    scenes = ("dry",)
-    beaten = front.standing(
-        toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes
-    )
+    beaten = choice.standing(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = front.standing(
-        toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes
-    )
+    fine = choice.standing(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
-    told = front.standing(vague, "stiffness", "dry", "fraction retained", scenes)
+    told = choice.standing(vague, "stiffness", "dry", "fraction retained")
     assert told is not None and told.verdict == "not told apart"
 
 
