@@ -25,11 +25,10 @@ from pywet.evidence.accuracy import (
     errors,
     knobs,
     measure,
-    result,
     sieve,
 )
 from pywet.evidence.accuracy.knobs import KNOBS, Setting
-from pywet.evidence.accuracy.study import AccuracyStudy
+from pywet.evidence.accuracy.study import AccuracyStudy, store
 from tests.evidence.test_times import costs_of
 
 ROOT = Path(__file__).parents[3]
@@ -461,8 +460,8 @@ def test_plan_weighs_semi_implicit_drag_for_a_thick_liquid(tmp_path: Path, monke
 
 def test_table_is_rounded_and_put_in_its_scales_place(tmp_path: Path) -> None:
     made = {"provenance": {"scale": "smoke"}, "x": [1.23456789, {"y": 2.0}]}
-    path = result.store(made, tmp_path / "t.json")
-    result.store({"provenance": {"scale": "reduced"}}, path)
+    path = store(made, tmp_path / "t.json")
+    store({"provenance": {"scale": "reduced"}}, path)
     tables = choice.stored(path)["scales"]
     assert set(tables) == {"smoke", "reduced"} and tables["smoke"]["x"] == [1.2346, {"y": 2.0}]
 
