@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -44,33 +45,23 @@ def live_with(table: dict[str, Any]) -> str:
     for kind in ("moist", "dry"):
         for wish, wanted in WISHES.items():
             groups = tuple(g for g in wanted if kind == "moist" or g in ("fraction retained", "restitution"))
-            last: tuple[Any, ...] | None = None
+            last: list[str] = []
             for accuracy in ACCURACIES:
-                row = _choice_row(table, accuracy, kind, groups)
-                if row is None or row[1:3] == last:
-                    continue
-                last = row[1:3]
-                rows.append([Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %"), Cell(row[1], left=True), *row[2:]])
+                with suppress(PywetError):  # out of reach
+                    chosen = choice.choose(table, accuracy, kind == "moist", groups)
+                    words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
+                    said = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]
+                    if said != last:
+                        error = f"{100 * max(chosen.error.values()):.2g} %"
+                        of = Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %")
+                        rows.append([*of, Cell(said[0], left=True), said[1], error])
+                    last = said
     text = paragraph(
         "The cheapest settings whose errors, added up over the settings, stay below what you can live with. A cheaper setting "
         "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
         "above are left out. The same from the command line: `pywet plan 2 --accuracy 2%`."
     )
     return text + html_table(["what counts", "you can live with", "choose", "price", "error, counted"], rows)
-
-
-def _choice_row(table: dict[str, Any], accuracy: float, kind: str, groups: tuple[str, ...]) -> tuple[str, ...] | None:
-    try:
-        chosen = choice.choose(table, accuracy, kind == "moist", groups)
-    except PywetError:
-        return None
-    words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
-    return (
-        kind,
-        ", ".join(words) or "the defaults",
-        f"{chosen.price:.2f}\u00a0×",
-        f"{100 * max(chosen.error.values()):.2g} %",
-    )
 
 
 def fronts(table: dict[str, Any]) -> str:

@@ -20,14 +20,14 @@ import numpy as np
 
 from pywet.errors import PywetError
 from pywet.evidence.accuracy import knobs
-from pywet.evidence.accuracy.errors import GROUPS, WET_SCENES
+from pywet.evidence.accuracy.errors import GROUPS
 from pywet.evidence.accuracy.knobs import CONFIGURABLE, KNOBS
 from pywet.files import read_json
 
 STORED = Path(__file__).with_name("table.json")
 WANTED = ("fraction retained", "liquid shares", "force", "restitution")
 """Groups that count unless others are named."""
-SCENES = {"moist": WET_SCENES, "dry": ("dry", "pair_dry")}
+SCENES = {"moist": ("moist", "bed", "pair_wet", "pull", "laws"), "dry": ("dry", "pair_dry")}
 """Kind of case -> scenes of the study that speak for it."""
 NEAREST = ("reduced", "smoke")
 """Whose table is taken for a scale without one."""

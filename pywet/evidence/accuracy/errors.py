@@ -58,7 +58,6 @@ QUANTITIES = (
     Quantity("bed_liquid", "packing", "liquid in bridges of a settling bed", ("bed",)),
 )
 GROUPS = tuple(dict.fromkeys(q.group for q in QUANTITIES))
-WET_SCENES = ("moist", "bed", "pair_wet", "pull", "laws")
 
 
 def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:

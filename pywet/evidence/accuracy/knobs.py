@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 from pywet.errors import PywetError
 
@@ -29,10 +28,6 @@ class Setting:
     integration: str = "explicit"
     bridges_every: int = 1
     """Steps from one evaluation of the bridges to the next."""
-
-    def but(self, knob: str, level: Level) -> Setting:
-        turned: dict[str, Any] = {knob: level}
-        return replace(self, **turned)
 
 
 @dataclass(frozen=True)

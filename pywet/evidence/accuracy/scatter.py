@@ -96,7 +96,7 @@ class ScatterStudy(study.Study):
         return [self._run(scene, int(seed), name, level) for name, level in turned]
 
     def _run(self, scene: str, seed: int, name: str, level: int) -> study.Run:
-        setting = Setting().but(name, level) if name == "bridges_every" else Setting()
+        setting = Setting(bridges_every=level) if name == "bridges_every" else Setting()
         vary: Callable[[Config], Config] = (
             partial(scattered, name=name, sign=level) if name in INPUTS else lambda same: same
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -75,10 +75,9 @@ class AccuracyStudy(study.Study):
             {"scene": scene, "seed": seed, "knob": knob, "level": level},
         )
 
-    def setting(self, knob: str, level: Level | None) -> Setting:
-        """The default with one knob turned."""
-        base = knobs.default(self.size)
-        return base if level is None else base.but(knob, level)
+    def setting(self, knob: str, level: Any) -> Setting:
+        """The default with one knob turned; `default` and `again` turn none."""
+        return replace(knobs.default(self.size), **({knob: level} if knob in knobs.KNOBS else {}))
 
     @cached_property
     def configuration(self) -> list[dict[str, Any]]:
@@ -115,7 +114,7 @@ class AccuracyStudy(study.Study):
 
     def predict(self, run: Any, machine: cost.Coefficients, habit: cost.Habit) -> float:
         """Processor time of a screening run [s], by its labels."""
-        setting = self.setting(run["knob"] if run["knob"] in knobs.KNOBS else "default", run["level"])
+        setting = self.setting(run["knob"], run["level"])
         made = sieve.with_setting(settings.load(self.config_dir), setting, sieve.SIZES[self.size], run["seed"])
         return cost.predict(made, sieve.CASE[run["scene"]], sieve.SCALE, machine, habit)[0]
 

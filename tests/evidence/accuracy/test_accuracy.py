@@ -479,11 +479,6 @@ def test_facets_that_are_emptied_to_a_rounding_do_not_stop_a_run(tmp_path: Path)
     assert replayed is not None and replayed["ok"]
 
 
-def test_a_size_that_there_is_not_is_refused_in_a_sentence() -> None:
-    with pytest.raises(PywetError, match="expected one of quick, standard"):
-        AccuracyStudy(Path("unused"), "huge")
-
-
 def test_a_stored_table_that_lacks_a_setting_is_laid_beside_one_that_has_it() -> None:
     """Its cells are empty there."""
     smoke, reduced = (choice.stored()["scales"][scale] for scale in ("smoke", "reduced"))
