@@ -73,13 +73,13 @@ def arrangements(n: int, m: int) -> list[NDArray[np.int64]]:
     return [np.arange(n), *(random.permutation(n + m)[:n] for _ in range(PERMUTATIONS))]
 
 
-def can_permute(n: int, m: int, level: float = LEVEL) -> bool:
+def can_permute(n: int, m: int) -> bool:
     """Whether a permutation test of these groups can reach the level at all; equal groups count each split twice.
 
     >>> can_permute(3, 3), can_permute(4, 4), can_permute(5, 5)
     (False, True, True)
     """
-    return (2.0 if n == m else 1.0) / comb(n + m, n) <= level
+    return (2.0 if n == m else 1.0) / comb(n + m, n) <= LEVEL
 
 
 def permutation(samples: Sequence[Sample]) -> list[Finding]:
@@ -142,10 +142,10 @@ def holm(findings: Sequence[Finding]) -> list[Finding]:
     return adjusted
 
 
-def test(samples: Sequence[Sample], level: float = LEVEL) -> tuple[str, list[Finding]]:
+def test(samples: Sequence[Sample]) -> tuple[str, list[Finding]]:
     """Name of the method that these group sizes allow, and the finding of each quantity."""
     n, m = len(samples[0].a), len(samples[0].b)
-    if can_permute(n, m, level):
+    if can_permute(n, m):
         ways = comb(n + m, n)
         how = f"all {ways}" if ways <= PERMUTATIONS else f"{PERMUTATIONS} random"
         method = f"permutation test on the largest |t| over all quantities and times, {how} arrangements"

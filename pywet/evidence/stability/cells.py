@@ -74,13 +74,12 @@ class Batch:
 
     def without(self, names: set[str]) -> Batch:
         """The batch with those cells quiet (dry spheres at rest, apart): the engine wants every type present."""
-        return replace(self, cells=tuple(self.still(c) if c.name in names else c for c in self.cells))
-
-    def still(self, cell: Cell) -> Cell:
-        """A cell whose spheres do nothing."""
         apart = 4.0 * max(c.radius_m for c in self.classes)
-        bodies = tuple(ball(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(cell.bodies))
-        return replace(cell, bodies=bodies, walls=())
+        still = {
+            c.name: replace(c, bodies=tuple(ball(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(c.bodies)), walls=())
+            for c in self.cells if c.name in names
+        }  # fmt: skip
+        return replace(self, cells=tuple(still.get(c.name, c) for c in self.cells))
 
     @property
     def every(self) -> int:
