@@ -8,6 +8,7 @@ than that was made by the time stepping. Not for cells on moving walls: for them
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -98,12 +99,10 @@ def springs(run: Run) -> Floats:
         members = np.flatnonzero(run.cell == n)
         members = members[members > 0]
         at = np.stack([where[a][members].to_numpy(float) for a in "xyz"], axis=2)
-        for p in range(len(members)):
-            for q in range(p + 1, len(members)):
-                a, b = members[p], members[q]
-                gap = np.linalg.norm(at[:, p] - at[:, q], axis=1) - run.radius[a] - run.radius[b]
-                k = stiffness[tuple(sorted((int(run.kind[a]), int(run.kind[b]))))]  # type: ignore[index]
-                out[:, n] += 0.5 * k * np.minimum(gap, 0.0) ** 2
+        for (p, a), (q, b) in combinations(enumerate(members), 2):
+            gap = np.linalg.norm(at[:, p] - at[:, q], axis=1) - run.radius[a] - run.radius[b]
+            k = stiffness[tuple(sorted((int(run.kind[a]), int(run.kind[b]))))]  # type: ignore[index]
+            out[:, n] += 0.5 * k * np.minimum(gap, 0.0) ** 2
     return out
 
 

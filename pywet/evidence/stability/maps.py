@@ -254,8 +254,5 @@ def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
         judged = [worst(states(stepping(y, float(x), how), run_dir / str(n))) for n, x in enumerate(chart.x[1])]
     else:
         judged = states(chart.batch(y), run_dir)
-    table = pd.DataFrame(judged)
-    table.insert(0, "x", chart.x[1])
-    table.insert(1, "y", y)
-    table["limit"] = limits
-    return table
+    points = zip(chart.x[1], judged, limits, strict=True)
+    return pd.DataFrame([{"x": float(x), "y": y, **told, "limit": limit} for x, told, limit in points])
