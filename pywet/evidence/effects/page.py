@@ -57,7 +57,7 @@ def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Fi
                 face = FACES[kept, choice.harmless]
                 ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
                 resolved = choice.worst.sure > 0
-                shown = choice.worst if resolved else choice.largest
+                shown = choice.worst if resolved else max(choice.changes, key=lambda c: abs(c.change))
                 least = f"< {percent(max(abs(shown.change), shown.spread, 0.001))}"
                 text = percent(shown.change) if resolved else least
                 if math.isfinite(choice.saving):

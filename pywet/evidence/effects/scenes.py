@@ -40,7 +40,6 @@ class StudyScene:
     Only a case of the configuration asks for `config_dir`.
     """
 
-    name: str
     title: str
     story: str
     setup: Callable[[int, float, Path], Setup]
@@ -223,19 +222,18 @@ def _and_liquid(first: Measure, *names: str) -> Measure:
 
 ON_WALLS = ("liquid_in_bridges", "liquid_on_walls")
 SETTLED = _and_liquid(measures.settled, "bridges_per_sphere", *ON_WALLS)
-_ALL: tuple[tuple[str, str, str, Callable[[int, float, Path], Setup], Measure], ...] = (
-    ("dry_glass", "Dry glass", "Glass beads of 3 mm fall into a box. There is no liquid.", dry_glass, measures.settled),
-    ("moist_pom", "Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom,
+SCENES: dict[str, StudyScene] = {
+    "dry_glass": StudyScene("Dry glass", "Glass beads of 3 mm fall into a box. There is no liquid.", dry_glass, measures.settled),
+    "moist_pom": StudyScene("Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom,
      _and_liquid(SETTLED, "liquid_on_small")),
-    ("thick_oil", "Thick oil at rest", "Glass beads under oil of 2 Pa s lie piled in a tray.", thick_oil, SETTLED),
-    ("fast_dilute", "Fast and dilute", "Two clouds of glass beads of 8 mm, moist with a solvent, meet at 5 m/s.",
+    "thick_oil": StudyScene("Thick oil at rest", "Glass beads under oil of 2 Pa s lie piled in a tray.", thick_oil, SETTLED),
+    "fast_dilute": StudyScene("Fast and dilute", "Two clouds of glass beads of 8 mm, moist with a solvent, meet at 5 m/s.",
      fast_dilute, measures.cooled),
-    ("collision", "One collision", "Two wet beads meet once, off centre, at 1 m/s.", collision, measures.rebound),
-    ("micron_powder", "Fine powder", "Moist glass of 50 micrometres falls into a box.", micron_powder, SETTLED),
-    ("wet_drum", "Wet drum", "Glass beads of 3 mm with 2 % water turn in a drum.", wet_drum,
+    "collision": StudyScene("One collision", "Two wet beads meet once, off centre, at 1 m/s.", collision, measures.rebound),
+    "micron_powder": StudyScene("Fine powder", "Moist glass of 50 micrometres falls into a box.", micron_powder, SETTLED),
+    "wet_drum": StudyScene("Wet drum", "Glass beads of 3 mm with 2 % water turn in a drum.", wet_drum,
      _and_liquid(measures.turning, "bridges_per_sphere", *ON_WALLS)),
-    ("screening", "Moist screening", "Sixteen moist beads of three sizes on a vibrating screen.", tiny_screening,
+    "screening": StudyScene("Moist screening", "Sixteen moist beads of three sizes on a vibrating screen.", tiny_screening,
      _and_liquid(measures.sieved, *ON_WALLS)),
-)  # fmt: skip
-SCENES: dict[str, StudyScene] = {row[0]: StudyScene(*row) for row in _ALL}
+}  # fmt: skip
 """Name -> scene."""
