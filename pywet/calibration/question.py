@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pywet.calibration.experiments import KINDS, Experiment, holds
-from pywet.calibration.surface import Floats
+from pywet.calibration.inference import Floats
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError
 from pywet.own_scene.walls import chosen
@@ -45,7 +45,6 @@ class Target(Strict):
 
     @property
     def kind(self) -> str:
-        """Which of the kinds of experiment it is."""
         return chosen(self, *KINDS) or ""
 
     @property

@@ -15,9 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from pywet.calibration.experiments import Experiment
-from pywet.calibration.inference import Problem
+from pywet.calibration.inference import Floats, Problem, Surface
 from pywet.calibration.question import LEVELS, Question
-from pywet.calibration.surface import Floats, Surface
 
 DRAWN_IN = 1.0 / 3.0
 """Share of the window that an answer must fill."""

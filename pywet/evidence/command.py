@@ -73,10 +73,10 @@ def accuracy(
     show: Annotated[bool, typer.Option("--show", help="Only table and page, from the runs that are there.")] = False,
 ) -> None:
     """What accuracy costs: every setting against a finer one, its error, its price, and where the defaults stand."""
-    from pywet.evidence.accuracy import command, result
-    from pywet.evidence.accuracy.study import AccuracyStudy
+    from pywet.evidence.accuracy import command
+    from pywet.evidence.accuracy import study as accuracy_study
 
-    study = AccuracyStudy(folder, size, config)
+    study = accuracy_study.AccuracyStudy(folder, size, config)
     make_folder(folder)
     if anew:
         study.forget()
@@ -86,7 +86,7 @@ def accuracy(
         typer.echo(f"{missing} runs to do, {spent}", err=True)
     page = study.show() if show else carried_out(study, "accuracy")
     if store:
-        result.store(study.table())
+        accuracy_study.store(study.table())
     typer.echo(str(page))
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -22,7 +23,7 @@ from typing_extensions import TypedDict
 
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.files import read_json, write_json
+from pywet.files import atomic_write, read_json, write_json
 
 Row = dict[str, Any]
 Report = Callable[[str, float], None]
@@ -73,7 +74,6 @@ class Study(ABC):
 
     @property
     def page(self) -> Path:
-        """Where the page is."""
         return self.folder.with_suffix(".html")
 
     def file(self, run: Run) -> Path:
@@ -89,11 +89,9 @@ class Study(ABC):
         return list(kept["rows"]) if kept["key"] == run.key else None
 
     def missing(self) -> list[Run]:
-        """Runs that are not kept yet."""
         return [run for job in self.jobs() for run in self.runs(job) if self.kept(run) is None]
 
     def forget(self) -> None:
-        """Remove what is kept."""
         for job in self.jobs():
             for run in self.runs(job):
                 self.file(run).unlink(missing_ok=True)
@@ -123,6 +121,13 @@ class Study(ABC):
 def plain(row: Row) -> Row:
     """A row as JSON can hold it: a number that is not finite is missing."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+
+
+def write_rows(path: Path, value: Any) -> None:
+    """JSON to be kept under version control: what holds no list or object of its own stands on one line."""
+    text = re.sub(r"[{\[][^{}\[\]]*[}\]]", lambda row: " ".join(row[0].split()), json.dumps(value, indent=1))
+    with atomic_write(path) as temporary:
+        temporary.write_text(text + "\n")
 
 
 def configured(config: Config, number: int, scale: str) -> dict[str, Any]:

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pywet.calibration.inference import Problem
+from pywet.calibration.inference import Floats, Problem, Surface
 from pywet.calibration.search import ENOUGH, SPENT, Found, Runs, rounds
-from pywet.calibration.surface import Floats, Surface
 
 NEVER = math.inf
 

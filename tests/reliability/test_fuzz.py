@@ -145,7 +145,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
         stages.attempt(good, stage, lambda stage=stage: stages.results(good) if stage == "results" else None)
     numbers = digest.numbers_in(good)
     facts = quantities.facts(quantities.read_run(good).scene)
-    digest.save(digest.make("case02", "", [numbers], 1e-6, facts), folder / "digest.json")
+    digest.save(digest.make("case02", "", [numbers], facts), folder / "digest.json")
     return Bench(folder, good, loaded)
 
 

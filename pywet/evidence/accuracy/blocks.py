@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import choice, figures, front, scatter
+from pywet.evidence.accuracy import choice, figures, scatter
 from pywet.evidence.accuracy.errors import GROUPS
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.page import Cell, paragraph, picture
@@ -23,16 +24,20 @@ WISHES = {
 GRADE = {"on the front": "good", "not told apart": "fair", "beaten": "bad"}
 
 
-def all_standings(table: dict[str, Any]) -> list[front.Standing]:
-    """Where the defaults stand, for every knob, kind of case and group that was measured."""
-    standings = [
-        front.standing(table, knob, kind, group, scenes)
-        for kind, scenes in choice.SCENES.items()
+def _everywhere(table: dict[str, Any], asked: Callable[..., Any]) -> list[Any]:
+    """What is found for every knob whose levels differ, kind of case and group that was measured."""
+    found = [
+        asked(table, knob, kind, group)
+        for kind in choice.SCENES
         for knob in KNOBS
         if not KNOBS[knob].exact_twin
         for group in GROUPS
     ]
-    return [s for s in standings if s is not None]
+    return [f for f in found if f is not None]
+
+
+def all_standings(table: dict[str, Any]) -> list[choice.Standing]:
+    return _everywhere(table, choice.standing)
 
 
 def live_with(table: dict[str, Any]) -> str:
@@ -40,33 +45,23 @@ def live_with(table: dict[str, Any]) -> str:
     for kind in ("moist", "dry"):
         for wish, wanted in WISHES.items():
             groups = tuple(g for g in wanted if kind == "moist" or g in ("fraction retained", "restitution"))
-            last: tuple[Any, ...] | None = None
+            last: list[str] = []
             for accuracy in ACCURACIES:
-                row = _choice_row(table, accuracy, kind, groups)
-                if row is None or row[1:3] == last:
-                    continue
-                last = row[1:3]
-                rows.append([Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %"), Cell(row[1], left=True), *row[2:]])
+                with suppress(PywetError):  # out of reach
+                    chosen = choice.choose(table, accuracy, kind == "moist", groups)
+                    words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
+                    said = [", ".join(words) or "the defaults", f"{chosen.price:.2f}\u00a0×"]
+                    if said != last:
+                        error = f"{100 * max(chosen.error.values()):.2g} %"
+                        of = Cell(f"{kind}: {wish}"), Cell(f"{100 * accuracy:g} %")
+                        rows.append([*of, Cell(said[0], left=True), said[1], error])
+                    last = said
     text = paragraph(
         "The cheapest settings whose errors, added up over the settings, stay below what you can live with. A cheaper setting "
         "must be shown right: what chance alone may have hidden is counted against it. Rows that choose the same as the one "
         "above are left out. The same from the command line: `pywet plan 2 --accuracy 2%`."
     )
     return text + html_table(["what counts", "you can live with", "choose", "price", "error, counted"], rows)
-
-
-def _choice_row(table: dict[str, Any], accuracy: float, kind: str, groups: tuple[str, ...]) -> tuple[str, ...] | None:
-    try:
-        chosen = choice.choose(table, accuracy, kind == "moist", groups)
-    except PywetError:
-        return None
-    words = [f"{KNOBS[k].title} {v}" for k, v in chosen.levels.items() if v != table["default"][k]]
-    return (
-        kind,
-        ", ".join(words) or "the defaults",
-        f"{chosen.price:.2f}\u00a0×",
-        f"{100 * max(chosen.error.values()):.2g} %",
-    )
 
 
 def fronts(table: dict[str, Any]) -> str:
@@ -79,7 +74,7 @@ def fronts(table: dict[str, Any]) -> str:
     )
 
 
-def standing_table(table: dict[str, Any], standings: Sequence[front.Standing]) -> str:
+def standing_table(table: dict[str, Any], standings: Sequence[choice.Standing]) -> str:
     order = {(s.kind, s.knob, s.group): s for s in standings}
     rows: list[list[Cell | str]] = []
     for kind in ("moist", "dry"):
@@ -97,7 +92,7 @@ def standing_table(table: dict[str, Any], standings: Sequence[front.Standing]) -
     return "".join(dict.fromkeys(said)) + html_table(["setting", *GROUPS], rows)
 
 
-def _standing_cell(standing: front.Standing) -> Cell:
+def _standing_cell(standing: choice.Standing) -> Cell:
     grade: Any = GRADE[standing.verdict]
     by = "" if standing.by is None else f" ({figures.SHORT.get(str(standing.by), standing.by)})"
     return Cell(standing.verdict + by, grade, standing.said)
@@ -105,13 +100,7 @@ def _standing_cell(standing: front.Standing) -> Cell:
 
 def bargains(table: dict[str, Any]) -> list[str]:
     """What much accuracy may be had for little more, one sentence each."""
-    sentences = []
-    for kind, scenes in choice.SCENES.items():
-        for knob in KNOBS:
-            for group in GROUPS:
-                text = front.bargain(table, knob, kind, group, scenes)
-                if text:
-                    sentences.append(f"{KNOBS[knob].title.capitalize()}, {kind}, {group}: {text}.")
+    sentences = _everywhere(table, choice.bargain)
     if any(text.startswith("Capillary law") for text in sentences):
         sentences.append(
             "The default law stays because the cases reproduce a paper that uses it; where the physics counts, take "

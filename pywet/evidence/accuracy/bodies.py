@@ -33,6 +33,8 @@ BRIDGES = ((0.0025, 40.0, 0.0025, 40.0), (0.0025, 40.0, math.inf, 45.0), (0.0025
 """Radius [m] and contact angle [deg] of two bodies each: POM on POM, on steel, small on large."""
 REDUCED_VOLUME = 0.02
 """Volume of those bridges over the harmonic mean of the radii cubed."""
+Made = tuple[SphereClass, list[small.Sphere], float, int, dict[str, Any]]
+"""Class and bodies of a scene, time step [s], steps, and more for `small.prepare`."""
 
 
 def effects(setting: Setting) -> Effects:
@@ -54,7 +56,7 @@ def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
     return amounts.time_step(contacts(setting), (sphere,), setting.fraction, viscosity if explicit else 0.0)
 
 
-def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sphere]:
+def pairs(setting: Setting, moist: bool) -> Made:
     """PAIRS pairs thrown at each other, dry or with films of 1 % of water."""
     choice = Choice()
     sphere = choice.glass(2 * PAIRS)
@@ -73,12 +75,7 @@ def prepare_pairs(folder: Path, moist: bool, setting: Setting) -> list[small.Sph
         longest = max(longest, gap)
     contact = amounts.collision_time(contacts(setting)[1], (sphere,))
     steps = round(((4.0 * longest + (2.0 * r if moist else 0.0)) / SPEED + 2.0 * contact) / step)
-    small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=liquid, effects=effects(setting) if moist else small.DRY,
-        time_step_s=step, steps=steps, log_every_step=False, output_interval_s=steps * step,
-        viscous_integration=setting.integration, bridges_every=setting.bridges_every if moist else 1,
-    )  # fmt: skip
-    return bodies
+    return sphere, bodies, step, steps, {"liquid": liquid, "log_every_step": False}
 
 
 def restitutions(folder: Path) -> list[float]:
@@ -94,7 +91,7 @@ def restitutions(folder: Path) -> list[float]:
     return [float(v[2 * k + 1] - v[2 * k]) / SPEED if free else 0.0 for k, free in enumerate(apart)]
 
 
-def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
+def pull(setting: Setting) -> Made:
     """Two wet spheres drawn apart from touch at 0.05 m/s."""
     choice, speed = Choice(), 0.05
     sphere = choice.glass(2)
@@ -103,13 +100,7 @@ def prepare_pull(folder: Path, setting: Setting) -> list[small.Sphere]:
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
         small.Sphere(1, (0.0, 0.0, 2.0 * r), (0.0, 0.0, speed), driven=True),
     ]
-    steps = round(0.8 * r / speed / step)
-    small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
-        time_step_s=step, steps=steps, log_every_step=True, output_interval_s=steps * step,
-        viscous_integration=setting.integration, bridges_every=setting.bridges_every,
-    )  # fmt: skip
-    return bodies
+    return sphere, bodies, step, round(0.8 * r / speed / step), {"liquid": choice.liquid(sphere)}
 
 
 def pulled(folder: Path) -> dict[str, float]:
@@ -125,7 +116,7 @@ def pulled(folder: Path) -> dict[str, float]:
     }
 
 
-def prepare_bed(folder: Path, setting: Setting, seed: int) -> list[small.Sphere]:
+def bed(setting: Setting, seed: int) -> Made:
     """216 moist spheres that fall into a box."""
     choice = Choice(spheres=216, seed=seed)
     sphere = choice.glass(choice.spheres)
@@ -133,14 +124,11 @@ def prepare_bed(folder: Path, setting: Setting, seed: int) -> list[small.Sphere]
     bodies, box = loose_box(choice.spheres, choice.radius_m, seed)
     steps = round(BED_S / step)
     windows, length = log_windows(setting.contact_log)
-    small.prepare(
-        folder, [sphere], bodies, contacts(setting), liquid=choice.liquid(sphere), effects=effects(setting),
-        walls=[box], wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps,
-        gravity=(0.0, 0.0, -9.81), box=0.055, viscous_integration=setting.integration,
-        bridges_every=setting.bridges_every,
-        output=Output(interval_s=max(1, steps // 20) * step, contact_windows=windows, contact_window_steps=length),
-    )  # fmt: skip
-    return bodies
+    output = Output(interval_s=max(1, steps // 20) * step, contact_windows=windows, contact_window_steps=length)
+    return sphere, bodies, step, steps, {
+        "liquid": choice.liquid(sphere), "walls": [box], "wall_angle_rad": math.radians(40.0),
+        "gravity": (0.0, 0.0, -9.81), "box": 0.055, "output": output,
+    }  # fmt: skip
 
 
 def settled(folder: Path) -> dict[str, float]:
@@ -159,9 +147,15 @@ def settled(folder: Path) -> dict[str, float]:
 
 def prepare(scene: str, folder: Path, setting: Setting, seed: int) -> list[small.Sphere]:
     """Write the run directory of a scene; its spheres."""
-    if scene == "bed":
-        return prepare_bed(folder, setting, seed)
-    return prepare_pull(folder, setting) if scene == "pull" else prepare_pairs(folder, scene == "pair_wet", setting)
+    made = bed(setting, seed) if scene == "bed" else pull(setting) if scene == "pull" else None
+    sphere, bodies, step, steps, more = made or pairs(setting, scene == "pair_wet")
+    moist = more["liquid"] is not None
+    small.prepare(
+        folder, [sphere], bodies, contacts(setting), effects=effects(setting) if moist else small.DRY, time_step_s=step,
+        steps=steps, output_interval_s=steps * step, viscous_integration=setting.integration,
+        bridges_every=setting.bridges_every if moist else 1, **more,
+    )  # fmt: skip
+    return bodies
 
 
 def quantities(scene: str, folder: Path) -> list[dict[str, Any]]:

@@ -47,7 +47,8 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = [f"settings for {100 * share:g} % in {', '.join(groups)} ({'moist' if moist else 'dry'}):"]
     lines += [f"  {KNOBS[knob].title:<22}{edit.shown(knob, level)}" for knob, level in changed.items()]
-    lines += [f"  errors counted: {', '.join(_counted(g, e) for g, e in chosen.error.items())}"]
+    counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
+    lines += [f"  errors counted: {', '.join(counted)}"]
     if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":
         other = edit.changed(config, scale, {**changed, "integration": "semi_implicit"})
         lines.append(_semi_implicit(cost.predict(other, case, scale, machine, known)[0], seconds, table, groups))
@@ -74,10 +75,6 @@ def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups
         f"  the viscous force governs the step: semi_implicit takes {duration(cost_s)}, {chosen_s / cost_s:.1f} times less; "
         f"the study shows no more than an error below {100 * charge[worst]:.2g} % in {worst}, with water"
     )
-
-
-def _counted(group: str, error: float) -> str:
-    return f"{group} {100 * error:.2g} %" if error > 0.0 else f"{group} none resolved"
 
 
 def predicted(config: Config, case: int, scale: str) -> str:

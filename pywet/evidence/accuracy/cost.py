@@ -74,19 +74,6 @@ def _program(load: Load) -> str:
     return "moist" if load.bridges else "prism" if load.prisms else "stock"
 
 
-def calibrate(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
-    """Measure this machine: about a minute."""
-    config, done = settings.load(config_dir), 0
-
-    def count() -> None:
-        nonlocal done
-        done += 1
-        report(done, trial.LATTICES * len(trial.SIZES))
-
-    few, many = (trial.measure(config, case, width, count) for case, width in trial.SIZES)
-    return Coefficients(few, many)
-
-
 def _path() -> Path:
     """Of this machine with this plugin and these laws."""
     sources = sorted(Path(laws.__file__).parent.glob("*.py"))
@@ -104,11 +91,18 @@ def kept() -> Coefficients | None:
 
 
 def of_this_machine(config_dir: Path, report: Callable[[int, int], None] = lambda done, of: None) -> Coefficients:
-    """The coefficients from the cache, or measured now and kept there."""
-    held = kept()
+    """The coefficients from the cache, or measured now, in about a minute, and kept there."""
+    held, done = kept(), 0
     if held is not None:
         return held
-    measured = calibrate(config_dir, report)
+
+    def count() -> None:
+        nonlocal done
+        done += 1
+        report(done, trial.LATTICES * len(trial.SIZES))
+
+    config = settings.load(config_dir)
+    measured = Coefficients(*(trial.measure(config, case, width, count) for case, width in trial.SIZES))
     date = datetime.datetime.now(datetime.UTC).isoformat()
     write_json(_path(), {**asdict(measured), "machine": machine(), "date": date})
     return measured

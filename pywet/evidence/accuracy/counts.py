@@ -111,7 +111,6 @@ def area(spec: ApparatusSpec) -> float:
 
 
 def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
-    """Contacts at each time."""
     assert scene.slide is not None and scene.vibration is not None
     spheres, opens = sum(c.count for c in scene.classes), scene.slide.opens_at_s
     least = min(amounts.collision_time(p, scene.classes) for p in scene.pairs)

@@ -6,9 +6,8 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 from pywet import config as settings
@@ -18,12 +17,14 @@ from pywet.evidence.accuracy.knobs import KNOBS, Level
 from pywet.files import atomic_write
 
 Levels = Mapping[str, Level]
-Entry = TypeVar("Entry", bound=BaseModel)
-
-
-def put(entry: Entry, value: float) -> Entry:
-    """An entry of the configuration with another value."""
-    return entry.model_copy(update={"value": value})
+PLACES = {
+    "fraction": "config.yaml: time_step fraction value",
+    "integration": "config.yaml: time_step viscous_integration",
+    "bridges_every": "config.yaml: time_step bridges_every",
+    "stiffness": "scales.yaml: scales {scale} stiffness_factor value",
+    "wire_sides": "scales.yaml: scales {scale} wire_sides value",
+}
+"""Knob -> its entry of the configuration: the file, and the path to it."""
 
 
 def law_names(level: str) -> dict[str, str | None]:
@@ -42,24 +43,33 @@ def shown(knob: str, level: Level) -> str:
     return f"{key} = {level}   ({file})"
 
 
+def entries(scale: str, levels: Levels) -> dict[str, Any]:
+    """The entries that levels set, with their values; None: none."""
+    laws = law_names(str(levels["capillary"])) if "capillary" in levels else {}
+    numbers = {PLACES[knob].format(scale=scale): level for knob, level in levels.items() if knob in PLACES}
+    return {**numbers, **{f"config.yaml: laws {key}": law for key, law in laws.items()}}
+
+
 def changed(config: Config, scale: str, levels: Levels) -> Config:
     """The configuration with these levels, in memory."""
-    now = config.settings
-    step, laws, own = now.time_step, now.laws, config.scale(scale)
-    if "fraction" in levels:
-        step = step.model_copy(update={"fraction": put(step.fraction, float(levels["fraction"]))})
-    if "integration" in levels:
-        step = step.model_copy(update={"viscous_integration": levels["integration"]})
-    if "bridges_every" in levels:
-        step = step.model_copy(update={"bridges_every": int(levels["bridges_every"])})
-    if "capillary" in levels:
-        laws = laws.model_copy(update=law_names(str(levels["capillary"])))
-    if "stiffness" in levels:
-        own = own.model_copy(update={"stiffness_factor": put(own.stiffness_factor, float(levels["stiffness"]))})
-    if "wire_sides" in levels:
-        own = own.model_copy(update={"wire_sides": put(own.wire_sides, int(levels["wire_sides"]))})
-    scales = config.scales.model_copy(update={"scales": {**config.scales.scales, scale: own}})
-    return replace(config, settings=now.model_copy(update={"time_step": step, "laws": laws}), scales=scales)
+    return with_entries(config, entries(scale, levels))
+
+
+def with_entries(config: Config, values: Mapping[str, Any]) -> Config:
+    """The configuration with other values of entries, in memory."""
+    for place, value in values.items():
+        file, _, path = place.partition(".yaml: ")
+        part = "settings" if file == "config" else file
+        config = replace(config, **{part: put(getattr(config, part), path, value)})
+    return config
+
+
+def put(part: Any, path: str, value: Any) -> Any:
+    """A part of the configuration with another value at a path."""
+    key, _, rest = path.partition(" ")
+    if isinstance(part, dict):
+        return {**part, key: put(part[key], rest, value) if rest else value}
+    return part.model_copy(update={key: put(getattr(part, key), rest, value) if rest else value})
 
 
 def new_folder(target: Path) -> None:
@@ -75,17 +85,7 @@ def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[
     target.mkdir(parents=True, exist_ok=True)
     for name in settings.FILES:
         shutil.copyfile(source / name, target / name)
-    places = {
-        "fraction": "config.yaml: time_step fraction value",
-        "integration": "config.yaml: time_step viscous_integration",
-        "bridges_every": "config.yaml: time_step bridges_every",
-        "stiffness": f"scales.yaml: scales {scale} stiffness_factor value",
-        "wire_sides": f"scales.yaml: scales {scale} wire_sides value",
-    }
-    values: dict[str, Any] = {places[knob]: level for knob, level in levels.items() if knob in places}
-    if "capillary" in levels:
-        values |= {f"config.yaml: laws {key}": law for key, law in law_names(str(levels["capillary"])).items()}
-    put_into(target, {**values, **(more or {})})
+    put_into(target, {**entries(scale, levels), **(more or {})})
 
 
 def put_into(folder: Path, values: Mapping[str, Any]) -> None:

@@ -24,6 +24,8 @@ from pywet.evidence.accuracy.sieve import SCREENING
 from pywet.evidence.compare.statistics import half_width
 
 CONFIDENCE = 0.99
+Sample = tuple[tuple[object, ...], np.ndarray, tuple[float, int] | None]
+"""Scene, knob, level, quantity and group; differences to the finest level; the pooled deviation of the scene."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,6 @@ class Quantity:
     text: str
     scenes: tuple[str, ...]
     relative: bool = False
-    absolute_error: bool = False
-    """The number is itself an error against an exact solution."""
 
 
 QUANTITIES = (
@@ -46,11 +46,9 @@ QUANTITIES = (
     Quantity("liquid_fines", "liquid shares", "on the fines, of all liquid", ("moist",)),
     Quantity("liquid_walls", "liquid shares", "on wires and walls, of all liquid", ("moist",)),
     Quantity("liquid_bridges", "liquid shares", "in bridges, of all liquid", ("moist",)),
-    Quantity(
-        "law_force", "force", "largest over the gap, of that at touch, against the exact bridge", ("laws",), False, True
-    ),
-    Quantity("law_rupture", "force", "rupture distance against the exact bridge", ("laws",), False, True),
-    Quantity("sharing_ratio", "liquid shares", "of one rupture, in the table", ("laws",), False, True),
+    Quantity("law_force", "force", "largest over the gap, of that at touch, against the exact bridge", ("laws",)),
+    Quantity("law_rupture", "force", "rupture distance against the exact bridge", ("laws",)),
+    Quantity("sharing_ratio", "liquid shares", "of one rupture, in the table", ("laws",)),
     Quantity("pull_force", "force", "two bodies drawn apart, at a gap of r/50", ("pull",), True),
     Quantity("pull_work", "force", "work of drawing apart", ("pull",), True),
     Quantity("pull_rupture", "force", "rupture distance of two bodies drawn apart", ("pull",), True),
@@ -60,7 +58,6 @@ QUANTITIES = (
     Quantity("bed_liquid", "packing", "liquid in bridges of a settling bed", ("bed",)),
 )
 GROUPS = tuple(dict.fromkeys(q.group for q in QUANTITIES))
-WET_SCENES = ("moist", "bed", "pair_wet", "pull", "laws")
 
 
 def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
@@ -72,30 +69,16 @@ def errors(runs: pd.DataFrame, size: str) -> pd.DataFrame:
     samples = [
         s for quantity in QUANTITIES for scene in quantity.scenes for s in _of_scene(done, scene, quantity, size)
     ]
-    together = sum(bool(np.any(s.differences != 0.0)) for s in samples) or 1
+    alone, together = 1.0 - CONFIDENCE, sum(bool(d.any()) for _, d, _ in samples) or 1
+    rows = [
+        (*of, float(d.mean()), *(_limit(d, spread, 1.0 - risk) for risk in (alone, alone / together)), len(d))
+        for of, d, spread in samples
+    ]
     columns = ["scene", "knob", "level", "quantity", "group", "value", "limit", "family", "seeds"]
-    return pd.DataFrame([_error(s, together) for s in samples], columns=columns)
+    return pd.DataFrame(rows, columns=columns)
 
 
-@dataclass(frozen=True)
-class _Sample:
-    """Differences of one level to the finest in one quantity, with the pooled deviation of its scene."""
-
-    scene: str
-    knob: str
-    level: knobs.Level
-    quantity: Quantity
-    differences: np.ndarray
-    spread: tuple[float, int] | None
-
-
-def _error(s: _Sample, together: int) -> tuple[object, ...]:
-    d, alone = s.differences, 1.0 - CONFIDENCE
-    limit, family = (_limit(d, s.spread, 1.0 - risk) for risk in (alone, alone / together))
-    return s.scene, s.knob, s.level, s.quantity.name, s.quantity.group, float(d.mean()), limit, family, len(d)
-
-
-def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> Iterator[_Sample]:
+def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> Iterator[Sample]:
     if quantity.name not in done:
         return
     runs = done[(done["scene"] == scene) & done[quantity.name].notna()]
@@ -114,13 +97,14 @@ def _of_scene(done: pd.DataFrame, scene: str, quantity: Quantity, size: str) -> 
             for level, values in by_level.items():
                 differences[knob, level] = _differences(values, finest, quantity)  # type: ignore[index]
     spread = _pooled(differences.values()) if scene in (*SCREENING, "bed") else None
-    yield from (_Sample(scene, knob, level, quantity, d, spread) for (knob, level), d in differences.items())
+    for (knob, level), d in differences.items():
+        yield (scene, knob, level, quantity.name, quantity.group), d, spread
 
 
 def _differences(values: pd.Series, finest: pd.Series, quantity: Quantity) -> np.ndarray:
     shared = values.index.intersection(finest.index)
     one, two = values[shared].to_numpy(float), finest[shared].to_numpy(float)
-    if quantity.absolute_error:
+    if quantity.scenes == ("laws",):  # the number is itself an error against an exact solution
         return one
     if quantity.name == "restitution" and values is not finest:
         two = np.full(len(two), two.mean())  # instants are not paired
@@ -137,14 +121,9 @@ def _pooled(differences: Iterable[np.ndarray]) -> tuple[float, int]:
 
 
 def _limit(d: np.ndarray, pooled: tuple[float, int] | None, confidence: float) -> float:
-    if not np.any(d != 0.0) or len(d) == 0:
+    if not d.any() or (pooled is None and len(d) == 1):
         return 0.0
-    if pooled is not None:
-        deviation, freedom = pooled
-    elif len(d) > 1:
-        deviation, freedom = float(d.std(ddof=1)), len(d) - 1
-    else:
-        return 0.0
+    deviation, freedom = pooled or (float(d.std(ddof=1)), len(d) - 1)
     if freedom == 0:
         return 1.0  # one seed says nothing of chance
     return half_width(deviation, len(d), freedom, confidence)

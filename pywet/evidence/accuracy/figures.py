@@ -10,18 +10,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pywet.evidence.accuracy import choice, front
+from pywet.evidence.accuracy import choice
 from pywet.evidence.accuracy.knobs import KNOBS
 from pywet.report.pictures import INK, STYLE, panels, plt
 
 KIND_COLOUR = {"moist": "#0b3c78", "dry": "#b0752c"}
-KNOB_COLOUR = dict(
-    zip(
-        KNOBS,
-        ("#0b3c78", "#d98032", "#5d8a3a", "#b3261e", "#8b5fa5", "#4a9bd4", "#7f7463", "#c2185b", "#00796b"),
-        strict=True,
-    )
-)
+KNOB_COLOUR = {"fraction": "#0b3c78", "stiffness": "#d98032", "wire_sides": "#5d8a3a", "capillary": "#b3261e"}
+"""Of the knobs whose curves are drawn beside the seeds."""
 FLOOR = 1e-4
 """Errors below this share are drawn at the foot of the picture."""
 SHORT = {"willett_simple": "simple", "young_laplace": "exact force", "semi_implicit": "semi-implicit"}
@@ -47,7 +42,7 @@ def knob_panels(table: dict[str, Any], group: str) -> Figure | None:
 
 def _kinds(table: dict[str, Any], knob: str, group: str) -> dict[str, list[dict[str, Any]]]:
     """Levels of a knob for a moist and for a dry case, where they differ at all."""
-    by_kind = {kind: front.points(table, knob, kind, group, scenes) for kind, scenes in choice.SCENES.items()}
+    by_kind = {kind: choice.points(table, knob, kind, group) for kind in choice.SCENES}
     return {kind: levels for kind, levels in by_kind.items() if any(p["value"] > 0.0 for p in levels)}
 
 
@@ -149,14 +144,14 @@ def seeds(runs: pd.DataFrame, size: str) -> Figure:
             for k, curve in enumerate(own):
                 label = f"default, {len(own)} seeds" if k == 0 else None
                 ax.plot(curve["time_s"], curve["retained"], color="#b9c4ce", lw=3.0, label=label)
-            for knob in ("fraction", "stiffness", "wire_sides", "capillary"):
+            for knob, colour in KNOB_COLOUR.items():
                 levels = KNOBS[knob].levels(size)
                 for level, style in ((levels[0], "--"), (levels[-1], "-")):
                     curves = done.loc[(done["knob"] == knob) & (done["level"] == level), "curve"].tolist()
                     if curves:
                         mean = np.mean([curve["retained"] for curve in curves], axis=0)
                         text = f"{KNOBS[knob].title} {SHORT.get(str(level), level)}"
-                        ax.plot(curves[0]["time_s"], mean, style, color=KNOB_COLOUR[knob], lw=1.2, label=text)
+                        ax.plot(curves[0]["time_s"], mean, style, color=colour, lw=1.2, label=text)
             ax.set(title=f"{scene}: the seeds beside the settings", xlabel="time since the slide opened [s]")
             ax.set_xlim(left=0.0)
             if ax.get_legend_handles_labels()[0]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 from pywet.errors import PywetError
 
@@ -30,11 +29,6 @@ class Setting:
     bridges_every: int = 1
     """Steps from one evaluation of the bridges to the next."""
 
-    def but(self, knob: str, level: Level) -> Setting:
-        """The same with one knob turned."""
-        turned: dict[str, Any] = {knob: level}
-        return replace(self, **turned)
-
 
 @dataclass(frozen=True)
 class Knob:
@@ -44,14 +38,15 @@ class Knob:
     title: str
     place: str
     quick: tuple[Level, ...]
-    standard: tuple[Level, ...]
-    reduced: tuple[Level, ...]
+    standard: tuple[Level, ...] = ()
+    reduced: tuple[Level, ...] = ()
+    """As `quick` where there are none."""
     exact_twin: bool = False
     """Whether all levels ought to give the same result, so that it is their price alone that matters."""
 
     def levels(self, size: str) -> tuple[Level, ...]:
         """Levels of a study of this size; `whole` has those of `standard`, `reduced_whole` those of `reduced`."""
-        return tuple(getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)))
+        return getattr(self, {"whole": "standard", "reduced_whole": "reduced"}.get(size, size)) or self.quick
 
 
 KNOBS: dict[str, Knob] = {
@@ -90,15 +85,12 @@ KNOBS: dict[str, Knob] = {
             "contact_log", "contact log", "config.yaml: output", ("0x20", "2x20", "20x50"), ("0x20", "2x20", "50x100"),
             ("2x20", "50x100"), exact_twin=True,
         ),
-        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), (2, 1), (2, 1), exact_twin=True),
+        Knob("ranks", "ranks", "config.yaml: ranks", (2, 1), exact_twin=True),
         Knob(
             "integration", "viscous integration", "config.yaml: time_step.viscous_integration",
-            ("semi_implicit", "explicit"), ("semi_implicit", "explicit"), ("semi_implicit", "explicit"),
+            ("semi_implicit", "explicit"),
         ),
-        Knob(
-            "bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1), (4, 2, 1),
-            (4, 2, 1),
-        ),
+        Knob("bridges_every", "steps between impulses", "config.yaml: time_step.bridges_every", (4, 2, 1)),
     )
 }  # fmt: skip
 """Name of a field of `Setting` -> its knob."""
@@ -122,7 +114,6 @@ def default(size: str) -> Setting:
 
 
 def reference(knob: str, size: str) -> Level:
-    """The level that the others of a knob are measured against."""
     return KNOBS[knob].levels(size)[-1]
 
 

@@ -22,10 +22,10 @@ from pywet import config as settings
 from pywet.config import Config
 from pywet.evidence import study
 from pywet.evidence.accuracy import measure, sieve
-from pywet.evidence.accuracy.edit import put
+from pywet.evidence.accuracy.edit import put, with_entries
 from pywet.evidence.accuracy.knobs import Setting
 from pywet.evidence.accuracy.sieve import SCREENING
-from pywet.files import read_json, write_json
+from pywet.files import read_json
 
 STORED = Path(__file__).with_name("scatter.json")
 QUANTITIES = ("retained_mean", "retained_end")
@@ -67,16 +67,12 @@ def scattered(config: Config, name: str, sign: int) -> Config:
                  for n, c in config.cases.items()}  # fmt: skip
         return replace(config, cases=moved)
     if name == "tension":
-        entry = data.liquid.surface_tension_N_per_m
-        liquid = data.liquid.model_copy(
-            update={"surface_tension_N_per_m": put(entry, entry.value * (1.0 + sign * own.between))}
-        )
-        return replace(config, materials=data.model_copy(update={"liquid": liquid}))
+        value = data.liquid.surface_tension_N_per_m.value * (1.0 + sign * own.between)
+        return with_entries(config, {"materials.yaml: liquid surface_tension_N_per_m value": value})
     contacts = []
     for contact in data.contacts:
         share = own.between if contact.partner == contact.sphere else own.at_walls
-        entry = getattr(contact, name)
-        contacts.append(contact.model_copy(update={name: put(entry, entry.value * (1.0 + sign * share))}))
+        contacts.append(put(contact, f"{name} value", getattr(contact, name).value * (1.0 + sign * share)))
     return replace(config, materials=data.model_copy(update={"contacts": type(data.contacts)(contacts)}))
 
 
@@ -100,7 +96,7 @@ class ScatterStudy(study.Study):
         return [self._run(scene, int(seed), name, level) for name, level in turned]
 
     def _run(self, scene: str, seed: int, name: str, level: int) -> study.Run:
-        setting = Setting().but(name, level) if name == "bridges_every" else Setting()
+        setting = Setting(bridges_every=level) if name == "bridges_every" else Setting()
         vary: Callable[[Config], Config] = (
             partial(scattered, name=name, sign=level) if name in INPUTS else lambda same: same
         )
@@ -111,9 +107,8 @@ class ScatterStudy(study.Study):
         return study.Run(f"{scene}-{seed}-{name}{level:+d}", given, make, labels)
 
     def show(self) -> Path:
-        """Store the rows."""
         rows = self.gather()[["scene", "seed", "input", "level", *QUANTITIES]]
-        write_json(STORED, rows.round(6).to_dict("records"))
+        study.write_rows(STORED, rows.round(6).to_dict("records"))
         return STORED
 
 
@@ -140,7 +135,6 @@ def effects(rows: pd.DataFrame, table: dict[str, Any]) -> pd.DataFrame:
 
 
 def stored() -> pd.DataFrame:
-    """The rows that are kept."""
     rows: list[dict[str, Any]] = read_json(STORED, "make it with `python -m pywet.evidence.accuracy.scatter`")
     return pd.DataFrame(rows)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.evidence.accuracy.edit import changed, put
+from pywet.evidence.accuracy.edit import entries, with_entries
 from pywet.evidence.accuracy.knobs import CONFIGURABLE, Setting, log_windows
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
@@ -58,7 +58,6 @@ scale's sieve and springs for the first second of screening; `reduced_whole`: as
 
 
 def size_named(name: str) -> Size:
-    """A size by name."""
     if name not in SIZES:
         raise PywetError(f"size {name} of the accuracy study given, expected one of {', '.join(SIZES)}")
     return SIZES[name]
@@ -68,16 +67,11 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     """The configuration with another setting and seed, and a scale named SCALE of the study's size."""
     windows, steps = log_windows(setting.contact_log)
     log = {"contact_windows": windows, "contact_window_steps": steps, "checkpoints": 0}
-    output = config.settings.output.model_copy(update=log)
-    scale = config.scale(size.scale)
     given = {"width_mm": size.width_mm, "duration_s": size.duration_s, "slide_opens_at_s": size.opens_s}
-    update = {name: put(getattr(scale, name), value) for name, value in given.items() if value is not None}
-    scales = config.scales.model_copy(
-        update={"scales": {**config.scales.scales, SCALE: scale.model_copy(update=update)}}
-    )
-    settled = config.settings.model_copy(update={"seed": seed, "output": output})
-    levels = {knob: getattr(setting, knob) for knob in CONFIGURABLE}
-    return changed(replace(config, settings=settled, scales=scales), SCALE, levels)
+    values = {"config.yaml: seed": seed, f"scales.yaml: scales {SCALE}": config.scale(size.scale)}
+    values |= {f"config.yaml: output {name}": value for name, value in log.items()}
+    values |= {f"scales.yaml: scales {SCALE} {name} value": v for name, v in given.items() if v is not None}
+    return with_entries(config, {**values, **entries(SCALE, {knob: getattr(setting, knob) for knob in CONFIGURABLE})})
 
 
 def prepare(
@@ -91,14 +85,6 @@ def prepare(
     return scene
 
 
-def last_common(scene: Scene, opens_s: float) -> float:
-    """Time since the opening [s] that every setting has an output at or after.
-
-    Steps differ between settings, so that the last output of one run may be an interval before another's; all are looked at here.
-    """
-    return scene.steps * scene.time_step_s - opens_s - scene.output.interval_s
-
-
 def quantities(folder: Path) -> dict[str, Any]:
     """What one wants to know of a run: fraction retained (of the feed), where the liquid is at the end (of the liquid).
 
@@ -109,7 +95,8 @@ def quantities(folder: Path) -> dict[str, Any]:
     retained, liquid = made.retained, made.liquid
     since, curve = (retained[name].to_numpy() for name in ("time_since_opening_s", "fraction_retained"))
     opens = -float(since[0])
-    end = last_common(run.scene, opens)
+    # steps differ between settings, so that one run's last output may be an interval before another's: all have one here
+    end = run.scene.steps * run.scene.time_step_s - opens - run.scene.output.interval_s
     measured: dict[str, Any] = of_curve(since, curve, end)
     if run.moist:
         late = {name: float(np.interp(end + opens, liquid["time_s"], liquid[name])) for name in LIQUID}

@@ -6,7 +6,9 @@ meets all of them.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+import datetime
+import json
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -16,10 +18,11 @@ import pandas as pd
 from pywet import config as settings
 from pywet.errors import PywetError
 from pywet.evidence import study
-from pywet.evidence.accuracy import choice, command, cost, knobs, measure, result, sieve
+from pywet.evidence.accuracy import choice, command, cost, errors, knobs, measure, sieve
 from pywet.evidence.accuracy.knobs import KNOBS_OF, Level, Setting
 from pywet.evidence.accuracy.sieve import SCREENING, SEEDS
-from pywet.files import write_json
+from pywet.files import read_json, write_json
+from pywet.runs.summary import versions
 
 ONCE = ("pair_dry", "pair_wet", "pull", "laws")
 """Scenes without chance: one round."""
@@ -72,10 +75,9 @@ class AccuracyStudy(study.Study):
             {"scene": scene, "seed": seed, "knob": knob, "level": level},
         )
 
-    def setting(self, knob: str, level: Level | None) -> Setting:
-        """The default with one knob turned."""
-        base = knobs.default(self.size)
-        return base if level is None else base.but(knob, level)
+    def setting(self, knob: str, level: Any) -> Setting:
+        """The default with one knob turned; `default` and `again` turn none."""
+        return replace(knobs.default(self.size), **({knob: level} if knob in knobs.KNOBS else {}))
 
     @cached_property
     def configuration(self) -> list[dict[str, Any]]:
@@ -90,14 +92,14 @@ class AccuracyStudy(study.Study):
             raise PywetError(
                 f"no runs of size {self.size} in {self.folder}; expected some: run `pywet study accuracy --size {self.size}`"
             )
-        return result.table(runs, self.size)
+        return tabled(runs, self.size)
 
     def show(self) -> Path:
         """table.json in the folder, and the page."""
         from pywet.evidence.accuracy import page
 
         table = self.table()
-        write_json(self.folder / "table.json", result.rounded(table))
+        write_json(self.folder / "table.json", rounded(table))
         others = [held for held in choice.stored()["scales"].values() if held["provenance"]["size"] != self.size]
         return page.write_page(self.page, table, self.gather(), self.size, others, self.times(command.habit(table)))
 
@@ -112,7 +114,7 @@ class AccuracyStudy(study.Study):
 
     def predict(self, run: Any, machine: cost.Coefficients, habit: cost.Habit) -> float:
         """Processor time of a screening run [s], by its labels."""
-        setting = self.setting(run["knob"] if run["knob"] in knobs.KNOBS else "default", run["level"])
+        setting = self.setting(run["knob"], run["level"])
         made = sieve.with_setting(settings.load(self.config_dir), setting, sieve.SIZES[self.size], run["seed"])
         return cost.predict(made, sieve.CASE[run["scene"]], sieve.SCALE, machine, habit)[0]
 
@@ -130,3 +132,86 @@ class AccuracyStudy(study.Study):
             except PywetError:
                 continue  # refused in no time
         return total
+
+
+def tabled(runs: pd.DataFrame, size: str) -> dict[str, Any]:
+    """The result as one small table: prices and errors by knob and level, with where they come from."""
+    found, prices = errors.errors(runs, size), errors.prices(runs, size)
+    failed = runs[runs["failed"].notna()]
+    failed = failed.assign(said=failed["scene"] + ": " + failed["failed"].astype(str))
+    said = ["scene", "quantity", "group", "value", "limit", "family", "seeds"]
+    rows = {
+        name: [
+            {
+                "level": level,
+                "price": _of(prices, name, level).set_index("scene")[["ratio", "low", "high"]].to_dict("index"),
+                "errors": _of(found, name, level)[said].to_dict("records"),
+                "failed": sorted(_of(failed, name, level)["said"].unique()),
+            }
+            for level in knob.levels(size)
+        ]
+        for name, knob in knobs.KNOBS.items()
+    }
+    return {
+        "provenance": provenance(runs, size),
+        "default": asdict(knobs.default(size)),
+        "knobs": rows,
+        "habit": {"exact_start": exact_start(runs)},
+        "spread_over_seeds": spread(runs),
+    }
+
+
+def _of(table: pd.DataFrame, knob: str, level: knobs.Level) -> pd.DataFrame:
+    return table[(table["knob"] == knob) & (table["level"] == level)]
+
+
+def exact_start(runs: pd.DataFrame) -> float:
+    """Start of a moist run with the exact bridge's laws over that of the default, in the same rounds."""
+    moist = runs[(runs["scene"] == "moist") & runs["failed"].isna()].set_index("seed")
+    start = moist["cpu_s"] - moist["loop_cpu_s"]
+    ratios = start[(moist["knob"] == "capillary") & (moist["level"] == "exact")] / start[moist["knob"] == "default"]
+    return float(ratios.median()) if ratios.notna().any() else 1.0
+
+
+def provenance(runs: pd.DataFrame, size: str) -> dict[str, Any]:
+    """How the table was made."""
+    shape, of_run = sieve.SIZES[size], runs.drop_duplicates("run")
+    cpu, wall = (float(of_run[clock].sum()) for clock in ("cpu_s", "wall_s"))
+    return {
+        "made_by": f"pywet study accuracy --size {size} --store",
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        "size": size,
+        "scale": shape.scale,
+        "seeds": shape.seeds,
+        "dry_seeds": shape.dry_seeds or shape.seeds,
+        "runs": len(of_run),
+        "processor_time_s": round(cpu, 1),
+        "wall_over_processor_time": round(wall / max(cpu, 1e-9), 2),
+        "machine": measure.machine(),
+        "versions": versions(),
+    }
+
+
+def spread(runs: pd.DataFrame) -> dict[str, dict[str, list[float]]]:
+    """Scene -> quantity -> values of the default over the seeds."""
+    default = runs[(runs["knob"] == "default") & runs["failed"].isna()]
+    names = [q.name for q in errors.QUANTITIES if q.name in default and q.name != "restitution"]
+    values = {scene: of[names].dropna(axis="columns") for scene, of in default.groupby("scene", sort=False)}
+    return {str(scene): of.to_dict("list") for scene, of in values.items() if len(of.columns)}  # type: ignore[misc]
+
+
+def store(result: dict[str, Any], path: Path = choice.STORED) -> Path:
+    """Put a study's table into the stored one, in the place of its scale."""
+    try:
+        whole = read_json(path, shape=dict[str, dict[str, Any]])
+    except PywetError:  # none yet
+        whole = {"scales": {}}
+    whole["scales"][result["provenance"]["scale"]] = rounded(result)
+    study.write_rows(path, whole)
+    choice.stored.cache_clear()
+    return path
+
+
+def rounded(value: Any) -> Any:
+    """The same with numbers of five digits."""
+    return json.loads(json.dumps(value), parse_float=lambda digits: float(f"{float(digits):.5g}"))

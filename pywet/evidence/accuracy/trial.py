@@ -121,7 +121,7 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
     anew = {kind: of(replace(which, lists=True)) for kind, which in on_wires.items()}
     loose, pressed = of(Lattice(case)), of(Lattice(case, pressed=True))
     mesh = of(Lattice(case, prisms=False))
-    lists = {kind: max(0.0, EVERY * (anew[kind].step - near[kind].step)) for kind in on_wires}
+    lists = {f"list_{kind}": max(0.0, EVERY * (anew[kind].step - near[kind].step)) for kind in on_wires}
     return Costs(
         spheres=loose.spheres,
         step=loose.step,
@@ -132,12 +132,8 @@ def measure(config: Config, case: int, width_mm: float, report: Callable[[], Non
         mesh=max(0.0, near["stock"].step - mesh.step) / near["stock"].near,
         prism=max(0.0, near["prism"].step - loose.step) / near["prism"].near,
         bridge=max(0.0, near["moist"].step - near["prism"].step) / max(1.0, near["moist"].bridges),
-        list_stock=lists["stock"],
-        list_prism=lists["prism"],
-        list_moist=lists["moist"],
-        start_stock=near["stock"].start,
-        start_prism=near["prism"].start,
-        start_moist=near["moist"].start,
+        **lists,
+        **{f"start_{kind}": of_kind.start for kind, of_kind in near.items()},
     )
 
 

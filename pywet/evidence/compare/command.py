@@ -16,8 +16,6 @@ from pywet.files import write_json
 
 SHORT = {"differs beyond the spread": "beyond", "within the spread": "within", "within round-off": "round-off"}
 SAME, DIFFERENT, NOT_COMPARABLE = 0, 1, 2
-ROUND_OFF = 1e-6
-"""Relative tolerance of a digest's numbers besides the spread of its seeds."""
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
@@ -114,7 +112,7 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
             )
         paths = [run for folder in folders for run in verdict.runs_in(folder)]
         said = f"pywet digest {' '.join(map(str, folders))}"
-        stored = digest.of_runs(out_file.stem, said, paths, ROUND_OFF)
+        stored = digest.of_runs(out_file.stem, said, paths)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE

@@ -26,6 +26,8 @@ from pywet.scene import Scene
 
 TIMES = 5
 """Places of a curve that are stored, evenly spaced, the start left out."""
+TOLERANCE = 1e-6
+"""Of a digest's numbers, over their scale, besides the spread of the seeds."""
 ALARM = 0.01
 """Probability that an unchanged program raises the alarm, over all numbers of a digest together."""
 
@@ -69,7 +71,6 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        """Within what is allowed."""
         return abs(self.value - self.mean) <= self.allowed
 
 
@@ -88,12 +89,11 @@ def numbers_of(run: RunData) -> dict[str, tuple[float, float, str]]:
 
 def numbers_in(run_dir: Path) -> dict[str, tuple[float, float, str]]:
     """Numbers of a run directory, those of scene_result.json included where `pywet scene` has left one."""
-    held, result = numbers_of(read_run(run_dir)), Path(run_dir) / RESULT
-    told = read_if_there(result, shape=dict[str, Any]) or {}
-    numbers = {
-        f"result {k}": (float(v), abs(float(v)) or 1.0, _unit(k)) for k, v in told.items() if isinstance(v, int | float)
-    }
-    return {**held, **numbers}
+    numbers = numbers_of(read_run(run_dir))
+    for name, value in (read_if_there(Path(run_dir) / RESULT, shape=dict[str, Any]) or {}).items():
+        if isinstance(value, int | float):
+            numbers[f"result {name}"] = (float(value), abs(float(value)) or 1.0, _unit(name))
+    return numbers
 
 
 def _unit(key: str) -> str:
@@ -109,11 +109,7 @@ UNITS = {"_m_per_s": "m/s", "_N": "N", "_J": "J", "_m": "m", "_s": "s", "_deg": 
 
 
 def make(
-    name: str,
-    command: str,
-    runs: Sequence[dict[str, tuple[float, float, str]]],
-    tolerance: float,
-    scene: dict[str, Any] | None = None,
+    name: str, command: str, runs: Sequence[dict[str, tuple[float, float, str]]], scene: dict[str, Any] | None = None
 ) -> Digest:
     """Digest of the numbers of several runs of one scene."""
     numbers = {}
@@ -122,10 +118,10 @@ def make(
         spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
         mean, spread, scale = (float(f"{v:.10g}") for v in (values.mean(), spread, scale))
         numbers[key] = Number(mean, spread, scale, unit)
-    return Digest(name, command, date.today().isoformat(), len(runs), tolerance, provenance(), numbers, scene)
+    return Digest(name, command, date.today().isoformat(), len(runs), TOLERANCE, provenance(), numbers, scene)
 
 
-def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) -> Digest:
+def of_runs(name: str, command: str, paths: Sequence[Path]) -> Digest:
     """Digest of finished runs of one scene; refused when one fails a check of its own, the replay above all."""
     runs = [read_run(p) for p in paths]
     for run in runs:
@@ -137,11 +133,10 @@ def of_runs(name: str, command: str, paths: Sequence[Path], tolerance: float) ->
                 )
         if run.scene.effects.bridges and "replay" not in run.checks:
             raise PywetError(f"{run.path} was not replayed; expected replay.json: call `pywet replay {run.path}` first")
-    return make(name, command, [numbers_in(p) for p in paths], tolerance, facts(runs[0].scene))
+    return make(name, command, [numbers_in(p) for p in paths], facts(runs[0].scene))
 
 
 def _same_scene(wanted: dict[str, Any], scene: Scene, who: str) -> None:
-    """Refuse runs of different scenes."""
     differs = unlike(wanted, scene)
     if differs:
         raise PywetError(f"{who} differ in {', '.join(differs)}; expected runs of one scene")
@@ -156,13 +151,11 @@ def provenance() -> dict[str, str]:
 
 
 def save(digest: Digest, path: Path) -> Path:
-    """Write it; the path."""
     write_json(path, asdict(digest))
     return path
 
 
 def load(path: Path) -> Digest:
-    """Read one."""
     if not Path(path).exists():
         raise PywetError(f"there is no digest {path}; expected one that `pywet digest` wrote")
     return read_model(path, Digest, "make it again with `pywet digest`")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +54,9 @@ class RunData:
     path: Path
     scene: Scene
     quantities: dict[str, Quantity]
-    checks: dict[str, tuple[bool, float]] = field(default_factory=dict)
+    checks: dict[str, tuple[bool, float]]
     """Name -> (passed, value); not a matter of statistics."""
-    held: dict[str, Any] = field(default_factory=dict)
+    held: dict[str, Any]
     """What the run holds, all that its scene planned: steps, outputs, windows, rows of each table."""
 
     def fingerprint(self) -> dict[str, str]:
@@ -92,7 +92,6 @@ def unlike(wanted: dict[str, Any], scene: Scene) -> list[str]:
 
 
 def read_run(run_dir: Path) -> RunData:
-    """Read a finished run."""
     run = RunDir(Path(run_dir))
     scene, held = run.scene, _whole(run)
     quantities = [*_retained(run), *_liquid(run), *_counts(run), *_energies(run), *_bed(run)]
@@ -117,12 +116,12 @@ def _whole(run: RunDir) -> dict[str, Any]:
     return held
 
 
+def _curve(name: str, unit: str, times: Any, values: Any, scale: float) -> Quantity:
+    return Quantity(name, unit, np.asarray(values, float), np.asarray(times, float), max(abs(scale), 1e-300))
+
+
 def _number(name: str, unit: str, value: float, scale: float) -> Quantity:
-    return Quantity(name, unit, np.array([float(value)]), np.array([]), max(abs(scale), 1e-300))
-
-
-def _curve(name: str, unit: str, table: pd.DataFrame, column: str, time: str, scale: float) -> Quantity:
-    return Quantity(name, unit, table[column].to_numpy(float), table[time].to_numpy(float), max(abs(scale), 1e-300))
+    return _curve(name, unit, [], [value], scale)
 
 
 def _retained(run: RunDir) -> Iterator[Quantity]:
@@ -132,7 +131,7 @@ def _retained(run: RunDir) -> Iterator[Quantity]:
         return
     for column in table.columns:
         if column.startswith("fraction_retained"):
-            yield _curve(column.replace("_", " "), "1", table, column, "time_s", 1.0)
+            yield _curve(column.replace("_", " "), "1", table["time_s"], table[column], 1.0)
 
 
 def _liquid(run: RunDir) -> Iterator[Quantity]:
@@ -143,12 +142,11 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
     if table is not None:
         for column in table.columns:
             if column.endswith("_m3") and column not in ("initial_m3", "total_m3"):
-                share = pd.DataFrame({"t": table["time_s"], "v": table[column] / table["initial_m3"]})
-                yield _curve(f"liquid {column.removesuffix('_m3').replace('_', ' ')}", "of all", share, "v", "t", 1.0)
+                name = column.removesuffix("_m3").replace("_", " ")
+                yield _curve(f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"], 1.0)
     elif ledger is not None:
         for column in ("films", "bridges", "walls"):
-            share = pd.DataFrame({"t": ledger["time"], "v": ledger[column] / ledger["initial"]})
-            yield _curve(f"liquid {column}", "of all", share, "v", "t", 1.0)
+            yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / ledger["initial"], 1.0)
 
 
 def _counts(run: RunDir) -> Iterator[Quantity]:
@@ -159,7 +157,8 @@ def _counts(run: RunDir) -> Iterator[Quantity]:
     end = ledger.sort_values("step").iloc[-1]
     for name in ("formations", "ruptures"):
         yield _number(name, "events", end[name], max(float(end["formations"]), 1.0))
-    yield _curve("standing bridges", "bridges", ledger, "bridge_count", "time", max(ledger["bridge_count"].max(), 1.0))
+    count = ledger["bridge_count"]
+    yield _curve("standing bridges", "bridges", ledger["time"], count, max(count.max(), 1.0))
 
 
 def _energies(run: RunDir) -> Iterator[Quantity]:

@@ -30,11 +30,10 @@ SHORTEST_S = 0.9
 
 @dataclass(frozen=True)
 class Reference:
-    """A scene: how a seed of it is run, over which seeds its digest is made, which relative tolerance its numbers have."""
+    """A scene: how a seed of it is run, over which seeds its digest is made."""
 
     command: str
     seeds: tuple[int, ...]
-    tolerance: float
     run: Callable[[int, Path], Numbers]
 
 
@@ -95,19 +94,18 @@ def spheres(seed: int, folder: Path) -> Numbers:
 
 
 SCENES: dict[str, Reference] = {
-    "pull": Reference("pywet scene pull --seconds 0.02", (1,), 1e-6, _scene("pull", seconds=0.02)),
-    "collision": Reference("pywet scene collision --moisture 0.2", (1,), 1e-6, _scene("collision", moisture_percent=0.2)),
-    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)), 1e-6,
+    "pull": Reference("pywet scene pull --seconds 0.02", (1,), _scene("pull", seconds=0.02)),
+    "collision": Reference("pywet scene collision --moisture 0.2", (1,), _scene("collision", moisture_percent=0.2)),
+    "bed": Reference("pywet scene bed --spheres 40 --seconds 0.12 --seed N", tuple(range(1, 11)),
                      _scene("bed", spheres=40, seconds=0.12)),
-    "screening": Reference("case 2, smoke scale, 16 spheres, 0.9 s", tuple(range(1, 9)), 1e-6, screening),
-    "wall": Reference("pywet collide wall (glass 1.74 mm, 100 µm of water, 1 m/s, 30°)", (1,), 1e-6, wall),
-    "spheres": Reference("pywet collide spheres (three equal, St 6, 30°)", (1,), 1e-6, spheres),
+    "screening": Reference("case 2, smoke scale, 16 spheres, 0.9 s", tuple(range(1, 9)), screening),
+    "wall": Reference("pywet collide wall (glass 1.74 mm, 100 µm of water, 1 m/s, 30°)", (1,), wall),
+    "spheres": Reference("pywet collide spheres (three equal, St 6, 30°)", (1,), spheres),
 }  # fmt: skip
 """Name of a digest -> its scene. A seed means nothing to a scene of one seed: it is deterministic."""
 
 
 def made(name: str) -> Digest:
-    """Run all seeds of a scene; its digest."""
     if name not in SCENES:
         raise PywetError(f"there is no reference scene {name}; expected one of {', '.join(SCENES)}")
     one, runs = SCENES[name], []
@@ -116,9 +114,8 @@ def made(name: str) -> Digest:
             runs.append(one.run(seed, Path(folder)))
             told = Path(folder) / "scene.json"
             scene = facts(Scene.read(told)) if told.exists() else None
-    return digest.make(name, one.command, runs, one.tolerance, scene)
+    return digest.make(name, one.command, runs, scene)
 
 
 def renew(name: str, folder: Path = STORE) -> Path:
-    """Make a digest anew and store it."""
     return digest.save(made(name), folder / f"{name}.json")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice
+from itertools import combinations
 from math import comb, sqrt
 
 import numpy as np
@@ -52,8 +52,8 @@ def half_width(deviation: float, count: int, freedom: int, confidence: float) ->
     return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom)) * deviation / sqrt(count)
 
 
-def pooled_t(a: Floats, b: Floats, floor: float = ROUND_OFF) -> Floats:
-    """(mean a − mean b) over the pooled standard error, `floor` added in squares; a single run adds no variance.
+def pooled_t(a: Floats, b: Floats) -> Floats:
+    """(mean a − mean b) over the pooled standard error, ROUND_OFF added in squares; a single run adds no variance.
 
     >>> pooled_t(np.array([[1.0], [3.0]]), np.array([[4.0], [6.0]])).round(3).tolist()
     [-2.121]
@@ -61,51 +61,49 @@ def pooled_t(a: Floats, b: Floats, floor: float = ROUND_OFF) -> Floats:
     n, m = len(a), len(b)
     squares = ((a - a.mean(0)) ** 2).sum(0) + ((b - b.mean(0)) ** 2).sum(0)
     variance = squares / max(n + m - 2, 1) * (1.0 / n + 1.0 / m)
-    return np.asarray((a.mean(0) - b.mean(0)) / np.sqrt(variance + floor**2))
+    return np.asarray((a.mean(0) - b.mean(0)) / np.sqrt(variance + ROUND_OFF**2))
 
 
-def arrangements(n: int, m: int, seed: int = 1, most: int = PERMUTATIONS) -> list[NDArray[np.int64]]:
-    """Index sets that become group a: all of them, the real one first, or `most` random ones where there are more."""
+def arrangements(n: int, m: int) -> list[NDArray[np.int64]]:
+    """Index sets that become group a: all of them, the real one first, or PERMUTATIONS random ones where there are more."""
     total = comb(n + m, n)
-    if total <= most:
-        return [np.array(c) for c in islice(combinations(range(n + m), n), total)]
-    random = np.random.default_rng(seed)
-    return [np.arange(n), *(random.permutation(n + m)[:n] for _ in range(most))]
+    if total <= PERMUTATIONS:
+        return [np.array(c) for c in combinations(range(n + m), n)]
+    random = np.random.default_rng(1)
+    return [np.arange(n), *(random.permutation(n + m)[:n] for _ in range(PERMUTATIONS))]
 
 
-def can_permute(n: int, m: int, level: float = LEVEL) -> bool:
+def can_permute(n: int, m: int) -> bool:
     """Whether a permutation test of these groups can reach the level at all; equal groups count each split twice.
 
     >>> can_permute(3, 3), can_permute(4, 4), can_permute(5, 5)
     (False, True, True)
     """
-    return (2.0 if n == m else 1.0) / comb(n + m, n) <= level
+    return (2.0 if n == m else 1.0) / comb(n + m, n) <= LEVEL
 
 
-def permutation(
-    samples: Sequence[Sample], floor: float = ROUND_OFF, seed: int = 1, most: int = PERMUTATIONS
-) -> list[Finding]:
+def permutation(samples: Sequence[Sample]) -> list[Finding]:
     """p of each quantity: share of arrangements whose largest |t| over all quantities and times is at least its own."""
     n, m = len(samples[0].a), len(samples[0].b)
     joined = np.concatenate([np.concatenate([s.a, s.b]) for s in samples], axis=1)
-    largest = _largest(joined - joined.mean(0), arrangements(n, m, seed, most), n, m, floor)
+    largest = _largest(joined - joined.mean(0), arrangements(n, m), n, m)
     findings = []
     for s in samples:
-        t = np.abs(pooled_t(s.a, s.b, floor))
+        t = np.abs(pooled_t(s.a, s.b))
         at = int(t.argmax())
         p = float(np.mean(largest >= t[at] * (1.0 - 1e-6)))
         findings.append(Finding(float(t[at]), at, p))
     return findings
 
 
-def _largest(centred: Floats, chosen: list[NDArray[np.int64]], n: int, m: int, floor: float) -> Floats:
+def _largest(centred: Floats, chosen: list[NDArray[np.int64]], n: int, m: int) -> Floats:
     """Largest |t| over all columns for each arrangement, all at once; `pooled_t` of centred columns."""
     first = np.zeros((len(chosen), n + m))
     np.put_along_axis(first, np.array(chosen), 1.0, axis=1)
     a, b = first @ centred / n, (1.0 - first) @ centred / m
     squares = np.maximum((centred**2).sum(0) - n * a**2 - m * b**2, 0.0)
     variance = squares / (n + m - 2) * (1.0 / n + 1.0 / m)
-    return np.asarray(np.abs((a - b) / np.sqrt(variance + floor**2)).max(axis=1))
+    return np.asarray(np.abs((a - b) / np.sqrt(variance + ROUND_OFF**2)).max(axis=1))
 
 
 def student(samples: Sequence[Sample]) -> list[Finding]:
@@ -144,10 +142,10 @@ def holm(findings: Sequence[Finding]) -> list[Finding]:
     return adjusted
 
 
-def test(samples: Sequence[Sample], level: float = LEVEL) -> tuple[str, list[Finding]]:
+def test(samples: Sequence[Sample]) -> tuple[str, list[Finding]]:
     """Name of the method that these group sizes allow, and the finding of each quantity."""
     n, m = len(samples[0].a), len(samples[0].b)
-    if can_permute(n, m, level):
+    if can_permute(n, m):
         ways = comb(n + m, n)
         how = f"all {ways}" if ways <= PERMUTATIONS else f"{PERMUTATIONS} random"
         method = f"permutation test on the largest |t| over all quantities and times, {how} arrangements"

@@ -70,7 +70,7 @@ def runs_in(folder: Path) -> list[Path]:
     return run_dirs
 
 
-def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: float = LEVEL) -> Comparison:
+def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False) -> Comparison:
     """Compare two runs (one path each) or two groups; `NotComparable` unless `force` when they simulate different things."""
     groups = [[read_run(p) for p in paths] for paths in (a, b)]
     if not force:
@@ -85,8 +85,8 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, level: fl
         method, rows, verdict = _single(groups[0][0], groups[1][0], names)
         used = None
     else:
-        method, rows, verdict = _groups(groups, names, level)
-        used = level
+        method, rows, verdict = _groups(groups, names)
+        used = LEVEL
     if broken:
         verdict += f"; {broken}"
     different = any(r.different for r in rows) or bool(broken)
@@ -181,19 +181,16 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
     return "one run each: equal digit by digit, within round-off, or not", rows, verdict
 
 
-def _groups(groups: list[list[RunData]], names: list[str], level: float) -> tuple[str, list[Row], str]:
+def _groups(groups: list[list[RunData]], names: list[str]) -> tuple[str, list[Row], str]:
     """Several seeds: tests over all quantities at once."""
-    first = groups[0][0]
-    kept, samples, times = [], [], []
-    for name in names:
-        at = _times(groups, name)
-        scale = first.quantities[name].scale
-        a, b = (np.array([r.quantities[name].at(at) / scale for r in g]) for g in groups)
-        kept.append(first.quantities[name])
-        samples.append(Sample(a, b))
-        times.append(at)
-    method, findings = statistics.test(samples, level)
-    rows = [_row(q, s, t, f, level) for q, s, t, f in zip(kept, samples, times, findings, strict=True)]
+    first, times = groups[0][0].quantities, [_times(groups, name) for name in names]
+    samples = [
+        Sample(*(np.array([r.quantities[name].at(at) / first[name].scale for r in g]) for g in groups))
+        for name, at in zip(names, times, strict=True)
+    ]
+    method, findings = statistics.test(samples)
+    told = zip(names, samples, times, findings, strict=True)
+    rows = [_row(first[name], s, at, finding) for name, s, at, finding in told]
     called = [r for r in rows if r.different]
     n, m = len(groups[0]), len(groups[1])
     if called:
@@ -207,12 +204,12 @@ def _groups(groups: list[list[RunData]], names: list[str], level: float) -> tupl
     return method, rows, verdict
 
 
-def _row(q: Quantity, s: Sample, times: Floats, finding: statistics.Finding, level: float) -> Row:
+def _row(q: Quantity, s: Sample, times: Floats, finding: statistics.Finding) -> Row:
     k = finding.at
     a, b = float(s.a[:, k].mean()), float(s.b[:, k].mean())
     squares = ((s.a[:, k] - a) ** 2).sum() + ((s.b[:, k] - b) ** 2).sum()
     spread = float(np.sqrt(squares / max(len(s.a) + len(s.b) - 2, 1)))
-    different = finding.p <= level
+    different = finding.p <= LEVEL
     return Row(
         q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, float(times[k]) if len(times) else None,
         finding.t, finding.p, "differs beyond the spread" if different else "within the spread", different,

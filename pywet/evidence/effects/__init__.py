@@ -1,5 +1,5 @@
 """Which effects may be left out? The choice of `pywet.plan` is put to the test: against everything on and each effect off.
 
 `setup.py` and `scenes.py` are the scenes, `variants.py` does one run, `study.py` all of them; `measures.py` says what is
-wanted of a scene, `verdict.py` judges; `page.py` and `figures.py` show. The settings stay as they are; `accuracy` varies those.
+wanted of a scene, `verdict.py` judges; `page.py` shows. The settings stay as they are; `accuracy` varies those.
 """

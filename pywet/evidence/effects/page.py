@@ -1,26 +1,162 @@
-"""The page of the effects study: pictures first, then what was compared with what."""
+"""The page of the effects study: pictures first (the matrix of scenes and effects above all), then what was compared."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
-from pywet.evidence.effects import figures
 from pywet.evidence.effects.measures import ABSOLUTE, WORDS
 from pywet.evidence.effects.scenes import SCENES
-from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, TOLERANCE
-from pywet.evidence.effects.verdict import Choice, costs, left_out, planned
+from pywet.evidence.effects.variants import EVERYTHING, IDLE, PLANNED, SWITCHED, TOLERANCE
+from pywet.evidence.effects.verdict import SHORTEST, Choice, costs, left_out, planned, step_time
+from pywet.planning import OF_THE_CONTACT
 from pywet.report import page
+from pywet.report.pictures import plt
 
 Runs = dict[str, pd.DataFrame]
 Judged = dict[str, list[Choice]]
 NAMES = {EVERYTHING: EVERYTHING, PLANNED: "the plan's choice", "no bridges": "no liquid", IDLE: "plugin without work"}
+LABELS = {
+    "capillary": "capillary\nforce", "viscous_normal": "squeeze\ndrag", "viscous_tangential": "shear\ndrag",
+    "dynamic_rupture": "bridges stretch\nwith speed", "wall_films": "bridges\nto walls", "sharing_by_size": "sharing\nby size",
+    "rolling": "rolling\nresistance", "tangential_history": "static\nfriction", "gravity": "gravity",
+    "bridges": "the whole\nliquid",
+}  # fmt: skip
+"""Effect -> its name for a process engineer."""
+NEEDED, SPARE, SAFE, WRONG = "#2f6f9f", "#b9d3e6", "#bfe3c8", "#d9534f"
+FACES = {(True, False): NEEDED, (True, True): SPARE, (False, True): SAFE, (False, False): WRONG}
+"""Whether the plan keeps an effect, whether it may be left out -> colour."""
+ABSENT = "#f1f3f5"
+
+
+def percent(value: float) -> str:
+    """A change in per cent, short."""
+    size = abs(100 * value)
+    return f"{size:.0f} %" if size >= 9.5 else f"{size:.1f} %" if size >= 0.05 else "< 0.1 %"
+
+
+def matrix(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> Figure:
+    """Scenes by effects: what leaving the effect out changes most, and what the plan decided."""
+    names = list(judged)
+    figure, axes = plt.subplots(figsize=(13.2, 0.86 * len(names) + 1.5))
+    for row, name in enumerate(names):
+        out = left_out(runs[name])
+        by_effect = {c.variant.removeprefix("no "): c for c in judged[name]}
+        for column, effect in enumerate(SWITCHED):
+            choice = by_effect.get(effect)
+            if choice is None:
+                face, ink, text = ABSENT, "#9aa5b1", "–"
+            else:
+                kept = effect not in out and (effect in OF_THE_CONTACT or "bridges" not in out)
+                face = FACES[kept, choice.harmless]
+                ink = "white" if face in (NEEDED, WRONG) else "#1e2a36"
+                resolved = choice.worst.sure > 0
+                shown = choice.worst if resolved else max(choice.changes, key=lambda c: abs(c.change))
+                least = f"< {percent(max(abs(shown.change), shown.spread, 0.001))}"
+                text = percent(shown.change) if resolved else least
+                if math.isfinite(choice.saving):
+                    text += f"\ntime {-100 * choice.saving:+.0f} %"
+            axes.add_patch(Rectangle((column, row), 0.96, 0.92, facecolor=face))
+            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9.5, "color": ink, "linespacing": 1.35}
+            axes.text(column + 0.48, row + 0.46, text, **look)
+    axes.set(xlim=(0, len(SWITCHED)), ylim=(len(names), 0))
+    axes.set_xticks(np.arange(len(SWITCHED)) + 0.48, [LABELS[e] for e in SWITCHED], fontsize=9.5)
+    axes.set_yticks(np.arange(len(names)) + 0.46, [SCENES[n].title for n in names], fontsize=11)
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    keys = [
+        (NEEDED, "needed, and the plan keeps it"), (SPARE, "kept; no harm seen without it"), (SAFE, "left out, rightly"),
+        (WRONG, "left out, wrongly"), (ABSENT, "not in this scene"),
+    ]  # fmt: skip
+    handles = [Rectangle((0, 0), 1, 1, facecolor=c) for c, _ in keys]
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.46, -0.01), "ncol": 5}
+    axes.legend(handles, [t for _, t in keys], frameon=False, fontsize=9.5, **place)
+    return figure
+
+
+def plan_against_all(judged: dict[str, list[Choice]]) -> Figure:
+    """For each scene: largest change by the plan's choice, and the time of a run with and without what it leaves out."""
+    names = list(judged)
+    plans = [planned(judged[n]) for n in names]
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 0.5 * len(names) + 1.4), sharey=True)
+    at = np.arange(len(names))
+    changes = [100 * abs(p.worst.change) for p in plans]
+    left.barh(at, changes, color=["#2f7d4f" if p.harmless else WRONG for p in plans], height=0.55)
+    spreads = [0.0 if p.same_as_everything else 100 * p.worst.spread for p in plans]
+    left.errorbar(changes, at, xerr=spreads, fmt="none", ecolor="#5c6b79", capsize=3)
+    left.axvline(100 * TOLERANCE, color="#b3261e", lw=1.2, ls="--")
+    left.text(100 * TOLERANCE, -0.75, " tolerance", color="#b3261e", fontsize=9)
+    left.set_xlim(0, max(2.6 * 100 * TOLERANCE, 1.1 * max(changes)))
+    left.set_yticks(at, [SCENES[n].title for n in names])
+    left.invert_yaxis()
+    left.set_xlabel("largest change of a wanted quantity [%]\n(whisker: scatter of the seeds)")
+    for shift, which, tint, said in ((-0.19, 0, SPARE, "everything on"), (0.19, 1, NEEDED, "the plan's choice")):
+        right.barh(at + shift, [p.cpu_s[which] for p in plans], color=tint, height=0.36, label=said)
+    right.set_xlabel("processor time of the whole run [s]")
+    right.legend(frameon=False, fontsize=9, loc="lower right")
+    for axes in (left, right):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(axis="y", length=0)
+    figure.tight_layout()
+    return figure
+
+
+def shares(runs: dict[str, pd.DataFrame]) -> Figure:
+    """Predicted against measured shares of impulse, with the factor that each prediction claims."""
+    marks = {"gravity": "s", "capillary": "o", "viscous_normal": "^", "viscous_tangential": "v"}
+    figure, axes = plt.subplots(figsize=(6.6, 5.4))
+    colours = dict(zip(runs, plt.get_cmap("tab10")(range(10)), strict=False))
+    measured = {name: of.loc[of["variant"] == EVERYTHING, "shares"].dropna() for name, of in runs.items()}
+    measured = {name: of for name, of in measured.items() if len(of)}
+    for name, of in measured.items():
+        predicted = {row["effect"]: row["predicted_share"] for row in runs[name]["plan"].iloc[0]}
+        for effect, mark in marks.items():
+            x, y = predicted[effect], of.iloc[0][effect]
+            if x and y:
+                axes.loglog(x, y, mark, color=colours[name], ms=8, alpha=0.85)
+    line = np.array([3e-6, 1.0])
+    axes.loglog(line, line, color="#5c6b79", lw=1)
+    for factor, style in ((3.0, "--"), (15.0, ":")):
+        for f in (factor, 1 / factor):
+            axes.loglog(line, line * f, color="#9aa5b1", lw=0.9, ls=style)
+    for effect, mark in marks.items():
+        axes.plot([], [], mark, color="#5c6b79", label=LABELS[effect].replace("\n", " "))
+    for name in measured:
+        axes.plot([], [], "o", color=colours[name], label=SCENES[name].title)
+    axes.set(xlim=(3e-5, 1.5), ylim=(3e-6, 1.5))
+    axes.set(xlabel="predicted share of impulse", ylabel="share in the log of all bridges")
+    axes.legend(fontsize=8.5, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def unused(runs: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """Of choices in each scene: ms a step, time over everything on, memory [MB], the plugin's arrays [B], if it is loaded."""
+    rows = []
+    for name, of in runs.items():
+        timed = of.assign(time=step_time(of)).set_index("seed")
+        full = timed.loc[timed["variant"] == EVERYTHING, "time"]
+        for variant in (EVERYTHING, PLANNED, "no bridges", IDLE):
+            own = timed[timed["variant"] == variant]
+            if len(own):
+                ratio = (own["time"] / full).median() if full.min() >= SHORTEST else math.nan
+                rows.append({
+                    "scene": name, "variant": variant, "step_ms": 1e3 * (own["time"] / own["steps"]).median(), "ratio": ratio,
+                    "memory_MB": own["peak_memory_B"].astype(float).median() / 1e6,
+                    "arrays_B": int(own["plugin_arrays_B"].median()), "loaded": bool(own["plugin"].iloc[0]),
+                })  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def write_page(path: Path, runs: Runs, judged: Judged) -> Path:
-    """Draw and write the page."""
     plans = {name: planned(choices) for name, choices in judged.items()}
     seeds = max(of["seed"].nunique() for of in runs.values())
     right = sum(p.harmless for p in plans.values())
@@ -49,7 +185,7 @@ def write_page(path: Path, runs: Runs, judged: Judged) -> Path:
 
 def _matrix(runs: Runs, judged: Judged) -> str:
     return page.picture(
-        figures.matrix(runs, judged),
+        matrix(runs, judged),
         "Each field: the largest change of a wanted quantity when this effect alone is left out (“<”: within what the "
         "first arrangements scatter), and the change of processor time. A dash: the scene does not have the effect.",
     )
@@ -59,7 +195,7 @@ def _plan(runs: Runs, judged: Judged) -> str:
     rows: page.Rows = []
     for name, choices in judged.items():
         plan = planned(choices)
-        out = ", ".join(figures.WORDS[e].replace("\n", " ") for e in left_out(runs[name])) or "nothing"
+        out = ", ".join(LABELS[e].replace("\n", " ") for e in left_out(runs[name])) or "nothing"
         worst, changed = plan.worst, ["–", "same run", "–"]
         if not plan.same_as_everything:
             changed = [WORDS[worst.quantity], f"{100 * worst.change:+.2f} %", f"± {100 * worst.spread:.2f} %"]
@@ -72,7 +208,7 @@ def _plan(runs: Runs, judged: Judged) -> str:
               "whole run", "plan"]  # fmt: skip
     return (
         page.picture(
-            figures.plan_against_all(judged),
+            plan_against_all(judged),
             "Left: what the plan's choice changes against everything on, from the same first arrangements. Right: the whole run, "
             "start included.",
         )
@@ -98,7 +234,7 @@ def _unused(runs: Runs) -> str:
         "A dry scene runs on the stock program: no plugin, no film, no list of bridges. “Plugin without work” is the same "
         "dry scene with the plugin loaded and no liquid. The memory of a moist run is mostly Python, which compiles the force "
         "laws; what the plugin itself keeps is in the last column."
-    ) + page.table_of(figures.unused(runs).itertuples(), {
+    ) + page.table_of(unused(runs).itertuples(), {
         "scene": lambda r: page.left(SCENES[r.scene].title),
         "effects": lambda r: page.left(NAMES[r.variant]),
         "ms a step": lambda r: f"{r.step_ms:.3f}",
@@ -110,7 +246,7 @@ def _unused(runs: Runs) -> str:
 
 def _shares(runs: Runs) -> str:
     return page.picture(
-        figures.shares(runs),
+        shares(runs),
         "Share of each force in the sum over weight, capillary and viscous forces of |force| × time: predicted before the "
         "run, and taken from 200 steps at which every bridge was logged. Dashed: factor 3 (claimed for weight and capillary "
         "force); dotted: factor 15 (viscous forces).",
@@ -135,7 +271,7 @@ def _scenes(runs: Runs) -> str:
 
 def _notes(judged: Judged) -> str:
     added = costs(judged)
-    cost = ", ".join(f"{figures.WORDS[e].replace(chr(10), ' ')} {100 * v:+.0f} %" for e, v in added.items())
+    cost = ", ".join(f"{LABELS[e].replace(chr(10), ' ')} {100 * v:+.0f} %" for e, v in added.items())
     parts = ", ".join(WORDS[q].split(",")[0] for q in ABSOLUTE)
     return (
         page.paragraph(

@@ -40,7 +40,6 @@ class StudyScene:
     Only a case of the configuration asks for `config_dir`.
     """
 
-    name: str
     title: str
     story: str
     setup: Callable[[int, float, Path], Setup]
@@ -56,7 +55,7 @@ def _box(half: float, height: float) -> tuple[Surface, ...]:
 
 
 def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angle: float, stiffness: float,
-         rolling_m: float, friction: float = 0.4) -> Setup:  # fmt: skip
+         rolling_m: float, friction: float = 0.4, seconds: float = 0.25) -> Setup:  # fmt: skip
     """Spheres that fall into a box and come to rest; wet ones get their liquid from the caller."""
     share = count // len(radii_m)
     classes = sphere_classes(*radii_m, counts=share, density=density, angle_rad=math.radians(angle), name=NAMED)
@@ -73,9 +72,9 @@ def _bed(radii_m: tuple[float, ...], count: int, seed: int, density: float, angl
         pairs=contacts(len(classes), stiffness, friction=friction, rolling_m=rolling_m),
         liquid=None,
         speed=math.sqrt(9.81 * layers * 0.4 * r),
-        surroundings=Surroundings(wall_share=wall_share, duration_s=0.25),
+        surroundings=Surroundings(wall_share=wall_share, duration_s=seconds),
         spheres=lattice(kinds, across, pitch, r + SHAKEN * pitch, seed),
-        seconds=0.25,
+        seconds=seconds,
         walls=walls,
     )
 
@@ -96,10 +95,7 @@ def moist_pom(seed: int, size: float, config_dir: Path) -> Setup:
 
 def micron_powder(seed: int, size: float, config_dir: Path) -> Setup:
     """Glass of 50 um with 1 % water: the capillary force is thousands of weights."""
-    made = _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8), 1.0)
-    seconds = 0.008
-    s = Surroundings(wall_share=made.surroundings.wall_share, duration_s=seconds)
-    return replace(made, seconds=seconds, surroundings=s)
+    return _wet(_bed((25e-6,), max(27, round(140 * size)), seed, 2500.0, 15.0, 20.0, 2.5e-8, seconds=0.008), 1.0)
 
 
 def thick_oil(seed: int, size: float, config_dir: Path) -> Setup:
@@ -226,19 +222,18 @@ def _and_liquid(first: Measure, *names: str) -> Measure:
 
 ON_WALLS = ("liquid_in_bridges", "liquid_on_walls")
 SETTLED = _and_liquid(measures.settled, "bridges_per_sphere", *ON_WALLS)
-_ALL: tuple[tuple[str, str, str, Callable[[int, float, Path], Setup], Measure], ...] = (
-    ("dry_glass", "Dry glass", "Glass beads of 3 mm fall into a box. There is no liquid.", dry_glass, measures.settled),
-    ("moist_pom", "Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom,
+SCENES: dict[str, StudyScene] = {
+    "dry_glass": StudyScene("Dry glass", "Glass beads of 3 mm fall into a box. There is no liquid.", dry_glass, measures.settled),
+    "moist_pom": StudyScene("Moist plastic", "Beads of 3 and 5 mm with 5 % water fall into a box.", moist_pom,
      _and_liquid(SETTLED, "liquid_on_small")),
-    ("thick_oil", "Thick oil at rest", "Glass beads under oil of 2 Pa s lie piled in a tray.", thick_oil, SETTLED),
-    ("fast_dilute", "Fast and dilute", "Two clouds of glass beads of 8 mm, moist with a solvent, meet at 5 m/s.",
+    "thick_oil": StudyScene("Thick oil at rest", "Glass beads under oil of 2 Pa s lie piled in a tray.", thick_oil, SETTLED),
+    "fast_dilute": StudyScene("Fast and dilute", "Two clouds of glass beads of 8 mm, moist with a solvent, meet at 5 m/s.",
      fast_dilute, measures.cooled),
-    ("collision", "One collision", "Two wet beads meet once, off centre, at 1 m/s.", collision, measures.rebound),
-    ("micron_powder", "Fine powder", "Moist glass of 50 micrometres falls into a box.", micron_powder, SETTLED),
-    ("wet_drum", "Wet drum", "Glass beads of 3 mm with 2 % water turn in a drum.", wet_drum,
+    "collision": StudyScene("One collision", "Two wet beads meet once, off centre, at 1 m/s.", collision, measures.rebound),
+    "micron_powder": StudyScene("Fine powder", "Moist glass of 50 micrometres falls into a box.", micron_powder, SETTLED),
+    "wet_drum": StudyScene("Wet drum", "Glass beads of 3 mm with 2 % water turn in a drum.", wet_drum,
      _and_liquid(measures.turning, "bridges_per_sphere", *ON_WALLS)),
-    ("screening", "Moist screening", "Sixteen moist beads of three sizes on a vibrating screen.", tiny_screening,
+    "screening": StudyScene("Moist screening", "Sixteen moist beads of three sizes on a vibrating screen.", tiny_screening,
      _and_liquid(measures.sieved, *ON_WALLS)),
-)  # fmt: skip
-SCENES: dict[str, StudyScene] = {row[0]: StudyScene(*row) for row in _ALL}
+}  # fmt: skip
 """Name -> scene."""

@@ -33,7 +33,6 @@ class Setup:
     walls: tuple[Surface, ...] = ()
     gravity: Vector = (0.0, 0.0, -9.81)
     rotation: Rotation | None = None
-    outputs: int = 20
     build: Callable[[Effects, Path], Scene] | None = None
     """Prepares the run directory where the scene is not of spheres and walls given here."""
     configuration: dict[str, Any] = field(default_factory=dict)

@@ -38,7 +38,6 @@ class EffectsStudy(study.Study):
         return [job for scene in SCENES if self.only in (None, scene) for job in self.of_scene(scene)]
 
     def of_scene(self, scene: str) -> list[str]:
-        """The jobs of a scene."""
         return [f"{scene}_{seed}" for seed in range(self.seeds)]
 
     def runs(self, job: str) -> list[study.Run]:
@@ -59,7 +58,6 @@ class EffectsStudy(study.Study):
         return runs
 
     def of_scenes(self) -> dict[str, pd.DataFrame]:
-        """Scene -> its runs."""
         runs = {name: self.gather(self.of_scene(name)) for name in SCENES if self.only in (None, name)}
         return {name: of for name, of in runs.items() if len(of)}
 
@@ -91,7 +89,6 @@ class EffectsStudy(study.Study):
 
 
 def result(runs: dict[str, pd.DataFrame], judged: dict[str, list[Choice]]) -> dict[str, Any]:
-    """The study's result as plain data."""
     scenes = {
         name: {"left_out": verdict.left_out(runs[name]), "plan_right": verdict.planned(choices).harmless,
                "choices": [_told(c) for c in choices]}

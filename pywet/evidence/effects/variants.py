@@ -28,6 +28,7 @@ SWITCHED = (*OF_THE_BRIDGE, *OF_THE_CONTACT, "bridges")
 EVERYTHING, PLANNED, IDLE = "everything on", "plan", "idle plugin"
 STEP_FRACTION = 0.2
 """Time step over the dry contact's stable one in a dense packing: about ten in a collision of two."""
+OUTPUTS = 20
 SAMPLES = 200
 """Steps of a run at which all bridge forces are logged, from which the shares of impulse are taken."""
 BRIDGE_B, TRIANGLE_B, CANDIDATE_B = 248, 100, 40
@@ -44,25 +45,17 @@ def plan_of(setup: Setup, **switches: Any) -> EffectPlan:
 def variants(setup: Setup) -> dict[str, Effects]:
     """Everything on, the plan's choice, each effect off where it is on, the plugin without work where the scene is dry."""
     full = plan_of(setup).effects
+    there = {
+        "wall_films": bool(setup.walls),
+        "sharing_by_size": bool(setup.walls) or len(setup.classes) > 1,
+        "gravity": any(setup.gravity),
+    }
     chosen = {EVERYTHING: full, PLANNED: plan_of(setup, decide="tolerance").effects}
     for effect in SWITCHED:
         without = plan_of(setup, **{effect: False}).effects
-        if without != full and effect not in absent(setup):
+        if without != full and there.get(effect, True):
             chosen[f"no {effect}"] = without
     return {**chosen, IDLE: small.PAPER} if setup.liquid is None else chosen
-
-
-def absent(setup: Setup) -> set[str]:
-    """Effects that the scene does not have, so that switching them off is no choice."""
-    return {
-        effect
-        for effect, there in (
-            ("wall_films", setup.walls),
-            ("sharing_by_size", setup.walls or len(setup.classes) > 1),
-            ("gravity", any(setup.gravity)),
-        )
-        if not there
-    }
 
 
 def measure(scene: StudyScene, setup: Setup, effects: Effects) -> Row:
@@ -94,7 +87,7 @@ def prepare(setup: Setup, effects: Effects, run_dir: Path) -> Scene:
     return small.prepare(
         run_dir, setup.classes, setup.spheres, setup.pairs, liquid=liquid, effects=effects, walls=setup.walls,
         wall_angle_rad=0.7, time_step_s=step, steps=steps, gravity=setup.gravity if effects.gravity else (0.0, 0.0, 0.0),
-        box=reach, output=Output(interval_s=max(1, steps // setup.outputs) * step, **windows), rotation=setup.rotation,
+        box=reach, output=Output(interval_s=max(1, steps // OUTPUTS) * step, **windows), rotation=setup.rotation,
         viscous_integration="semi_implicit", largest_overlap=0.9,
     )  # fmt: skip
 

@@ -66,11 +66,6 @@ class Choice:
         """No wanted quantity changes by more than the tolerance beyond the spread."""
         return self.worst.sure <= TOLERANCE
 
-    @property
-    def largest(self) -> Change:
-        """The largest change, resolved or not."""
-        return max(self.changes, key=lambda c: abs(c.change))
-
 
 def choices(runs: pd.DataFrame) -> list[Choice]:
     """All choices of one scene, all seeds, in the order they were run."""
@@ -112,7 +107,6 @@ def _choice(
 
 
 def planned(choices_of_scene: Iterable[Choice]) -> Choice:
-    """The plan's choice."""
     return next(c for c in choices_of_scene if c.variant == PLANNED)
 
 
@@ -122,15 +116,9 @@ def step_time(runs: pd.DataFrame) -> pd.Series:
     return loop.where(loop > 0.0, runs["cpu_s"])
 
 
-def effects_of(runs: pd.DataFrame, variant: str) -> dict[str, Any]:
-    """What is on with a choice of effects."""
-    effects: dict[str, Any] = runs.loc[runs["variant"] == variant, "effects"].iloc[0]
-    return effects
-
-
 def left_out(runs: pd.DataFrame) -> list[str]:
     """What the plan leaves out of what is on with everything on."""
-    full, plan = effects_of(runs, EVERYTHING), effects_of(runs, PLANNED)
+    full, plan = (runs.loc[runs["variant"] == name, "effects"].iloc[0] for name in (EVERYTHING, PLANNED))
     switched = set(runs["variant"].str.removeprefix("no "))
     names = ["sharing_by_size" if n == "transfer" else n for n in full if full[n] != plan[n]]
     names = [n for n in names if n in switched]

@@ -74,31 +74,26 @@ class Batch:
 
     def without(self, names: set[str]) -> Batch:
         """The batch with those cells quiet (dry spheres at rest, apart): the engine wants every type present."""
-        return replace(self, cells=tuple(self.still(c) if c.name in names else c for c in self.cells))
-
-    def still(self, cell: Cell) -> Cell:
-        """A cell whose spheres do nothing."""
         apart = 4.0 * max(c.radius_m for c in self.classes)
-        bodies = tuple(ball(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(cell.bodies))
-        return replace(cell, bodies=bodies, walls=())
+        still = {
+            c.name: replace(c, bodies=tuple(ball(b.kind, (k * apart, 0.0, 0.0)) for k, b in enumerate(c.bodies)), walls=())
+            for c in self.cells if c.name in names
+        }  # fmt: skip
+        return replace(self, cells=tuple(still.get(c.name, c) for c in self.cells))
 
     @property
     def every(self) -> int:
-        """Steps between outputs."""
         return max(1, self.steps // self.outputs)
 
     @property
     def extent(self) -> float:
         """Half the room that a cell needs [m]: its size, the ways of its spheres, and a margin beyond any bridge."""
         radius = max(c.radius_m for c in self.classes)
-        room, seconds = 0.0, self.time_step * self.steps
+        seconds = self.time_step * self.steps
         thrown = 2.0 * peak_speed(self.vibration) * seconds if self.vibration else 0.0
-        for cell in self.cells:
-            for body in cell.bodies:
-                way = float(np.linalg.norm(body.velocity)) * seconds
-                room = max(room, float(np.abs(body.position).max()) + way)
-            for corners, _ in cell.walls:
-                room = max(room, float(np.abs(corners).max()))
+        ways = (np.abs(b.position).max() + np.linalg.norm(b.velocity) * seconds for c in self.cells for b in c.bodies)
+        walls = (np.abs(corners).max() for c in self.cells for corners, _ in c.walls)
+        room = float(max([*ways, *walls], default=0.0))
         fall = 0.5 * float(np.linalg.norm(self.gravity)) * seconds**2
         return self.room * (room + thrown) + fall + 5.0 * radius
 

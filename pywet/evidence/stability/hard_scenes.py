@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,6 +25,9 @@ Floats = NDArray[np.float64]
 R, RATIO = 2.5e-3, 10.0
 TINY = R / RATIO
 WIRE = 1e-3
+PLATE = tuple(slab(0.01))
+ALONG, ACROSS = ((bar(0.014, WIRE, axis, -2.8e-3), bar(0.014, WIRE, axis, 2.8e-3)) for axis in (0, 1))
+"""Two wires 5.6 mm apart."""
 HERTZ = 50.6
 SCREEN = 0.9e-3
 """Vertical amplitude of the paper's screen [m]."""
@@ -64,6 +68,15 @@ def between(speed: float) -> tuple[Sphere, ...]:
     )
 
 
+def hard(name: str, cells: Iterable[Cell], radii: tuple[float, ...] = (R, TINY), **given: Any) -> Batch:
+    """A batch of the preset paper with water, springs of 20 and 2 kN/m, and 45 degrees at walls where nothing else is given."""
+    usual = {
+        "classes": spheres(*radii), "pairs": springs([2e4, 2e3][: len(radii)], 0.8), "liquid": water(), "effects": small.PAPER,
+        "time_step": 4e-6, "wall_angle": math.radians(45.0),
+    }  # fmt: skip
+    return Batch(name=f"hard-{name}", cells=tuple(cells), **{**usual, **given})
+
+
 def plain() -> Batch:
     """Water, explicit, spheres of 2.5 and 0.25 mm."""
     thin, thick = of(1e-9), of(0.5)
@@ -80,22 +93,18 @@ def plain() -> Batch:
         Cell("twelve bridges break in one step", dense(of(0.002), 0.2, outward=True)),
         Cell("a film that runs dry", dense_dry()),
         Cell("tiny sphere between two large ones", between(0.05)),
-        Cell("edge of a plate", (ball(1, (0.009, 0.0, R + 2e-5), (0.3, 0.05, 0.0), film=of(0.05)),), tuple(slab(0.01))),
+        Cell("edge of a plate", (ball(1, (0.009, 0.0, R + 2e-5), (0.3, 0.05, 0.0), film=of(0.05)),), PLATE),
         Cell(
             "on three wires at once",
             (ball(1, (0.0, 0.0, R + WIRE + 2e-5), (0.25, 0.02, 0.0), film=of(0.3)),),
             (bar(0.014, WIRE, 0), bar(0.014, WIRE, 1, 1.2e-3), bar(0.014, WIRE, 1, -1.2e-3)),
         ),
         Cell("around a wire", (ball(1, (0.0, 2e-4, R + WIRE + 1e-5), (0.0, 0.15, 0.0), film=of(0.2)),), (bar(0.014, WIRE, 0),)),
-        Cell("stuck between two wires", wedged(of(0.1)), (bar(0.014, WIRE, 0, -2.8e-3), bar(0.014, WIRE, 0, 2.8e-3))),
+        Cell("stuck between two wires", wedged(of(0.1)), ALONG),
         Cell("spin without slide", (ball(1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 80.0, 0.0), of(0.05)),
                                     ball(1, (0.0, 0.0, 2.0 * R), film=of(0.05)))),
     ]  # fmt: skip
-    return Batch(
-        name="hard-plain", classes=spheres(R, TINY), pairs=springs([2e4, 2e3], 0.8),
-        liquid=water(), effects=small.PAPER, time_step=2e-6, steps=3000, cells=tuple(cells),
-        wall_angle=math.radians(45.0),
-    )  # fmt: skip
+    return hard("plain", cells, time_step=2e-6, steps=3000)
 
 
 def dense_dry() -> tuple[Sphere, ...]:
@@ -112,27 +121,24 @@ def wedged(film: float, gap: float = 2e-6) -> tuple[Sphere, ...]:
 
 def shaken(times: float, name: str) -> Batch:
     """Walls that vibrate as a screen, `times` the paper's amplitude: wedged, lying, and stuck spheres."""
-    wires = (bar(0.014, WIRE, 0, -2.8e-3), bar(0.014, WIRE, 0, 2.8e-3))
-    four = (*wires, bar(0.014, WIRE, 1, -2.8e-3), bar(0.014, WIRE, 1, 2.8e-3))
     deep = math.sqrt((R + WIRE + 2e-6) ** 2 - 2.8e-3**2)
     below = (ball(2, (0.0, 0.0, -TINY - WIRE - 5e-6), film=of(0.2, TINY)),)
     cells = (
-        Cell("sphere wedged between two shaken wires", wedged(of(0.1)), wires),
-        Cell("sphere in a square aperture of shaken wires", (ball(1, (0.0, 0.0, deep), film=of(0.3)),), four),
+        Cell("sphere wedged between two shaken wires", wedged(of(0.1)), ALONG),
+        Cell(
+            "sphere in a square aperture of shaken wires", (ball(1, (0.0, 0.0, deep), film=of(0.3)),), (*ALONG, *ACROSS)
+        ),
         Cell("tiny sphere stuck below a wire, torn off", below, (bar(0.014, WIRE, 0),)),
-        Cell("sphere on a shaken plate", (ball(1, (0.0, 0.0, R + 2e-5), film=of(0.1)),), tuple(slab(0.01))),
+        Cell("sphere on a shaken plate", (ball(1, (0.0, 0.0, R + 2e-5), film=of(0.1)),), PLATE),
         Cell(
             "two spheres on a shaken plate",
             (ball(1, (0.0, 0.0, R + 2e-5), film=of(0.1)), ball(2, (0.0, 0.0, 2 * R + TINY + 4e-5), film=of(0.1, TINY))),
-            tuple(slab(0.01)),
+            PLATE,
         ),
     )
-    return Batch(
-        name=name, classes=spheres(R, TINY), pairs=springs([5e4, 5e3], 0.6),
-        liquid=water(), effects=small.PAPER, time_step=4e-6, steps=7500, cells=cells, wall_angle=math.radians(45.0),
-        gravity=(0.0, 0.0, -9.81),
-        vibration=Vibration(amplitude_m=(1e-4 * times, 0.0, SCREEN * times), phase_rad=(0.0, 0.0, 0.0), frequency_Hz=HERTZ),
-    )  # fmt: skip
+    amplitude = (1e-4 * times, 0.0, SCREEN * times)
+    motion = Vibration(amplitude_m=amplitude, phase_rad=(0.0, 0.0, 0.0), frequency_Hz=HERTZ)
+    return hard(name, cells, pairs=springs([5e4, 5e3], 0.6), steps=7500, gravity=(0.0, 0.0, -9.81), vibration=motion)
 
 
 TEN_G = 10.0 * 9.81 / (SCREEN * (2.0 * math.pi * HERTZ) ** 2)
@@ -151,12 +157,10 @@ def thick() -> Batch:
         Cell("10 Pa s, collision at 1 m/s", two(1e-3, 1.0, (of(0.5), of(0.5)))),
         Cell("10 Pa s, pulled apart", two(0.0, -0.5, (of(0.05), of(0.05)))),
         Cell("angles of 0 and 89 degrees", unlike),
-        Cell("89 degrees at a plate", lying, tuple(slab(0.01))),
+        Cell("89 degrees at a plate", lying, PLATE),
     )
-    return Batch(
-        name="hard-thick", classes=classes, pairs=springs([2e4, 2e3], 0.8), liquid=water(0.0, 10.0), effects=small.PAPER,
-        time_step=4e-6, steps=1200, cells=cells, how="semi_implicit", wall_angle=math.radians(89.0),
-    )  # fmt: skip
+    how: dict[str, Any] = {"liquid": water(0.0, 10.0), "how": "semi_implicit", "wall_angle": math.radians(89.0)}
+    return hard("thick", cells, classes=classes, steps=1200, **how)
 
 
 def unwetted() -> Batch:
@@ -168,7 +172,7 @@ def unwetted() -> Batch:
         Cell("exact, 89 degrees, collision", two(1e-3, 0.3, (of(0.5), of(0.5)))),
         Cell("exact, 89 degrees, pulled apart", two(0.0, -0.1, (of(0.05), of(0.05)))),
         Cell("exact, 89 degrees, size ratio 10", two(0.0, -0.1, (of(0.1), of(0.1, TINY)), (1, 2))),
-        Cell("exact, 89 degrees, at a plate", near, tuple(slab(0.01))),
+        Cell("exact, 89 degrees, at a plate", near, PLATE),
     )
     return replace(
         thick(), name="hard-unwetted", classes=classes, cells=cells, effects=small.EXACT, liquid=water(), how="explicit"
@@ -187,12 +191,9 @@ def bare() -> Batch:
     cells = (
         Cell("nothing holds, collision", two(2e-4, 0.3, (of(0.05), of(0.05)))),
         Cell("nothing holds, dense lattice", dense(of(0.02), 0.05)),
-        Cell("nothing holds, plate", (ball(1, (0.0, 0.0, R + 2e-5), (0.1, 0.0, -0.1), film=of(0.1)),), tuple(slab(0.01))),
+        Cell("nothing holds, plate", (ball(1, (0.0, 0.0, R + 2e-5), (0.1, 0.0, -0.1), film=of(0.1)),), PLATE),
     )  # fmt: skip
-    return Batch(
-        name="hard-bare", classes=spheres(R), pairs=springs([2e4], 1.0), liquid=water(0.0, 0.0, 0.0),
-        effects=small.PAPER, time_step=4e-6, steps=1500, cells=cells, wall_angle=0.0,
-    )  # fmt: skip
+    return hard("bare", cells, (R,), pairs=springs([2e4], 1.0), liquid=water(0.0, 0.0, 0.0), steps=1500, wall_angle=0.0)
 
 
 def out_of_the_box() -> Batch:
@@ -202,16 +203,13 @@ def out_of_the_box() -> Batch:
         Cell("pressed too deep", two(-0.6 * R, 0.0, (of(0.1), of(0.1)))),
         Cell("a quiet pair beside them", two(0.0, 0.0, (of(0.1), of(0.1)))),
     )
-    return Batch(
-        name="hard-guards", classes=spheres(R), pairs=springs([2e4], 0.8), liquid=water(),
-        effects=small.PAPER, time_step=4e-6, steps=500, cells=cells, windows=(1, 60),
-    )  # fmt: skip
+    return hard("guards", cells, (R,), steps=500, wall_angle=0.0, windows=(1, 60))
 
 
 SCENES: dict[str, Callable[[], Batch]] = {
     "plain": plain,
-    "ten_g": lambda: shaken(TEN_G, "hard-ten-g"),
-    "ten_times": lambda: shaken(10.0, "hard-ten-times"),
+    "ten_g": lambda: shaken(TEN_G, "ten-g"),
+    "ten_times": lambda: shaken(10.0, "ten-times"),
     "thick": thick,
     "unwetted": unwetted,
     "mismatch": mismatch,

@@ -8,8 +8,9 @@ than that was made by the time stepping. Not for cells on moving walls: for them
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,42 +27,11 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 LEDGER = 1e-12
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What one cell did."""
-
-    cell: str
-    finite: bool
-    ledger: float
-    """Largest error of its liquid over its liquid."""
-    made: float
-    """Energy made over the energy in play; below zero: all of it was lost or kept."""
-    allowed: float
-    """What the order of the method allows for `made`."""
-    events: int
-    said: str = ""
-    """Sentence of the guard that stopped it."""
-    raw: float = 0.0
-    """`made` with nothing subtracted for the step between a bridge's formation and its first force."""
-
-    @property
-    def state(self) -> str:
-        """One word: stable, energy, ledger, not finite, stopped."""
-        if self.said:
-            return "stopped"
-        if not self.finite:
-            return "not finite"
-        if self.ledger > LEDGER:
-            return "ledger"
-        return "stable" if self.made <= self.allowed else "energy"  # not a number counts as made
-
-
 class Run:
     """The tables of a finished run and the unchanging data of its spheres."""
 
     def __init__(self, batch: Batch, run_dir: Path) -> None:
-        self.batch, self.folder = batch, run_dir
-        history = run_dir / "history"
+        self.batch, history = batch, run_dir / "history"
         self.trajectory = read_table(run_dir / "trajectory.parquet")
         self.events = read_table(history / "events.parquet")
         self.bridges = read_table(history / "bridges.parquet")
@@ -129,12 +99,10 @@ def springs(run: Run) -> Floats:
         members = np.flatnonzero(run.cell == n)
         members = members[members > 0]
         at = np.stack([where[a][members].to_numpy(float) for a in "xyz"], axis=2)
-        for p in range(len(members)):
-            for q in range(p + 1, len(members)):
-                a, b = members[p], members[q]
-                gap = np.linalg.norm(at[:, p] - at[:, q], axis=1) - run.radius[a] - run.radius[b]
-                k = stiffness[tuple(sorted((int(run.kind[a]), int(run.kind[b]))))]  # type: ignore[index]
-                out[:, n] += 0.5 * k * np.minimum(gap, 0.0) ** 2
+        for (p, a), (q, b) in combinations(enumerate(members), 2):
+            gap = np.linalg.norm(at[:, p] - at[:, q], axis=1) - run.radius[a] - run.radius[b]
+            k = stiffness[tuple(sorted((int(run.kind[a]), int(run.kind[b]))))]  # type: ignore[index]
+            out[:, n] += 0.5 * k * np.minimum(gap, 0.0) ** 2
     return out
 
 
@@ -219,8 +187,13 @@ def order(run: Run, cell: int) -> float:
     return largest / 3.0 + 1e-9
 
 
-def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
-    """One verdict for each cell of a finished run."""
+def verdicts(batch: Batch, run_dir: Path) -> dict[str, dict[str, Any]]:
+    """What each cell of a finished run did, by its name.
+
+    ledger: largest error of its liquid over its liquid. made: energy made over the energy in play; below zero: all of it was
+    lost or kept. allowed: what the order of the method allows for it. raw: `made` with nothing subtracted for the step between
+    a bridge's formation and its first force. said: nothing, as no guard stopped it.
+    """
     run = Run(batch, run_dir)
     columns = ["x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
     good = np.isfinite(run.trajectory[columns].to_numpy(float)).all(axis=1).astype(float)
@@ -230,10 +203,11 @@ def verdicts(batch: Batch, run_dir: Path) -> list[Verdict]:
     if batch.vibration is not None:  # moving walls give energy: the run's own budget is asked instead
         made, raw = 0.0 * made, 0.0 * raw
     count = np.bincount(run.cell[run.events["i"].to_numpy(int)], minlength=len(batch.cells))
-    return [
-        Verdict(cell.name, bool(finite[n]), float(ledger[n]), float(made[n]), float(allowed[n]), int(count[n]), raw=float(raw[n]))
-        for n, cell in enumerate(batch.cells)
-    ]  # fmt: skip
+    fine = np.where(made <= allowed, "stable", "energy")  # not a number counts as made
+    state = np.select([~finite, ledger > LEDGER], ["not finite", "ledger"], fine)
+    names = [cell.name for cell in batch.cells]
+    told = {"state": state, "said": "", "ledger": ledger, "made": made, "allowed": allowed, "events": count, "raw": raw}
+    return pd.DataFrame(told, index=names).to_dict("index")  # type: ignore[return-value]
 
 
 def budget(run_dir: Path) -> dict[str, float]:

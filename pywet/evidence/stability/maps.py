@@ -49,7 +49,6 @@ class Map:
     """The job for one value of y."""
     limit: Callable[[float, float], float]
     """The advisor's largest step over the step taken, at a point; below 1 the advisor refuses or warns."""
-    line: str
     x_log: bool = True
     y_log: bool = True
 
@@ -118,7 +117,6 @@ def pressed(name: str) -> Cell:
 
 
 def stepping(viscosity: float, step: float, how: str) -> Batch:
-    """One engine run of the first map."""
     film = film_volume(FILM, RADIUS)
     hit = head_on("hit", (1, 1), (RADIUS, RADIUS), (film, film), 0.2)
     return map_batch(
@@ -131,19 +129,15 @@ def stepping(viscosity: float, step: float, how: str) -> Batch:
 ORDER = ("stable", "energy", "ledger", "not finite", "stopped")
 
 
-def state_of(v: judge.Verdict) -> dict[str, Any]:
-    """State of a cell by the maps' own measure of energy."""
-    state = v.state if v.state not in ("stable", "energy") else ("energy" if v.raw > MADE else "stable")
-    return {"state": state, "said": v.said, "made": v.raw}
-
-
 def states(batch: Batch, run_dir: Path) -> list[dict[str, Any]]:
-    """Run a job; the state of each of its cells."""
+    """Run a job; the state of each of its cells, by the maps' own measure of energy."""
     left, stopped = running.run_cells(batch, run_dir, allow_unstable=True)
-    made: dict[str, dict[str, Any]] = {}
+    made = {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
     if len(stopped) < len(batch.cells):
-        made = {v.cell: state_of(v) for v in judge.verdicts(left, run_dir)}
-    made |= {name: {"state": "stopped", "said": said, "made": math.nan} for name, said in stopped.items()}
+        for name, v in judge.verdicts(left, run_dir).items():
+            by_energy = "energy" if v["raw"] > MADE else "stable"
+            state = by_energy if v["state"] in ("stable", "energy") else v["state"]
+            made.setdefault(name, {"state": state, "said": "", "made": v["raw"]})
     return [made[c.name] for c in batch.cells]
 
 
@@ -158,7 +152,7 @@ def time_step_map(how: str) -> Map:
     return Map(
         f"step_{how}", f"Time step and viscosity, {how.replace('_', '-')} drag", ("time step [s]", steps),
         ("viscosity [Pa s]", VISCOSITIES), lambda eta: stepping(eta, 1e-6, how),
-        lambda dt, eta: advised(stepping(eta, dt, how), FILM) / dt, "largest step that the advisor allows",
+        lambda dt, eta: advised(stepping(eta, dt, how), FILM) / dt,
     )  # fmt: skip
 
 
@@ -181,7 +175,6 @@ def stiffness_batch(v: float) -> Batch:
 
 
 def stiffness_limit(k: float, v: float) -> float:
-    """The advisor for one stiffness."""
     batch = replace(stiffness_batch(1.0), classes=spheres(SMALL), pairs=springs([k], 1.0))
     return advised(batch, 0.01 * SMALL) / STEP_STIFFNESS
 
@@ -196,10 +189,8 @@ RATIO_VISCOSITY = 0.1
 def ratio_batch(ratio: float) -> Batch:
     """All films (over the small sphere's radius) at one size ratio; the small sphere has 1 mm."""
     radii = (SMALL, ratio * SMALL)
-    made = []
-    for n, thickness in enumerate(FILMS):
-        films = (film_volume(thickness * SMALL, radii[0]), film_volume(thickness * SMALL, radii[1]))
-        made.append(head_on(str(n), (1, 2), radii, films, 0.2))
+    films = [tuple(film_volume(thickness * SMALL, r) for r in radii) for thickness in FILMS]
+    made = (head_on(str(n), (1, 2), radii, (a, b), 0.2) for n, (a, b) in enumerate(films))
     return map_batch(
         name="map-ratio", classes=spheres(*radii), pairs=springs([2e3, 2e3], 0.9), liquid=water(0.0, RATIO_VISCOSITY),
         time_step=STEP_FILM, steps=1200, cells=tuple(made),
@@ -219,10 +210,8 @@ VOLUMES = np.geomspace(1e-9, 0.5, 15)
 
 def angle_batch(angle: float) -> Batch:
     """All bridge volumes at one contact angle; equal spheres of 1 mm that meet slowly, so that the capillary force decides."""
-    made = []
-    for n, v_star in enumerate(VOLUMES):
-        film = v_star * SMALL**3 / DRAWN
-        made.append(head_on(str(n), (1, 1), (SMALL, SMALL), (film, film), 0.02))
+    films = (v_star * SMALL**3 / DRAWN for v_star in VOLUMES)
+    made = (head_on(str(n), (1, 1), (SMALL, SMALL), (film, film), 0.02) for n, film in enumerate(films))
     return map_batch(
         name="map-angle", classes=spheres(SMALL, angle_rad=math.radians(angle)), pairs=springs([1e3], 0.9), liquid=water(),
         time_step=STEP_ANGLE, steps=2500, cells=tuple(made),
@@ -242,15 +231,15 @@ MAPS: dict[str, Map] = {
         time_step_map("semi_implicit"),
         Map(
             "stiffness", "Contact stiffness and speed", ("normal stiffness [N/m]", STIFFNESSES), ("speed [m/s]", SPEEDS),
-            stiffness_batch, stiffness_limit, f"stiffest contact allowed at {STEP_STIFFNESS:g} s",
+            stiffness_batch, stiffness_limit,
         ),
         Map(
             "ratio", "Film thickness and size ratio", ("film thickness over small radius", FILMS), ("size ratio", RATIOS),
-            ratio_batch, ratio_limit, f"where the advisor allows {STEP_FILM:g} s", y_log=False,
+            ratio_batch, ratio_limit, y_log=False,
         ),
         Map(
             "angle", "Bridge volume and contact angle", ("V* of the bridge", VOLUMES), ("contact angle [deg]", ANGLES),
-            angle_batch, angle_limit, f"where {STEP_ANGLE:g} s resolves the bridge by the advisor", y_log=False,
+            angle_batch, angle_limit, y_log=False,
         ),
     )
 }  # fmt: skip
@@ -265,8 +254,5 @@ def row_of(chart: Map, number: int, run_dir: Path) -> pd.DataFrame:
         judged = [worst(states(stepping(y, float(x), how), run_dir / str(n))) for n, x in enumerate(chart.x[1])]
     else:
         judged = states(chart.batch(y), run_dir)
-    table = pd.DataFrame(judged)
-    table.insert(0, "x", chart.x[1])
-    table.insert(1, "y", y)
-    table["limit"] = limits
-    return table
+    points = zip(chart.x[1], judged, limits, strict=True)
+    return pd.DataFrame([{"x": float(x), "y": y, **told, "limit": limit} for x, told, limit in points])

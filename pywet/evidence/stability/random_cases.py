@@ -181,7 +181,6 @@ def at_wall(s: Setting, how: str) -> tuple[tuple[Sphere, ...], tuple[Part, ...]]
 
 
 def draw_cell(s: Setting, name: str, how: str) -> Cell:
-    """One case."""
     walls: tuple[Part, ...] = ()
     if how in ("plate", "edge", "wire", "between wires", "crossing"):
         bodies, walls = at_wall(s, how)

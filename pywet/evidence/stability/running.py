@@ -69,7 +69,7 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
         shutil.rmtree(run_dir, ignore_errors=True)
         cells.prepare(batch, run_dir)
         try:
-            launch(run_dir, batch.ranks, allow_unstable)
+            driver.run(run_dir, batch.ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)
             return batch, stopped
         except PywetError as error:
             said, spheres = (error.reason, error.spheres) if isinstance(error, StoppedRun) else ("", ())
@@ -78,11 +78,6 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
                 return batch, {**{c.name: said or str(error) for c in batch.cells}, **stopped}
             stopped[name] = said
             batch = batch.without({name})
-
-
-def launch(run_dir: Path, ranks: int = 1, allow_unstable: bool = False) -> driver.RunInfo:
-    """One engine run, forked where it has one rank."""
-    return driver.run(run_dir, ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)
 
 
 def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
@@ -95,6 +90,8 @@ def objected(batch: Batch, run_dir: Path) -> dict[str, str]:
     return {cell: "; ".join(sentences) for cell, sentences in said.items()}
 
 
+STOPPED = {"state": "stopped", "said": "", "ledger": 0.0, "made": 0.0, "allowed": 0.0, "events": 0}
+"""The verdict of a cell that a guard stopped."""
 PASSIVE = "lian"
 """A tangential law with one coefficient for sliding and spin: it can only take energy. With two, as in Elskamp (28), (29), and a
 torque that is the force times its arm, a sphere that slides at first ends with more energy than it had."""
@@ -112,7 +109,8 @@ def by_the_law(batch: Batch, names: set[str], run_dir: Path, allow_unstable: boo
     left, stopped = run_cells(passive, run_dir, allow_unstable)
     if len(stopped) == len(passive.cells):
         return set()
-    return {v.cell for v in judge.verdicts(left, run_dir) if v.state == "stable" and v.cell not in stopped}
+    verdicts = judge.verdicts(left, run_dir)
+    return {name for name, v in verdicts.items() if v["state"] == "stable" and name not in stopped}
 
 
 def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.DataFrame:
@@ -121,22 +119,21 @@ def judged(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> pd.Data
     rows: list[dict[str, Any]] = []
     replayed, books, verdicts = {}, {"identity": 0.0, "drag": 0.0}, {}
     if len(stopped) < len(batch.cells):
-        verdicts = {v.cell: v for v in judge.verdicts(left, run_dir) if v.cell not in stopped}
+        verdicts = judge.verdicts(left, run_dir)
         replayed, books = objected(left, run_dir), judge.budget(run_dir)
-    made = {v.cell for v in verdicts.values() if v.state == "energy"}
+    verdicts |= {name: {**STOPPED, "said": said} for name, said in stopped.items()}
+    made = {name for name, v in verdicts.items() if v["state"] == "energy"}
     explained = by_the_law(left, made, run_dir.with_name(run_dir.name + "-passive"), allow_unstable)
     for cell in batch.cells:
-        said = stopped.get(cell.name, "")
-        v = verdicts.get(cell.name) or judge.Verdict(cell.name, False, 0.0, 0.0, 0.0, 0, said)
+        v = verdicts[cell.name]
         objection = "; ".join(filter(None, [replayed.get(cell.name, ""), replayed.get("", "")]))
-        state = v.state if v.state != "stable" or not objection else "replay"
+        state = v["state"] if v["state"] != "stable" or not objection else "replay"
         if state == "stable" and (books["identity"] > 1e-12 or books["drag"] > 1e-12):
             state = "energy"
         if state == "energy" and cell.name in explained and not objection:
             state = "law"
         rows.append({
-            "case": cell.name, "state": state, "said": v.said, "ledger": v.ledger, "made": v.made, "allowed": v.allowed,
-            "events": v.events, "replay": "" if v.said else objection or "agrees", "identity": books["identity"],
-            **cell.says,
+            "case": cell.name, **v, "state": state, "replay": "" if v["said"] else objection or "agrees",
+            "identity": books["identity"], **cell.says,
         })  # fmt: skip
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows).drop(columns="raw", errors="ignore")

@@ -31,25 +31,20 @@ class StabilityStudy(study.Study):
 
     @property
     def map_rows(self) -> dict[str, list[str]]:
-        """Map -> its jobs."""
         return {name: [f"maps/{name}-{n:02d}" for n in range(len(chart.y[1]))] for name, chart in MAPS.items()}
 
     @property
     def scenes(self) -> list[str]:
-        """Jobs of the hard scenes."""
         return [f"hard/{name}" for name in hard_scenes.SCENES]
 
     @property
     def batches(self) -> list[str]:
-        """Jobs of the random cases."""
         return [f"batches/{self.seed}-{n:03d}" for n in range(-(-self.cases // PER_BATCH))]
 
     def jobs(self) -> list[str]:
-        """Maps, hard scenes, random cases."""
         return [*(job for jobs in self.map_rows.values() for job in jobs), *self.scenes, *self.batches]
 
     def runs(self, job: str) -> list[study.Run]:
-        """One."""
         part, _, name = job.partition("/")
         chart, _, number = name.rpartition("-")
         make: Callable[[Path], pd.DataFrame]

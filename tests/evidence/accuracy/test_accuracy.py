@@ -23,15 +23,12 @@ from pywet.evidence.accuracy import (
     cost,
     edit,
     errors,
-    front,
     knobs,
     measure,
-    result,
     sieve,
 )
-from pywet.evidence.accuracy.errors import WET_SCENES
 from pywet.evidence.accuracy.knobs import KNOBS, Setting
-from pywet.evidence.accuracy.study import AccuracyStudy
+from pywet.evidence.accuracy.study import AccuracyStudy, store
 from tests.evidence.test_times import costs_of
 
 ROOT = Path(__file__).parents[3]
@@ -246,25 +243,20 @@ def test_a_looser_accuracy_never_costs_more(moist: bool, scale: str) -> None:
 def test_time_step_springs_facets_and_integration_of_the_defaults_are_on_the_stored_front(scale: str) -> None:
     """Nothing is both cheaper and better beyond doubt, in any quantity. The law is not in the list: it follows the paper."""
     table = choice.for_scale(scale)[0]
-    for kind, scenes in (("moist", WET_SCENES), ("dry", ("dry", "pair_dry"))):
+    for kind in choice.SCENES:
         for knob in ("fraction", "stiffness", "wire_sides", "integration"):
             for group in errors.GROUPS:
-                standing = front.standing(table, knob, kind, group, scenes)
+                standing = choice.standing(table, knob, kind, group)
                 assert standing is None or standing.verdict != "beaten", standing
 
 
 def test_a_level_that_is_cheaper_and_better_beats_the_default() -> None:
-    scenes = ("dry",)
-    beaten = front.standing(
-        toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes
-    )
+    beaten = choice.standing(toy({0.003: 0.01, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert beaten is not None and (beaten.verdict, beaten.by) == ("beaten", 0.003)
-    fine = front.standing(
-        toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained", scenes
-    )
+    fine = choice.standing(toy({0.003: 0.09, 0.01: 0.05, 0.03: 0.0}, PRICES), "stiffness", "dry", "fraction retained")
     assert fine is not None and fine.verdict == "on the front"
     vague = toy({0.003: 0.06, 0.01: 0.05, 0.03: 0.0}, PRICES, limit=0.1)
-    told = front.standing(vague, "stiffness", "dry", "fraction retained", scenes)
+    told = choice.standing(vague, "stiffness", "dry", "fraction retained")
     assert told is not None and told.verdict == "not told apart"
 
 
@@ -468,8 +460,8 @@ def test_plan_weighs_semi_implicit_drag_for_a_thick_liquid(tmp_path: Path, monke
 
 def test_table_is_rounded_and_put_in_its_scales_place(tmp_path: Path) -> None:
     made = {"provenance": {"scale": "smoke"}, "x": [1.23456789, {"y": 2.0}]}
-    path = result.store(made, tmp_path / "t.json")
-    result.store({"provenance": {"scale": "reduced"}}, path)
+    path = store(made, tmp_path / "t.json")
+    store({"provenance": {"scale": "reduced"}}, path)
     tables = choice.stored(path)["scales"]
     assert set(tables) == {"smoke", "reduced"} and tables["smoke"]["x"] == [1.2346, {"y": 2.0}]
 
@@ -485,11 +477,6 @@ def test_facets_that_are_emptied_to_a_rounding_do_not_stop_a_run(tmp_path: Path)
     assert np.isfinite(events["volume"]).all() and (events["volume"] > 0).all()
     replayed = stages.replay(tmp_path)
     assert replayed is not None and replayed["ok"]
-
-
-def test_a_size_that_there_is_not_is_refused_in_a_sentence() -> None:
-    with pytest.raises(PywetError, match="expected one of quick, standard"):
-        AccuracyStudy(Path("unused"), "huge")
 
 
 def test_a_stored_table_that_lacks_a_setting_is_laid_beside_one_that_has_it() -> None:

@@ -150,7 +150,7 @@ def test_digest_of_runs(tmp_path: Path) -> None:
     """Mean and spread come back; a run of the same kind passes, a changed one raises the alarm; bad runs are refused."""
     random = np.random.default_rng(3)
     values = [{"x": (1.0 + 0.1 * random.normal(), 1.0, "m"), "y": (2.0, 2.0, "1")} for _ in range(10)]
-    stored = digest.load(digest.save(digest.make("one", "command", values, 1e-6), tmp_path / "one.json"))
+    stored = digest.load(digest.save(digest.make("one", "command", values), tmp_path / "one.json"))
     assert stored.numbers["x"].spread == pytest.approx(np.std([v["x"][0] for v in values], ddof=1), rel=1e-9)
     assert all(r.ok for r in digest.against(stored, "run", {"x": (1.1, 1.0, "m"), "y": (2.0 + 1e-6, 2.0, "1")}))
     assert [r.ok for r in digest.against(stored, "run", {"x": (3.0, 1.0, "m"), "y": (2.001, 2.0, "1")})] == [
@@ -159,7 +159,7 @@ def test_digest_of_runs(tmp_path: Path) -> None:
     ]
     assert [r.ok for r in digest.against(stored, "run", {"x": (1.0, 1.0, "m")})] == [True, False]
     with pytest.raises(PywetError, match="not replayed"):
-        digest.of_runs("s", "c", [made(tmp_path / "run")], 1e-6)
+        digest.of_runs("s", "c", [made(tmp_path / "run")])
     with pytest.raises(PywetError, match="no reference scene"):
         references.made("nothing")
 
