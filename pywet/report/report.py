@@ -24,6 +24,8 @@ from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 TEMPLATE = "report.html.j2"
 SCENES = 60_000_000
 """Size of the 3-D scenes of all cases together [bytes]."""
+TABLE = "../agreement/index.html"
+"""The table of agreement, beside the report's folder where it has been made."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
 
@@ -65,8 +67,8 @@ def write(
             {
                 **context(config, scale, results, picture),
                 "files": _files(out, results),
-                "presets": presets.shown(pairs),
-                "table_of_agreement": _beside(out),
+                "presets": [presets.shown(pair) for pair in pairs],
+                "table_of_agreement": TABLE if (out.parent / TABLE).exists() else None,
                 "pages": _pages(out),
             }
         )
@@ -113,11 +115,6 @@ def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[
         for r in results
         if r.folder is not None and r.folder.parent.resolve() == report.parent.resolve()
     ]
-
-
-def _beside(out: Path) -> str | None:
-    """Link to the table of agreement when it has been made beside the report's folder."""
-    return "../agreement/index.html" if (out.parent.parent / "agreement" / "index.html").exists() else None
 
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
@@ -231,8 +228,8 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
 def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
     """The panels of each figure."""
     sheets = {"moisture": plots.moisture, "dry": plots.dry, "classes": plots.classes, "liquid": plots.liquid}
-    drawn = {name: plots.apart(sheet(results)) for name, sheet in sheets.items()}
-    return {name: plots.embedded(panels, name) for name, panels in drawn.items() if panels}
+    drawn = {name: plots.apart(sheet(results), name) for name, sheet in sheets.items()}
+    return {name: panels for name, panels in drawn.items() if panels}
 
 
 def _embedded(files: Sequence[Path | None]) -> str | None:

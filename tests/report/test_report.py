@@ -104,9 +104,7 @@ def test_the_summary_of_a_dry_run_is_not_taken_for_a_moist_case(config: settings
 def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: settings.Config, folder: Path) -> None:
     """The synthetic run's ledger ends with four bridges formed and two ruptured."""
     usual = collect(folder, [config.case(2)])[0]
-    rows = {
-        r["name"]: (r["paper"], r["other"]) for r in presets.shown([presets.Pair(usual, usual, "exact")])[0]["rows"]
-    }
+    rows = {r["name"]: (r["paper"], r["other"]) for r in presets.shown(presets.Pair(usual, usual, "exact"))["rows"]}
     assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
 
 
@@ -114,7 +112,7 @@ def test_one_seed_of_each_preset_is_no_difference(config: settings.Config, folde
     """The page says that it cannot be told; from four seeds on it gives Student's interval, by hand here: equal spreads s of
     5 and 5 seeds have 8 degrees of freedom, t = 2.306, half width t s sqrt(2/5)."""
     usual = collect(folder, [config.case(2)])[0]
-    (shown,) = presets.shown([presets.Pair(usual, usual, "exact")])
+    shown = presets.shown(presets.Pair(usual, usual, "exact"))
     assert "cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed" in shown["apart"]
     assert shown["rows"][0]["paper"].endswith(", one seed")
     spread = [0.64, 0.65, 0.66, 0.67, 0.68]
@@ -240,8 +238,8 @@ def test_panels_are_those_of_the_paper_for_the_eighteen_cases(config: settings.C
     assert [len(g) for _, g in plots._panels(results, lambda r: r.configuration, plots.title)] == [3] * 6
     assert [r.case.case for r in plots._strong(results)] == [1, 2, 3, 7, 8, 9, 10, 11, 12, 16, 17, 18]
     for draw in (plots.dry, plots.moisture, plots.classes, plots.liquid):
-        panels = plots.apart(draw(results))
-        assert panels and all("<svg" in panel.svg for panel in panels)
+        panels = plots.apart(draw(results), "figure")
+        assert panels and all("<svg" in panel["svg"] for panel in panels)
 
 
 def test_curves_hold_the_numbers_of_the_tables(folder: Path, config: settings.Config) -> None:
