@@ -15,7 +15,7 @@ from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
-from pywet.own_scene.walls import MM, Wall, chosen
+from pywet.own_scene.walls import MM, Box, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"
@@ -62,24 +62,6 @@ class Liquid(Excusable):
     def _one_amount(self) -> Self:
         chosen(self, "percent", "film_um", needed=False)
         return self
-
-
-class Box(Excusable):
-    """A region between two corners."""
-
-    low_mm: Vector
-    high_mm: Vector
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if not all(a < b for a, b in zip(self.low_mm, self.high_mm, strict=True)):
-            raise ValueError("each number of low_mm to be less than that of high_mm")
-        return self
-
-    def region(self) -> FeedRegion:
-        """As spheres are placed in it."""
-        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
 
 
 class Cylinder(Excusable):

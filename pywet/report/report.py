@@ -54,10 +54,9 @@ def write(
     `twins`: folder name of a run with another preset -> number of its case and that preset.
     """
     results = collect(folder, [config.case(number) for number in cases])
+    usual = {r.case.case: r for r in results}
     pairs = [
-        presets.Pair(
-            next(r for r in results if r.case.case == number), collect_run(folder / name, config.case(number)), preset
-        )
+        presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset)
         for name, (number, preset) in (twins or {}).items()
     ]
     environment = page.templates(template_dir)
@@ -67,7 +66,7 @@ def write(
             {
                 **context(config, scale, results, picture),
                 "files": _files(out, results),
-                "presets": [presets.shown(pair) for pair in pairs],
+                "presets": pairs,
                 "table_of_agreement": TABLE if (out.parent / TABLE).exists() else None,
                 "pages": _pages(out),
             }

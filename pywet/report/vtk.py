@@ -188,5 +188,10 @@ def _save(made: Any, path: Path) -> None:
     writer.SetFileName(str(path))
     writer.SetInputData(made)
     writer.SetDataModeToBinary()
-    if not writer.Write():
+    run_writer(writer, path)
+
+
+def run_writer(writer: Any, path: Path) -> None:
+    """Have a writer of VTK do its work; `path`: the file as it will be called."""
+    if not writer.Write() or writer.GetErrorCode():
         raise PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")

@@ -104,7 +104,7 @@ def test_the_summary_of_a_dry_run_is_not_taken_for_a_moist_case(config: settings
 def test_presets_are_laid_side_by_side_with_what_their_bridges_did(config: settings.Config, folder: Path) -> None:
     """The synthetic run's ledger ends with four bridges formed and two ruptured."""
     usual = collect(folder, [config.case(2)])[0]
-    rows = {r["name"]: (r["paper"], r["other"]) for r in presets.shown(presets.Pair(usual, usual, "exact"))["rows"]}
+    rows = {r["name"]: (r["paper"], r["other"]) for r in presets.shown(usual, usual, "exact")["rows"]}
     assert (rows["bridges formed"], rows["bridges ruptured"]) == (("4", "4"), ("2", "2"))
 
 
@@ -112,7 +112,7 @@ def test_one_seed_of_each_preset_is_no_difference(config: settings.Config, folde
     """The page says that it cannot be told; from four seeds on it gives Student's interval, by hand here: equal spreads s of
     5 and 5 seeds have 8 degrees of freedom, t = 2.306, half width t s sqrt(2/5)."""
     usual = collect(folder, [config.case(2)])[0]
-    shown = presets.shown(presets.Pair(usual, usual, "exact"))
+    shown = presets.shown(usual, usual, "exact")
     assert "cannot be told: 1 seed of paper and 1 of exact; 4 of each are needed" in shown["apart"]
     assert shown["rows"][0]["paper"].endswith(", one seed")
     spread = [0.64, 0.65, 0.66, 0.67, 0.68]
