@@ -10,7 +10,6 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from pywet import scene as typed
 from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
@@ -85,10 +84,6 @@ class Fed(Excusable):
 
     from_s: NonNegative = 0.0
     for_s: Positive
-
-    def typed(self) -> typed.Fed:
-        """As an engine takes it."""
-        return typed.Fed(from_s=self.from_s, for_s=self.for_s)
 
 
 class Spheres(Excusable):

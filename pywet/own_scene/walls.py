@@ -148,7 +148,7 @@ class Vibrates(Excusable):
     frequency_Hz: Positive
     phase_deg: Vector = (0.0, 0.0, 0.0)
 
-    def vibration(self) -> Vibration:
+    def engine_motion(self, corners: Floats) -> Vibration:
         """In SI units."""
         x, y, z = (MM * a for a in self.amplitude_mm)
         p, q, r = (math.radians(a) for a in self.phase_deg)
@@ -162,7 +162,7 @@ class Turns(Excusable):
     axis: Direction
     origin_mm: Vector = (0.0, 0.0, 0.0)
 
-    def rotation(self) -> Rotation:
+    def engine_motion(self, corners: Floats) -> Rotation:
         """In SI units."""
         x, y, z = (MM * c for c in self.origin_mm)
         return Rotation(origin_m=(x, y, z), axis=_unit(self.axis), period_s=60.0 / self.turns_per_minute)
@@ -175,7 +175,7 @@ class Moves(Excusable):
     from_s: NonNegative = 0.0
     for_s: Positive
 
-    def slide(self, corners: Floats) -> Slide:
+    def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it."""
         return Slide(velocity_m_per_s=self.velocity_m_per_s, opens_at_s=self.from_s, travel_s=self.for_s)
 
@@ -187,7 +187,7 @@ class Removed(Excusable):
     towards: Direction
     speed_m_per_s: Positive = 1.0
 
-    def slide(self, corners: Floats) -> Slide:
+    def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it, for the corners (n, 3) of the wall [m]."""
         way = _unit(self.towards)
         travel = 2.0 * float(np.ptp(corners @ np.array(way)))
@@ -233,12 +233,8 @@ class Wall(Excusable):
 
     def own_motion(self, corners: Floats) -> OwnMotion | None:
         """How it moves, in SI units; `corners` (n, 3) as it is at the start [m]."""
-        if self.vibrates:
-            return self.vibrates.vibration()
-        if self.turns:
-            return self.turns.rotation()
-        drawn = self.moves or self.removed
-        return drawn.slide(corners) if drawn else None
+        way = self.vibrates or self.turns or self.moves or self.removed
+        return way.engine_motion(corners) if way else None
 
     def surface(self, folder: Path) -> Surface:
         """Its triangles; an STL file is looked for in `folder`."""

@@ -20,6 +20,7 @@ __all__ = ["plt"]
 INK, GRID = "#27323d", "#dfe4e9"
 NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
 """Colours of lines, in the order in which they are taken."""
+DPI = 130
 STYLE: Any = {
     "font.size": 9,
     "font.family": "DejaVu Sans",
@@ -71,8 +72,8 @@ def inline(text: str, name: str) -> str:
     )
 
 
-def save_png(figure: Figure, path: Path, dpi: int = 130) -> None:
+def save_png(figure: Figure, path: Path) -> None:
     """The figure as a PNG file; it is closed."""
     with atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=dpi, format="png")
+        figure.savefig(temporary, dpi=DPI, format="png")
     plt.close(figure)

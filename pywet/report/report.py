@@ -6,7 +6,6 @@ Gathers what the template `workflow/report/report.html.j2` shows; reads only wha
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,15 +27,6 @@ TABLE = "../agreement/index.html"
 """The table of agreement, beside the report's folder where it has been made."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """One assumed number of the configuration."""
-
-    name: str
-    value: str
-    reason: str
 
 
 def write(
@@ -190,8 +180,8 @@ def scale_statement(config: Config, name: str) -> list[str]:
     return found
 
 
-def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
-    """Every number of the configuration that is not from the paper, with its reason; a measured one says so."""
+def assumptions(config: Config, scale: str) -> Iterator[tuple[str, str, str]]:
+    """Name, value and reason of every number of the configuration that is not from the paper; a measured one says so."""
     parts = {
         "apparatus": config.apparatus.model_dump(exclude_none=True),
         f"scale {scale}": config.scale(scale).model_dump(exclude_none=True),
@@ -202,12 +192,12 @@ def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
         yield from _assumed(name, data)
 
 
-def _assumed(name: str, data: Any) -> Iterator[Assumption]:
+def _assumed(name: str, data: Any) -> Iterator[tuple[str, str, str]]:
     if isinstance(data, dict):
         if data.get("source") in ("assumption", "measured") and ("value" in data or "material" in data):
             value = data.get("value", data.get("material", ""))
             why = data.get("reason", {"measured": "measured", "assumption": "no reason is given"}[data["source"]])
-            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), why)
+            yield name, f"{value:g}" if isinstance(value, float) else str(value), why
             return
         for key, value in data.items():
             yield from _assumed(f"{name} · {key}", value)

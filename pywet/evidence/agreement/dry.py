@@ -52,11 +52,8 @@ def law() -> tuple[float, float, float]:
     return mass, dashpot, math.pi * math.sqrt(mass / STIFFNESS) / math.sqrt(1.0 - zeta**2)
 
 
-def exact(angle_deg: float, tangential_damping: float) -> Outcome:
-    """The impact of two equal spheres by the contact law, semi-implicit Euler with PARTS × FINER steps.
-
-    `tangential_damping` [N s/m] acts on the slip beside the spring, Coulomb's limit on both together.
-    """
+def exact(angle_deg: float) -> Outcome:
+    """The impact of two equal spheres by the contact law, semi-implicit Euler with PARTS × FINER steps."""
     mass, dashpot, duration = law()
     step = duration / PARTS / FINER
     delta, approach = 0.0, SPEED * math.cos(math.radians(angle_deg))
@@ -68,10 +65,10 @@ def exact(angle_deg: float, tangential_damping: float) -> Outcome:
         normal = STIFFNESS * delta + dashpot * approach
         slip = slide - 2.0 * spin  # both spheres turn the same way; spin is R ω
         stretch += slip * step
-        force, limit = spring * stretch + tangential_damping * slip, FRICTION * abs(normal)
+        force, limit = spring * stretch, FRICTION * abs(normal)
         if abs(force) > limit:
             force = math.copysign(limit, force)
-            stretch = (force - tangential_damping * slip) / spring
+            stretch = force / spring
         approach -= normal / mass * step
         slide -= force / mass * step
         spin += force / (0.4 * 2.0 * mass) * step
@@ -83,7 +80,7 @@ def source(folder: Path) -> Source:
     """Cells of the dry rows."""
     cells: list[Cell] = []
     for row, angle in ANGLES.items():
-        best = exact(angle, 0.0)
+        best = exact(angle)
         cells += _truths(row)
         for column, drive in ((LIGGGHTS, small.run), (YADE, _yade)):
             run = folder / f"{row}_{column}"

@@ -44,7 +44,7 @@ def _cells(folder: Path) -> Iterator[Cell]:
     yield from replayed._energy("energy_bed", folder / "bed", "runs/bed/")
     for row, angle in dry.ANGLES.items():
         small.run(folder / row, dry.prepare(folder / row, angle), engine="lammps")
-        yield from dry._judged(row, LIGGGHTS, dry.exact(angle, 0.0), folder / row)
+        yield from dry._judged(row, LIGGGHTS, dry.exact(angle), folder / row)
     for pair in pairs():
         for preset in forces.CAPILLARY:
             yield from forces.pulled(pair, preset, folder / f"pull_{preset}_{pair.key}", "lammps")[1]

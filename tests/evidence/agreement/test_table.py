@@ -199,8 +199,8 @@ def test_a_stock_program_that_is_missing_blanks_its_column(monkeypatch: pytest.M
 def test_dry_impact_solved() -> None:
     """Head on: the configured restitution. Sliding: the impulse of Coulomb's law μ(1+e)v_n, but for the springs' first stick
     (less than 1 % of it). Both to the error of 200,000 steps."""
-    assert dry.exact(0.0, 0.0).normal == pytest.approx(0.8, abs=1e-6)
-    steep = dry.exact(60.0, 0.0)
+    assert dry.exact(0.0).normal == pytest.approx(0.8, abs=1e-6)
+    steep = dry.exact(60.0)
     lost = 0.3 * 1.8 * math.cos(math.radians(60.0))
     assert math.sin(math.radians(60.0)) - steep.tangential == pytest.approx(lost, rel=0.01)
     assert steep.spin == pytest.approx(lost / 0.8, rel=0.01)  # I = 0.4 m R², m twice the reduced mass
