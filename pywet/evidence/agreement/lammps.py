@@ -38,10 +38,7 @@ def source(folder: Path) -> Source:
 
 def _cells(folder: Path) -> Iterator[Cell]:
     """The cells that LIGGGHTS would have of these runs."""
-    for name, run in (("pair", replayed._pair), ("wall_pull", replayed._wall), ("bed", replayed._bed)):
-        yield from replayed._cells(name, [run(folder / name, "lammps")], f"runs/{name}/", "")
-    yield from replayed._cluster(folder / "cluster", "lammps")
-    yield from replayed._energy("energy_bed", folder / "bed", "runs/bed/")
+    yield from replayed.of_engine(folder, "lammps")
     for row, angle in dry.ANGLES.items():
         small.run(folder / row, dry.prepare(folder / row, angle), engine="lammps")
         yield from dry._judged(row, LIGGGHTS, dry.exact(angle), folder / row)

@@ -48,11 +48,16 @@ OTHER_PROGRAMS = {
 
 def source(folder: Path) -> Source:
     """Cells of the replayed scenes and of the conserved quantities."""
-    made = {"pair": _pair(folder / "pair"), "wall_pull": _wall(folder / "wall_pull"), "bed": _bed(folder / "bed")}
-    cells = [cell for scene, replayed in made.items() for cell in _cells(scene, [replayed], f"runs/{scene}/", "")]
-    cells += [*_cluster(folder / "cluster"), *_split(folder / "exact_pair")]
-    cells += _energy("energy_bed", folder / "bed", "runs/bed/")
+    cells = [*of_engine(folder), *_split(folder / "exact_pair")]
     return Source("replayed", cells, {"bed": _places(folder / "bed")})
+
+
+def of_engine(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
+    """What the same scenes give in an engine that has the plugin."""
+    for name, replayed in (("pair", _pair), ("wall_pull", _wall), ("bed", _bed)):
+        yield from _cells(name, [replayed(folder / name, engine)], f"runs/{name}/", "")
+    yield from _cluster(folder / "cluster", engine)
+    yield from _energy("energy_bed", folder / "bed", "runs/bed/")
 
 
 def screening(results: Path) -> Source:
@@ -117,7 +122,7 @@ def _run(
     small.run(folder, spheres, engine=engine)
 
 
-def _pair(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
+def _pair(folder: Path, engine: str) -> dict[str, Any]:
     """Two spheres 1 : 2 drawn apart, sideways and spinning, every step logged."""
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
@@ -127,20 +132,20 @@ def _pair(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     return replay(folder)
 
 
-def _wall(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
+def _wall(folder: Path, engine: str) -> dict[str, Any]:
     """A sphere drawn from a plate, sideways and spinning."""
     bodies = [small.Sphere(1, (0.0, 0.0, R), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True)]
     _run(folder, sphere_classes(R), bodies, engine, walls=[small.floor()], wall_angle_rad=math.radians(45.0))
     return replay(folder)
 
 
-def _bed(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
+def _bed(folder: Path, engine: str) -> dict[str, Any]:
     """Forty moist spheres that come to rest in a box."""
     scenes.run("bed", folder, scenes.Choice(spheres=40, seconds=0.12, engine=engine))
     return replay(folder)
 
 
-def _cluster(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
+def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
     """Three wet spheres thrown together, free: momentum, angular momentum, energy; again without the tangential drag."""
     kinds, link = sphere_classes(R, 2e-3), "runs/cluster/"
     plain = folder.with_name("cluster_no_tangential")

@@ -229,7 +229,9 @@ def test_dry_impacts_in_the_engines(tmp_path: Path) -> None:
 @pytest.mark.engine
 def test_replayed_pair_gives_every_quantity(tmp_path: Path) -> None:
     """All eleven quantities have a cell of LIGGGHTS + pywet within 1e-9 of the reference."""
-    cells = {(c.row, c.column): c for c in replayed._cells("pair", [replayed._pair(tmp_path)], "runs/pair/", "")}
+    cells = {
+        (c.row, c.column): c for c in replayed._cells("pair", [replayed._pair(tmp_path, LIGGGHTS)], "runs/pair/", "")
+    }
     for key in QUANTITIES:
         ours = cells[f"{key}_pair", LIGGGHTS]
         assert ours.deviation is not None and ours.deviation <= 1e-9 and ours.count > 0
