@@ -118,7 +118,6 @@ class Spheres(Excusable):
 
     @property
     def radius_m(self) -> float:
-        """Radius [m]."""
         return 0.5 * MM * self.diameter_mm
 
 

@@ -59,7 +59,6 @@ class Cell:
 
     @property
     def html(self) -> str:
-        """The cell as HTML."""
         names = " ".join(n for n in (self.grade, "left" if self.left else "") if n)
         text = marked(self.text)
         inner = f'<a href="{html.escape(self.link)}">{text}</a>' if self.link else text

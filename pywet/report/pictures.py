@@ -1,10 +1,9 @@
-"""The look of all pictures, panels of a figure, and a figure as SVG text or as a file."""
+"""The look of all pictures, panels of a figure, and a figure as SVG text."""
 
 from __future__ import annotations
 
 import io
 import re
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -13,8 +12,6 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-from pywet.files import atomic_write
 
 __all__ = ["plt"]
 INK, GRID = "#27323d", "#dfe4e9"
@@ -70,10 +67,3 @@ def inline(text: str, name: str) -> str:
     return re.sub(
         r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1), count=1
     )
-
-
-def save_png(figure: Figure, path: Path) -> None:
-    """The figure as a PNG file; it is closed."""
-    with atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=DPI, format="png")
-    plt.close(figure)

@@ -215,7 +215,6 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
 
 
 def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
-    """The panels of each figure."""
     sheets = {"moisture": plots.moisture, "dry": plots.dry, "classes": plots.classes, "liquid": plots.liquid}
     drawn = {name: plots.apart(sheet(results), name) for name, sheet in sheets.items()}
     return {name: panels for name, panels in drawn.items() if panels}

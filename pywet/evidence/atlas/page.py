@@ -85,7 +85,6 @@ def _of_kind(names: Sequence[str], kind: str) -> list[str]:
 
 
 def sections(tables: dict[str, pd.DataFrame], pictures: dict[str, str], missing: list[str]) -> list[Section]:
-    """The page's sections."""
     return [
         Section("Which one", _choice(tables["cost"]), "which one"),
         Section("Error of the force against the exact bridge", _forces(tables, pictures), "force"),

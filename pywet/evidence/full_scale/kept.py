@@ -52,7 +52,6 @@ class Kept:
 
     @cached_property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """The tables by name."""
         try:
             return {name: pd.read_csv(self.folder / f"{name}.csv") for name in TABLES}
         except (OSError, ValueError) as error:
@@ -60,7 +59,6 @@ class Kept:
 
     @property
     def case(self) -> int:
-        """Number of the case."""
         return int(self.about["case"])
 
     @property
@@ -135,7 +133,6 @@ class Moved(Kept):
 
     @cached_property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """The moved tables."""
         own = Kept(self.folder)
         moved = {name: own.tables[name].astype(float) for name in TABLES}
         for name, frame in moved.items():
