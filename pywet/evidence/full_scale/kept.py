@@ -102,6 +102,10 @@ class Kept:
             "fraction_retained", "fraction_retained" if kind is None else column("fraction_retained", kind)
         )
 
+    def y(self, start: float, stop: float, kind: str | None = None) -> float:
+        """Mean of `retained` from `start` to `stop`."""
+        return self.mean(self.retained(kind), start, stop)
+
     @property
     def undersize(self) -> Floats:
         """Mass of undersize spheres still on the screen over that at the start."""

@@ -84,14 +84,9 @@ def _trials(folder: Path, statement: int = 7) -> Callable[[str, int, str], float
     return lambda trial, case, of: float(late[of].to_dict()[trial, case])
 
 
-def _y(run: Kept, start: float, stop: float) -> float:
-    """Mean of Y over a span of time."""
-    return run.mean(run.retained(), start, stop)
-
-
 def _slower(runs: Runs, folder: Path) -> str:
     full, less = runs[1][0], runs[4][0]
-    early = _y(less, 0.5, 5.0) - _y(full, 0.5, 5.0)
+    early = less.y(0.5, 5.0) - full.y(0.5, 5.0)
     left = [100 * run.at(run.undersize, 5.0) for run in (full, less)]
     return (
         f"passage is over sooner here. From 0.5 to 5 s 0.8 mm holds {early:.3f} of the feed back on average; at 5 s "
@@ -102,7 +97,7 @@ def _slower(runs: Runs, folder: Path) -> str:
 def _wider(runs: Runs, folder: Path) -> str:
     of, wide, narrow = _trials(folder, 6), runs[1][0], runs[7][0]
     means = [f"{of('deep', n, 'all'):.2f} in place of {of('as_is', n, 'all'):.2f}" for n in (7, 8)]
-    gaps = [_y(narrow, *span) - _y(wide, *span) for span in ((5.0, 10.0), (10.0, 20.0))]
+    gaps = [narrow.y(*span) - wide.y(*span) for span in ((5.0, 10.0), (10.0, 20.0))]
     return (
         f"three of its four parts hold; POM with 5.6 mm is over sooner here: Y7 − Y1 is {gaps[0]:.3f} from 5 to 10 s and "
         f"{gaps[1]:.3f} from 10 to 20 s, with {100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. "
@@ -114,7 +109,7 @@ def _wider(runs: Runs, folder: Path) -> str:
 def _early(runs: Runs, folder: Path) -> str:
     of = _trials(folder)
     dry, five, ten = (runs[k][0] for k in (1, 2, 3))
-    y = [_y(k, 0.5, 2.5) for k in (dry, five, ten)]
+    y = [k.y(0.5, 2.5) for k in (dry, five, ten)]
     return (
         f"passage is over sooner here. From 0.5 to 2.5 s 5 % of liquid holds {y[1] - y[0]:.3f} of the feed back on average and "
         f"10 % holds {y[2] - y[1]:.3f} more; at 3 s {100 * dry.at(dry.undersize, 3.0):.0f} % of the undersize is left dry, "
@@ -152,8 +147,8 @@ def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[R
     """How far dry, moist and moister lie apart from 2 s to `end`, and the seeds of a case."""
 
     def said(runs: Runs, folder: Path) -> str:
-        y = [_y(runs[n][0], 2.0, end) for n in cases]
-        seeds = [_y(k, 2.0, end) for k in runs[seeded]]
+        y = [runs[n][0].y(2.0, end) for n in cases]
+        seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
             f"from 2 to {end:g} s the means of the first seed differ by {y[1] - y[0]:+.4f} and {y[2] - y[1]:+.4f} of the feed, "
             f"those of the seeds of case {seeded} by up to {max(seeds) - min(seeds):.4f}."
@@ -164,7 +159,7 @@ def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[R
 
 def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
     """Largest mean Y less the smallest, of each group of cases in each span of time."""
-    means = [[[_y(runs[n][0], *span) for n in cases] for cases in groups] for span in spans]
+    means = [[[runs[n][0].y(*span) for n in cases] for cases in groups] for span in spans]
     return [max(each) - min(each) for of in means for each in of]
 
 
