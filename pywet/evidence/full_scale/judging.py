@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -24,9 +25,13 @@ class Part:
     """One number that must be above (`more`) or below a threshold."""
 
     text: str
+    threshold: float
     quantity: Callable[[Cases], float]
     more: bool
-    threshold: float
+
+
+above, below = partial(Part, more=True), partial(Part, more=False)
+"""The quantity must be larger, or smaller, than the threshold."""
 
 
 @dataclass(frozen=True)
@@ -106,13 +111,3 @@ def decide(part: Part, value: float, half: float) -> str:
     if margin - half > 0.0:
         return HOLDS
     return FAILS if margin + half <= 0.0 else OPEN
-
-
-def above(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must be larger than the threshold."""
-    return Part(text, quantity, True, threshold)
-
-
-def below(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must be smaller than the threshold."""
-    return Part(text, quantity, False, threshold)
