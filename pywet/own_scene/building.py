@@ -201,7 +201,7 @@ def _sphere_class(kind: int, spheres: Spheres, said: Scene) -> typed.SphereClass
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
         contact_angle_rad=math.radians(material.contact_angle_deg), count=count,
-        fed=spheres.fed.typed() if spheres.fed else None,
+        fed=typed.Fed(from_s=spheres.fed.from_s, for_s=spheres.fed.for_s) if spheres.fed else None,
     )  # fmt: skip
 
 

@@ -10,12 +10,11 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from pywet import scene as typed
 from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
-from pywet.own_scene.walls import MM, Wall, chosen
+from pywet.own_scene.walls import MM, Box, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"
@@ -64,24 +63,6 @@ class Liquid(Excusable):
         return self
 
 
-class Box(Excusable):
-    """A region between two corners."""
-
-    low_mm: Vector
-    high_mm: Vector
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if not all(a < b for a, b in zip(self.low_mm, self.high_mm, strict=True)):
-            raise ValueError("each number of low_mm to be less than that of high_mm")
-        return self
-
-    def region(self) -> FeedRegion:
-        """As spheres are placed in it."""
-        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
-
-
 class Cylinder(Excusable):
     """An upright cylinder; `origin_mm` is the middle of its lower end."""
 
@@ -103,10 +84,6 @@ class Fed(Excusable):
 
     from_s: NonNegative = 0.0
     for_s: Positive
-
-    def typed(self) -> typed.Fed:
-        """As an engine takes it."""
-        return typed.Fed(from_s=self.from_s, for_s=self.for_s)
 
 
 class Spheres(Excusable):
@@ -141,7 +118,6 @@ class Spheres(Excusable):
 
     @property
     def radius_m(self) -> float:
-        """Radius [m]."""
         return 0.5 * MM * self.diameter_mm
 
 

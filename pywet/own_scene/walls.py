@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
+from pywet.apparatus.packing import FeedRegion
 from pywet.apparatus.solids import Part, bin_solid, plate, polygon, tube, wire
 from pywet.apparatus.stl import read_stl
 from pywet.apparatus.surface import Floats, Motion, Surface, make_surface
@@ -19,28 +20,45 @@ from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vect
 MM = 1e-3
 OwnMotion = Vibration | Rotation | Slide
 Axis = Literal["x", "y", "z"]
+
+
+def _given(direction: Vector) -> Vector:
+    if not any(direction):
+        raise ValueError("a direction, not 0, 0, 0")
+    return direction
+
+
+Direction = Annotated[Vector, AfterValidator(_given)]
 Sides = Annotated[int, Field(ge=3, le=96)]
 ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
 """Coordinates of a solid drawn along z, put along another axis."""
 
 
-class Block(Excusable):
-    """A solid cuboid between two corners."""
+class Box(Excusable):
+    """A region between two corners."""
 
     low_mm: Vector
     high_mm: Vector
 
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not all(a < b for a, b in zip(self.low_mm, self.high_mm, strict=True)):
+            raise ValueError("each number of low_mm to be less than that of high_mm")
+        return self
+
+    def region(self) -> FeedRegion:
+        """As spheres are placed in it."""
+        (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
+        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+
+
+class Block(Box):
+    """A solid cuboid between two corners."""
+
     def parts(self) -> list[Part]:
         """Its faces."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        if not (x < u and y < v and z < w):
-            raise ValueError("each number of low_mm to be less than that of high_mm")
         return plate(np.array([[x, y], [u, y], [u, v], [x, v]]), z, w)
-
-    @model_validator(mode="after")
-    def _solid(self) -> Self:
-        self.parts()
-        return self
 
 
 class Tube(Excusable):
@@ -130,7 +148,7 @@ class Vibrates(Excusable):
     frequency_Hz: Positive
     phase_deg: Vector = (0.0, 0.0, 0.0)
 
-    def vibration(self) -> Vibration:
+    def engine_motion(self, corners: Floats) -> Vibration:
         """In SI units."""
         x, y, z = (MM * a for a in self.amplitude_mm)
         p, q, r = (math.radians(a) for a in self.phase_deg)
@@ -141,18 +159,13 @@ class Turns(Excusable):
     """Turns from the start, right-handed about an axis through `origin_mm`."""
 
     turns_per_minute: Positive
-    axis: Vector
+    axis: Direction
     origin_mm: Vector = (0.0, 0.0, 0.0)
 
-    @model_validator(mode="after")
-    def _axis(self) -> Self:
-        _direction(self.axis, "axis")
-        return self
-
-    def rotation(self) -> Rotation:
+    def engine_motion(self, corners: Floats) -> Rotation:
         """In SI units."""
         x, y, z = (MM * c for c in self.origin_mm)
-        return Rotation(origin_m=(x, y, z), axis=_direction(self.axis, "axis"), period_s=60.0 / self.turns_per_minute)
+        return Rotation(origin_m=(x, y, z), axis=_unit(self.axis), period_s=60.0 / self.turns_per_minute)
 
 
 class Moves(Excusable):
@@ -162,7 +175,7 @@ class Moves(Excusable):
     from_s: NonNegative = 0.0
     for_s: Positive
 
-    def slide(self, corners: Floats) -> Slide:
+    def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it."""
         return Slide(velocity_m_per_s=self.velocity_m_per_s, opens_at_s=self.from_s, travel_s=self.for_s)
 
@@ -171,17 +184,12 @@ class Removed(Excusable):
     """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
 
     at_s: NonNegative
-    towards: Vector
+    towards: Direction
     speed_m_per_s: Positive = 1.0
 
-    @model_validator(mode="after")
-    def _towards(self) -> Self:
-        _direction(self.towards, "towards")
-        return self
-
-    def slide(self, corners: Floats) -> Slide:
+    def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it, for the corners (n, 3) of the wall [m]."""
-        way = _direction(self.towards, "towards")
+        way = _unit(self.towards)
         travel = 2.0 * float(np.ptp(corners @ np.array(way)))
         x, y, z = (self.speed_m_per_s * c for c in way)
         return Slide(velocity_m_per_s=(x, y, z), opens_at_s=self.at_s, travel_s=travel / self.speed_m_per_s)
@@ -225,12 +233,8 @@ class Wall(Excusable):
 
     def own_motion(self, corners: Floats) -> OwnMotion | None:
         """How it moves, in SI units; `corners` (n, 3) as it is at the start [m]."""
-        if self.vibrates:
-            return self.vibrates.vibration()
-        if self.turns:
-            return self.turns.rotation()
-        drawn = self.moves or self.removed
-        return drawn.slide(corners) if drawn else None
+        way = self.vibrates or self.turns or self.moves or self.removed
+        return way.engine_motion(corners) if way else None
 
     def surface(self, folder: Path) -> Surface:
         """Its triangles; an STL file is looked for in `folder`."""
@@ -258,10 +262,7 @@ def _placed(parts: Sequence[Part], axis: Axis, origin_mm: Vector) -> list[Part]:
     return [(corners[..., ORDER[axis]] + MM * np.array(origin_mm), half) for corners, half in parts]
 
 
-def _direction(given: Vector, key: str) -> Vector:
-    """A vector of length one."""
-    length = math.hypot(*given)
-    if length == 0.0:
-        raise ValueError(f"{key} to be a direction, not 0, 0, 0")
-    x, y, z = (c / length for c in given)
+def _unit(given: Vector) -> Vector:
+    """The vector of length one in a direction."""
+    x, y, z = (c / math.hypot(*given) for c in given)
     return x, y, z

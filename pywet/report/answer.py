@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from operator import attrgetter
 
-from pywet.report.collect import CaseResult
+from pywet.report.bridge import short
+from pywet.report.collect import CaseResult, grouped, named
 from pywet.report.plots import title
 from pywet.screening.verdict import LEDGER_TOLERANCE
 
@@ -39,11 +40,9 @@ class Row:
 
 def rows(results: Sequence[CaseResult]) -> list[Row]:
     """One row per configuration of which a case has results."""
-    groups: dict[Any, list[CaseResult]] = {}
-    for r in results:
-        if r.summary is not None and r.retained is not None:
-            groups.setdefault(r.configuration, []).append(r)
-    return [_row(sorted(group, key=lambda r: r.case.liquid_percent)) for group in groups.values()]
+    there = (r for r in results if r.summary is not None and r.retained is not None)
+    groups = grouped(there, attrgetter("configuration")).values()
+    return [_row(sorted(group, key=lambda r: r.case.liquid_percent)) for group in groups]
 
 
 def _row(group: Sequence[CaseResult]) -> Row:
@@ -62,24 +61,19 @@ def sentence(table: Sequence[Row]) -> str:
     """What passes and how moisture changes it."""
     if not table:
         return "No case has results yet."
-    seconds = f"{table[0].seconds:.2g} s after the slide opened"
-    if len(table) == 1:
-        words = [
-            f"{_percent([c.of_what_can])} {'dry' if not c.liquid_percent else 'with ' + c.name}" for c in table[0].cases
-        ]
-        return f"Of the mass that can pass, this has passed {seconds}: {', '.join(words)}."
-    dry = [c.of_what_can for row in table for c in row.cases if not c.liquid_percent]
-    moist = [c.of_what_can for row in table for c in row.cases if c.liquid_percent]
-    parts = [f"{_percent(shares)} {name}" for name, shares in (("dry", dry), ("moist", moist)) if shares]
-    return f"Of the mass that can pass, this has passed {seconds}: {', '.join(parts)}."
+    shares: dict[str, list[float]] = {}
+    for case in sorted((c for row in table for c in row.cases), key=lambda c: c.liquid_percent):
+        moist = "moist" if len(table) > 1 else f"with {case.name}"
+        shares.setdefault(moist if case.liquid_percent else case.name, []).append(case.of_what_can)
+    parts = ", ".join(f"{_percent(of)} {name}" for name, of in shares.items())
+    return f"Of the mass that can pass, this has passed {table[0].seconds:.2g} s after the slide opened: {parts}."
 
 
 def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
     """Whether it is proven, in one line; and whether it is."""
     moist, replayed = [r for r in results if r.bridged], [r for r in results if r.agreement]
-    bad = [str(r.case.case) for r in moist if not r.cross_checked]
-    if bad:
-        return f"Not cross-checked: case{'s' if len(bad) > 1 else ''} {', '.join(bad)}.", False
+    if bad := [r for r in moist if not r.cross_checked]:
+        return f"Not cross-checked: {named(bad)}.", False
     if not moist:
         return "Nothing moist to cross-check.", all(row.ok for r in replayed for row in r.agreement)
     ledger = [r.summary["ledger_error"] for r in moist if r.summary and r.summary["ledger_error"] is not None]
@@ -93,28 +87,23 @@ def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
 
 def unchecked(results: Sequence[CaseResult]) -> list[str]:
     """A line for cases with the same laws that were not checked, and for those with the same second functions."""
-    lines = []
-    for start, kind in (("not checked: ", "unchecked"), ("held against a second function of the user's: ", "second")):
-        groups: dict[tuple[str, ...], list[str]] = {}
-        for r in results:
-            if getattr(r, kind):
-                groups.setdefault(getattr(r, kind), []).append(str(r.case.case))
-        lines += [f"case{'s' if len(n) > 1 else ''} {', '.join(n)} {start}{', '.join(g)}" for g, n in groups.items()]
-    return lines
+    return [
+        f"{named(cases)} {start}: {', '.join(laws)}"
+        for start, kind in (("not checked", "unchecked"), ("held against a second function of the user's", "second"))
+        for laws, cases in grouped(results, attrgetter(kind)).items()
+        if laws
+    ]
 
 
 def laws(results: Sequence[CaseResult]) -> list[tuple[str, str]]:
     """Cases with the same laws, and these: `capillary rabinovich, …`."""
-    groups: dict[str, list[str]] = {}
-    for r in results:
-        if r.plan:
-            used = [
-                f"{row['effect'].replace('_', ' ')}: {row['law'].rpartition('/')[2]}"
-                for row in r.plan["rows"]
-                if row["on"] and row.get("law")
-            ]
-            groups.setdefault(", ".join(used) or "dry contacts only", []).append(str(r.case.case))
-    return [(f"case{'s' if len(cases) > 1 else ''} {', '.join(cases)}", text) for text, cases in groups.items()]
+    return [(named(cases), used) for used, cases in grouped((r for r in results if r.plan), _used).items()]
+
+
+def _used(result: CaseResult) -> str:
+    rows = result.plan["rows"] if result.plan else []
+    laws = [f"{row['effect'].replace('_', ' ')}: {short(row['law'])}" for row in rows if row["on"] and row.get("law")]
+    return ", ".join(laws) or "dry contacts only"
 
 
 def _percent(shares: Sequence[float]) -> str:

@@ -28,7 +28,6 @@ class Page(BaseHTTPRequestHandler):
     """Gives the server's page to whoever asks for it by the name of this machine: no site's name can be made to point here."""
 
     def do_GET(self) -> None:
-        """Answer with the page."""
         assert isinstance(self.server, Server)
         here = f":{self.server.server_port}"
         if self.headers.get("Host") not in (f"{HOST}{here}", f"localhost{here}"):

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from rich.table import Table
 
 from pywet.files import atomic_write
-from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt, save_png, svg
+from pywet.report.pictures import DPI, GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt
 
 COLOURS = (ORANGE, NAVY, GREEN, VIOLET, RED, SKY)
 Values = Sequence[float | None]
@@ -74,13 +74,11 @@ def figure(gaps: Sequence[float], answer: Mapping[str, Any], exact: Values, meas
 
 
 def draw(path: Path, drawn: Figure) -> None:
-    """The figure as SVG, or as PNG where the file is named so."""
-    if path.suffix == ".png":
-        save_png(drawn, path)
-        return
-    text = svg(drawn)
+    """The figure as SVG, or as PNG where the file is named so; it is closed."""
+    how: Any = {"format": "png", "dpi": DPI} if path.suffix == ".png" else {"format": "svg", "metadata": {"Date": None}}
     with atomic_write(path) as temporary:
-        temporary.write_text(text)
+        drawn.savefig(temporary, **how)
+    plt.close(drawn)
 
 
 def _line(axis: Any, gaps: Sequence[float], values: Values, **look: Any) -> None:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.laws.contact import film_thickness
@@ -133,19 +134,12 @@ def _bridges(run: RunDir, steps: Sequence[int]) -> tuple[dict[str, NDArray[Any]]
     (-1 a large wall, -2 a wire); and where each time starts."""
     tables = [vtk.standing_at(run, step) for step in steps]
     starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
-    corners: list[Any] = [np.zeros((0, 8, 3))]
-    one: list[Any] = [np.zeros(0)]
-    other: list[Any] = [np.zeros(0)]
-    for table in (table for table in tables if len(table)):
-        corners.append(standing.corners(run, table))
-        one.append(np.searchsorted(run.timeline.ids, table["i"].to_numpy()))
-        kind = table["partner_kind"].to_numpy()
-        j = np.searchsorted(run.timeline.ids, table["j"].to_numpy())
-        other.append(np.where(kind == SPHERE, j, np.where(kind == LARGE_WALL, -1, -2)))
-    box = np.concatenate(corners)
+    table = pd.concat(tables)
+    box, kind = standing.corners(run, table), table["partner_kind"].to_numpy()
+    i, j = (np.searchsorted(run.timeline.ids, table[name].to_numpy(dtype=int)) for name in "ij")
     arrays: dict[str, NDArray[Any]] = {
-        "i": np.concatenate(one).astype("<i4"),
-        "j": np.concatenate(other).astype("<i4"),
+        "i": i.astype("<i4"),
+        "j": np.where(kind == SPHERE, j, np.where(kind == LARGE_WALL, -1, -2)).astype("<i4"),
         "side": np.linalg.norm(box[:, 1] - box[:, 0], axis=1).astype("<f4"),
         "from": box[:, :4].mean(axis=1),
         "to": box[:, 4:].mean(axis=1),

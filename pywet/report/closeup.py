@@ -18,7 +18,7 @@ from pywet.files import atomic_write
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
 from pywet.report import caption, render, standing, vtk
-from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit
+from pywet.report.sketch import BRIDGE_COLOUR, METAL, blues, colour_limit
 from pywet.runs.rundir import Floats, RunDir
 
 SIZE = (700, 700)
@@ -52,7 +52,7 @@ def _has(bridges: pd.DataFrame, sphere: int) -> Any:
 
 def _bridges(run: RunDir, sphere: int, step: int) -> pd.DataFrame:
     here = vtk.standing_at(run, step)
-    return here[_has(here, sphere)] if len(here) else here
+    return here[_has(here, sphere)]
 
 
 def exact(run: RunDir, bridges: pd.DataFrame) -> list[Bridge | None]:
@@ -98,9 +98,7 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
     """Pixels, and how many of these are a millimetre at the sphere; a bridge without a shape is a cuboid."""
     import pyvista as pv
 
-    pv.OFF_SCREEN = True
-    plotter: Any = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="three lights")
-    plotter.set_background(BACKGROUND)
+    plotter = render.plotter(SIZE)
     pairs = bridges[bridges["partner_kind"] == 0]
     partners = (set(pairs["i"]) | set(pairs["j"])) - {sphere}
     mesh, limit = vtk.particles(run, step), colour_limit(run, step)
@@ -117,13 +115,12 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
     corners = vtk.wall_corners(run, step)
     near = (np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < width) & run.triangles["holder"].isin(render.SOLID)
     if near.any():
-        faces = np.insert(np.arange(3 * near.sum()).reshape(-1, 3), 0, 3, axis=1)
-        plotter.add_mesh(pv.PolyData(corners[near].reshape(-1, 3), faces), color=METAL)
+        plotter.add_mesh(vtk.grid("TRIANGLE", 3, corners[near].reshape(-1, 3)), color=METAL)
     boxes = standing.corners(run, bridges)
     ends = (bridges[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float) for end in ("xi", "xj"))
     for shape, box, first, second in zip(shapes, boxes, *ends, strict=True):
         if shape is None:
-            body = pv.PolyData(box, np.insert(render.FACES, 0, 4, axis=1))
+            body = vtk.grid("HEXAHEDRON", 8, box)
         else:
             points = revolved(shape, first, second)
             body = pv.StructuredGrid(*np.moveaxis(np.concatenate([points, points[:, :1]], axis=1), 2, 0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -63,6 +63,19 @@ class CaseResult:
     def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
         """What cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
         return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
+
+
+def grouped(results: Iterable[CaseResult], key: Callable[[CaseResult], Any]) -> dict[Any, list[CaseResult]]:
+    """Results of the same key together, in the order in which keys first come."""
+    groups: dict[Any, list[CaseResult]] = {}
+    for result in results:
+        groups.setdefault(key(result), []).append(result)
+    return groups
+
+
+def named(results: Sequence[CaseResult]) -> str:
+    """The cases by number: `case 2`, `cases 2, 3`."""
+    return f"case{'s' if len(results) > 1 else ''} {', '.join(str(r.case.case) for r in results)}"
 
 
 def collect(folder: Path, cases: Iterable[Case]) -> list[CaseResult]:

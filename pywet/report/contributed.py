@@ -29,28 +29,23 @@ class Cell:
     text: str
 
 
-@dataclass(frozen=True)
-class Row:
-    """One effect over all cases."""
-
-    name: str
-    measure: str
-    cells: tuple[Cell | None, ...]
+Row = tuple[str, str, list[Cell | None]]
+"""Name of an effect, what is measured, its cell of each case."""
 
 
 def rows(results: Sequence[CaseResult]) -> list[Row]:
     """Forces that always act, then the effects of the plan; empty where no case was measured."""
     if not any(r.contributions for r in results):
         return []
-    found = [Row(name, audit.IMPULSE, tuple(_force(r, key) for r in results)) for key, name in FORCES.items()]
+    found: list[Row] = [(name, audit.IMPULSE, [_force(r, key) for r in results]) for key, name in FORCES.items()]
     names = list(dict.fromkeys(row.effect for r in results for row in r.audit))
     for name in names:
         if name == "gravity":  # the first row
             continue
         of_case = [next((row for row in r.audit if row.effect == name), None) for r in results]
         measure = next(row.measure for row in of_case if row is not None)
-        cells = tuple(_judged(row, r.contributions) for row, r in zip(of_case, results, strict=True))
-        found.append(Row(name.replace("_", " "), measure, cells))
+        cells = [_judged(row, r.contributions) for row, r in zip(of_case, results, strict=True)]
+        found.append((name.replace("_", " "), measure, cells))
     return found
 
 

@@ -6,7 +6,6 @@ spheres only: a bond of OVITO has a particle at both ends. Lengths in m, speeds 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -25,23 +24,20 @@ BRIDGES = ["volume", "separation", "capillary_force", "age"]
 def write(run_dir: Path) -> list[Path]:
     """Write both files into the run's folder `ovito` and return them."""
     run = RunDir(Path(run_dir))
-    makers: dict[str, tuple[Callable[[RunDir, int], pd.DataFrame], str, str]] = {
-        "spheres": (spheres, "NUMBER OF ATOMS", "ATOMS"),
-        "bridges": (bridges, "NUMBER OF ENTRIES", "ENTRIES"),
-    }
-    paths = []
-    for name, (maker, count, rows) in makers.items():
-        if name == "bridges" and not run.moist:
-            continue
-        paths.append(run.path / "ovito" / f"{name}.dump")
-        paths[-1].parent.mkdir(exist_ok=True)
-        with atomic_write(paths[-1]) as temporary, temporary.open("w") as file:
+    folder, edges = run.path / "ovito", zip(run.scene.box_low_m, run.scene.box_high_m, strict=True)
+    box = "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{low:.9g} {high:.9g}\n" for low, high in edges)
+    folder.mkdir(exist_ok=True)
+    made = {folder / "spheres.dump": (spheres, "ATOMS")}
+    if run.moist:
+        made[folder / "bridges.dump"] = (bridges, "ENTRIES")
+    for path, (maker, rows) in made.items():
+        with atomic_write(path) as temporary, temporary.open("w") as file:
             for step in run.timeline.steps.tolist():
                 table = maker(run, step)
-                file.write(f"ITEM: TIMESTEP\n{step}\nITEM: {count}\n{len(table)}\n{_box(run)}")
+                file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {rows}\n{len(table)}\n{box}")
                 file.write(f"ITEM: {rows} {' '.join(table.columns)}\n")
                 table.to_csv(file, sep=" ", header=False, index=False, float_format="%.9g")
-    return paths
+    return list(made)
 
 
 def spheres(run: RunDir, step: int) -> pd.DataFrame:
@@ -58,8 +54,3 @@ def bridges(run: RunDir, step: int) -> pd.DataFrame:
     pairs = data["partner_kind"] == SPHERE
     columns = {"id1": data["i"], "id2": data["j"], **{name: data[name] for name in BRIDGES}}
     return pd.DataFrame({name: values[pairs] for name, values in columns.items()})
-
-
-def _box(run: RunDir) -> str:
-    edges = zip(run.scene.box_low_m, run.scene.box_high_m, strict=True)
-    return "ITEM: BOX BOUNDS ff ff ff\n" + "".join(f"{low:.9g} {high:.9g}\n" for low, high in edges)

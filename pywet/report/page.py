@@ -18,7 +18,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from pywet.files import atomic_write
-from pywet.report.pictures import plt
+from pywet.report.pictures import DPI, plt
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 Grade = Literal["good", "fair", "bad", "none", ""]
@@ -59,7 +59,6 @@ class Cell:
 
     @property
     def html(self) -> str:
-        """The cell as HTML."""
         names = " ".join(n for n in (self.grade, "left" if self.left else "") if n)
         text = marked(self.text)
         inner = f'<a href="{html.escape(self.link)}">{text}</a>' if self.link else text
@@ -99,10 +98,10 @@ def table_of(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], Cell | s
     return table(list(columns), [[cell(row) for cell in columns.values()] for row in rows])
 
 
-def picture(figure: Figure, caption: str, vector: bool = True, dpi: int = 130) -> str:
+def picture(figure: Figure, caption: str, vector: bool = True) -> str:
     """A matplotlib figure with its caption, inside the page, and closed; `vector` False where it has many thousand points."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=dpi)
+    figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=DPI)
     plt.close(figure)
     return _figure(buffer.getvalue(), "svg" if vector else "png", caption)
 

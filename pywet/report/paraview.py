@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import pprint
 from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -76,12 +77,8 @@ def charts(run: RunDir) -> list[dict[str, Any]]:
         if path.exists():
             with path.open() as file:
                 columns = [column for column in next(csv.reader(file)) if chosen(column)]
-            curves = {column: _look(column, k) for k, column in enumerate(columns)}
+            names = [column.removesuffix("_m3") for column in columns]
+            looks = [PLACES.get(n, (n.replace("_", " "), c)) for n, c in zip(names, cycle(CONFIGURATION), strict=False)]
             made.append({"title": title, "file": f"../results/{path.name}", "time": "time_s", "legend": legend,
-                         "curves": curves})  # fmt: skip
+                         "curves": dict(zip(columns, looks, strict=True))})  # fmt: skip
     return made
-
-
-def _look(column: str, number: int) -> tuple[str, str]:
-    name = column.removesuffix("_m3")
-    return PLACES.get(name, (name.replace("_", " "), CONFIGURATION[number % len(CONFIGURATION)]))

@@ -1,10 +1,9 @@
-"""The look of all pictures, panels of a figure, and a figure as SVG text or as a file."""
+"""The look of all pictures, panels of a figure, and a figure as SVG text."""
 
 from __future__ import annotations
 
 import io
 import re
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -14,12 +13,11 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pywet.files import atomic_write
-
 __all__ = ["plt"]
 INK, GRID = "#27323d", "#dfe4e9"
 NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
 """Colours of lines, in the order in which they are taken."""
+DPI = 130
 STYLE: Any = {
     "font.size": 9,
     "font.family": "DejaVu Sans",
@@ -69,10 +67,3 @@ def inline(text: str, name: str) -> str:
     return re.sub(
         r'(<svg[^>]*?) width="[^"]*"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1), count=1
     )
-
-
-def save_png(figure: Figure, path: Path, dpi: int = 130) -> None:
-    """The figure as a PNG file; it is closed."""
-    with atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=dpi, format="png")
-    plt.close(figure)

@@ -17,8 +17,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from pywet.report.collect import CaseResult
-from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, inline, plt, svg
+from pywet.report.collect import CaseResult, grouped, named
+from pywet.report.pictures import GREEN, NAVY, ORANGE, SKY, STYLE, VIOLET, inline, panels, plt, svg
 
 MOISTURE = ("#9a8f80", SKY, NAVY, "#6a51a3")
 """Colours of dry, first, second, … liquid amount."""
@@ -54,20 +54,11 @@ class Sheet:
     label: Callable[[Axes], None]
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """One panel as SVG text, with what its curves show: case, column of the table, label, colour, x, y."""
-
-    title: str
-    svg: str
-    curves: tuple[dict[str, Any], ...]
-
-
 def dry(results: Sequence[CaseResult]) -> Sheet:
     """Fraction retained of the dry cases, one panel per material (Fig. 10)."""
     cases = [r for r in results if not r.moist]
-    panels = _panels(cases, lambda r: r.case.material, lambda r: f"dry {r.case.material}")
-    return Sheet(panels, _draw_dry, 2, _label_fraction)
+    shown = _panels(cases, lambda r: r.case.material, lambda r: f"dry {r.case.material}")
+    return Sheet(shown, _draw_dry, 2, _label_fraction)
 
 
 def moisture(results: Sequence[CaseResult]) -> Sheet:
@@ -87,29 +78,33 @@ def liquid(results: Sequence[CaseResult]) -> Sheet:
         r.configuration: min(q.case.liquid_percent for q in moist if q.configuration == r.configuration) for r in moist
     }
     shown = [r for r in moist if r.case.liquid_percent == least[r.configuration]]
-    panels = _panels(shown, lambda r: r.configuration, lambda r: f"{title(r)}, M = {r.case.liquid_percent:g} %")
-    return Sheet(panels, _draw_liquid, 2, _label_liquid)
+    of_each = _panels(shown, lambda r: r.configuration, lambda r: f"{title(r)}, M = {r.case.liquid_percent:g} %")
+    return Sheet(of_each, _draw_liquid, 2, _label_liquid)
 
 
-def apart(sheet: Sheet) -> list[Drawn]:
-    """Every panel as a picture of its own, so that a narrow screen shows them one below the other."""
+def apart(sheet: Sheet, name: str) -> list[dict[str, str]]:
+    """Every panel as a picture of its own, so that a narrow screen shows them one below the other; `name`: of the figure.
+
+    Its SVG text, what it shows in words for those who do not see it, and its curves as JSON.
+    """
     found = []
     with plt.rc_context({**STYLE, "svg.fonttype": "none", "path.simplify": False}):
-        for name, group in sheet.panels:
-            figure, axes = plt.subplots(
-                figsize=(4.6, 3.5 if sheet.draw is not _draw_liquid else 4.6), layout="constrained"
-            )
-            _panel(axes, sheet, name, group)
+        for k, (heading, group) in enumerate(sheet.panels):
+            figure, (axes,) = panels(1, 1, (4.6, 3.5 if sheet.draw is not _draw_liquid else 4.6))
+            _panel(axes, sheet, heading, group)
             if sheet.draw is _draw_liquid:
                 _legend_below(figure, 2)
             drawn = [a for a in (*axes.get_lines(), *axes.collections) if not (a.get_gid() or BAND).endswith(BAND)]
-            curves = tuple(_data(artist) for artist in drawn)
-            found.append(Drawn(name, svg(figure, transparent=True), curves))
+            curves = [_data(artist) for artist in drawn]
+            ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in curves if c["y"]]
+            found.append({"svg": inline(svg(figure, transparent=True), f"{name}{k}"),
+                          "alt": f"{heading}: {'; '.join(ends) or 'nothing to show'}",
+                          "curves": json.dumps(curves).replace("<", "\\u003c")})  # fmt: skip
     return found
 
 
 def _data(artist: Any) -> dict[str, Any]:
-    """What a curve shows, in the numbers of its axes."""
+    """What a curve shows, in the numbers of its axes: case, column of the table, label, colour, x, y."""
     case, column = artist.get_gid().split(":")
     if isinstance(artist, PolyCollection):
         corners: Any = artist.get_paths()[0].vertices
@@ -123,25 +118,7 @@ def _data(artist: Any) -> dict[str, Any]:
             "x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist()}  # fmt: skip
 
 
-def embedded(panels: Sequence[Drawn], name: str) -> list[dict[str, str]]:
-    """Panels for a page: picture, what it shows in words, and its curves as JSON."""
-    return [
-        {
-            "svg": inline(panel.svg, f"{name}{k}"),
-            "alt": _said(panel),
-            "curves": json.dumps(panel.curves).replace("<", "\\u003c"),
-        }
-        for k, panel in enumerate(panels)
-    ]
-
-
-def _said(panel: Drawn) -> str:
-    """A panel in words, for those who do not see it."""
-    ends = [f"{c['label']} ends at {c['y'][-1]:.3g}" for c in panel.curves if c["y"]]
-    return f"{panel.title}: {'; '.join(ends) or 'nothing to show'}"
-
-
-def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[Drawn]:
+def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[dict[str, str]]:
     """Fraction retained of one case with two presets of laws, one panel."""
 
     def draw(axes: Axes, group: Sequence[CaseResult]) -> None:
@@ -151,7 +128,8 @@ def preset_curves(usual: CaseResult, twin: CaseResult, preset: str) -> list[Draw
             _curve(axes, result, "fraction_retained_near_mesh", **near)
         _end(axes, group)
 
-    return apart(Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction))
+    sheet = Sheet([(f"(a) {title(usual)}", [usual, twin])], draw, 1, _label_fraction)
+    return apart(sheet, f"presets{usual.case.case}")
 
 
 def title(result: CaseResult) -> str:
@@ -170,17 +148,16 @@ def _strong(results: Sequence[CaseResult]) -> list[CaseResult]:
 def _panels(
     results: Sequence[CaseResult], key: Callable[[CaseResult], Any], name: Callable[[CaseResult], str]
 ) -> list[Panel]:
-    groups: dict[Any, list[CaseResult]] = {}
-    for result in results:
-        groups.setdefault(key(result), []).append(result)
-    return [(f"({chr(97 + k)}) {name(group[0])}", group) for k, group in enumerate(groups.values())]
+    return [(f"({chr(97 + k)}) {name(group[0])}", group) for k, group in enumerate(grouped(results, key).values())]
 
 
 def _panel(axes: Axes, sheet: Sheet, name: str, group: Sequence[CaseResult]) -> None:
     """Draw one panel; failed cases are named in it."""
     axes.set_title(name)
     sheet.draw(axes, group)
-    _name_failed(axes, group)
+    if failed := [r for r in group if r.retained is None]:
+        look: Any = {"transform": axes.transAxes, "ha": "right", "color": "#b3261e", "fontsize": 9}
+        axes.text(0.98, 0.06, f"{named(failed)} failed", **look)
     sheet.label(axes)
 
 
@@ -191,15 +168,11 @@ def grid(sheet: Sheet, width: float = 12.0) -> str:
     columns = min(sheet.columns, len(sheet.panels))
     rows = -(-len(sheet.panels) // columns)
     with plt.rc_context(STYLE):
-        size = (width, 0.6 + 3.3 * rows)
-        figure, axes = plt.subplots(
-            rows, columns, figsize=size, squeeze=False, sharex=True, sharey=True, layout="constrained"
-        )
-        for place, (name, group) in zip(axes.flat, sheet.panels, strict=False):
+        size = (width / columns, 3.3 + 0.6 / rows)
+        figure, axes = panels(len(sheet.panels), columns, size, sharex=True, sharey=True)
+        for place, (name, group) in zip(axes, sheet.panels, strict=False):
             _panel(place, sheet, name, group)
             place.label_outer()
-        for place in list(axes.flat)[len(sheet.panels) :]:
-            place.set_axis_off()
         if sheet.draw is _draw_liquid:
             _legend_below(figure, 5)
         return svg(figure, transparent=True)
@@ -212,13 +185,6 @@ def _legend_below(figure: Figure, columns: int) -> None:
     }
     if found:
         figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=columns)
-
-
-def _name_failed(axes: Axes, group: Sequence[CaseResult]) -> None:
-    failed = [str(r.case.case) for r in group if r.retained is None]
-    if failed:
-        text = f"case{'s' if len(failed) > 1 else ''} {', '.join(failed)} failed"
-        axes.text(0.98, 0.06, text, transform=axes.transAxes, ha="right", color="#b3261e", fontsize=9)
 
 
 def _label_fraction(axes: Axes) -> None:

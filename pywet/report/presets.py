@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import mean, stdev
 from typing import Any
 
@@ -13,31 +12,17 @@ from pywet.report import plots
 from pywet.report.collect import CaseResult
 
 
-@dataclass(frozen=True)
-class Pair:
-    """The case as configured, its twin, and the twin's preset."""
-
-    usual: CaseResult
-    twin: CaseResult
-    preset: str
-
-
-def shown(pairs: Sequence[Pair]) -> list[dict[str, Any]]:
-    """What the template shows of each pair."""
-    return [_shown(pair) for pair in pairs]
-
-
-def _shown(pair: Pair) -> dict[str, Any]:
-    said = "; ".join(pair.twin.problems)
-    both = pair.usual.summary is not None and pair.twin.summary is not None
-    panels = plots.preset_curves(pair.usual, pair.twin, pair.preset) if both else []
+def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
+    """What the template shows of a case as configured and its twin, of another preset."""
+    said = "; ".join(twin.problems)
+    both = usual.summary is not None and twin.summary is not None
     return {
-        "case": pair.usual.case.case,
-        "preset": pair.preset,
-        "said": f"The run with {pair.preset} is not done: {said}" if said else "",
-        "figure": plots.embedded(panels, f"presets{pair.usual.case.case}"),
-        "rows": [*_numbers(pair)] if both else [],
-        "apart": apart(ends(pair.usual), ends(pair.twin), pair.preset) if both else "",
+        "case": usual.case.case,
+        "preset": preset,
+        "said": f"The run with {preset} is not done: {said}" if said else "",
+        "figure": plots.preset_curves(usual, twin, preset) if both else [],
+        "rows": _numbers(usual, twin) if both else [],
+        "apart": apart(ends(usual), ends(twin), preset) if both else "",
     }
 
 
@@ -72,21 +57,17 @@ def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
     return f"The fraction retained differs by more than seeds do: {said}."
 
 
-def _spread(pair: Pair) -> dict[str, str]:
-    """The fraction retained of each preset: of one seed, or mean and standard deviation over seeds."""
-
-    def said(values: list[float]) -> str:
-        if len(values) < 2:
-            return f"{values[0]:.3f}, one seed" if values else "–"
-        return f"{mean(values):.3f} ± {stdev(values):.3f}, {len(values)} seeds"
-
-    return {"paper": said(ends(pair.usual)), "other": said(ends(pair.twin))}
+def _spread(values: Sequence[float]) -> str:
+    """Of one seed, or mean and standard deviation over seeds."""
+    if len(values) < 2:
+        return f"{values[0]:.3f}, one seed" if values else "–"
+    return f"{mean(values):.3f} ± {stdev(values):.3f}, {len(values)} seeds"
 
 
-def _numbers(pair: Pair) -> list[dict[str, str]]:
+def _numbers(usual: CaseResult, twin: CaseResult) -> list[dict[str, str]]:
     """Fraction retained, bridges and liquid at the end, and what the run took."""
-    rows = [{"name": "fraction retained", **_spread(pair)}]
-    a, b = ({**(r.summary or {}), **((r.summary or {}).get("events") or {})} for r in (pair.usual, pair.twin))
+    rows = [{"name": "fraction retained", "paper": _spread(ends(usual)), "other": _spread(ends(twin))}]
+    a, b = ({**(r.summary or {}), **((r.summary or {}).get("events") or {})} for r in (usual, twin))
     for name, key, form in (
         ("bridges formed", "formations", "{:.0f}"),
         ("bridges ruptured", "ruptures", "{:.0f}"),
@@ -94,10 +75,10 @@ def _numbers(pair: Pair) -> list[dict[str, str]]:
     ):
         if key in a and key in b:
             rows.append({"name": name, "paper": form.format(a[key]), "other": form.format(b[key])})
-    one, two = pair.usual.liquid, pair.twin.liquid
+    one, two = usual.liquid, twin.liquid
     if one is not None and two is not None:
         for column, (label, _) in plots.PLACES.items():
             if f"{column}_m3" in one:
-                ends = [f"{100 * t[f'{column}_m3'].iloc[-1] / t['initial_m3'].iloc[-1]:.2f} %" for t in (one, two)]
-                rows.append({"name": f"liquid {label}", "paper": ends[0], "other": ends[1]})
+                held = [f"{100 * t[f'{column}_m3'].iloc[-1] / t['initial_m3'].iloc[-1]:.2f} %" for t in (one, two)]
+                rows.append({"name": f"liquid {label}", "paper": held[0], "other": held[1]})
     return rows

@@ -30,8 +30,6 @@ VIEWED_FROM, AIM = np.array([0.7, -2.2, 0.85]), np.array([0.04, 0.0, 0.0])
 """Of the camera, from the middle of the scene in widths of it: right, away, up."""
 SOLID, HIDDEN = ("wires", "impact_plate"), ("feed_bin", "slide")
 """Holders that are drawn solid and those that would hide the scene; the others are translucent."""
-FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
-"""Corners of the six faces of a cuboid."""
 BAR = {
     "title": "film thickness in µm\n",
     "color": "#333333",
@@ -111,19 +109,25 @@ def scene(
     run: RunDir, step: int, seen: tuple[Floats, float], limit: float, size: tuple[int, int], fine: bool = True
 ) -> tuple[Any, float]:
     """The scene as pixels (rows, columns, 3), and how many of these are a millimetre at its middle; `seen`: middle, width [m]."""
+    drawn = plotter(size)
+    centre, width = seen
+    _add_spheres(drawn, run, step, limit, 40 if fine else 16, size[0] // 56)
+    _add_bridges(drawn, run, step, centre)
+    _add_walls(drawn, run, step, centre)
+    if fine:
+        drawn.enable_ssao(radius=0.08 * width, kernel_size=64)
+        drawn.enable_anti_aliasing("ssaa")
+    return pixels(drawn, run, centre, width, size)
+
+
+def plotter(size: tuple[int, int]) -> Any:
+    """What things to be seen are put into."""
     import pyvista as pv
 
     pv.OFF_SCREEN = True
-    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="three lights")
-    plotter.set_background(BACKGROUND)
-    centre, width = seen
-    _add_spheres(plotter, run, step, limit, 40 if fine else 16, size[0] // 56)
-    _add_bridges(plotter, run, step, centre)
-    _add_walls(plotter, run, step, centre, limit)
-    if fine:
-        plotter.enable_ssao(radius=0.08 * width, kernel_size=64)
-        plotter.enable_anti_aliasing("ssaa")
-    return pixels(plotter, run, centre, width, size)
+    made: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="three lights")
+    made.set_background(BACKGROUND)
+    return made
 
 
 def pixels(plotter: Any, run: RunDir, centre: Floats, width: float, size: tuple[int, int]) -> tuple[Any, float]:
@@ -177,21 +181,14 @@ def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int
 
 def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
     """Bridges as cuboids whose visible volume is the bridge's; those to cut-away walls are left out."""
-    import pyvista as pv
-
     here = vtk.standing_at(run, step)
-    if not len(here):
-        return
     place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre
     here = here[(here["partner_kind"] != LARGE_WALL) | (place @ frame(run)[1] > 0.0)]
-    corners = standing.corners(run, here)
-    if len(corners):
-        quads = (8 * np.arange(len(corners))[:, None, None] + FACES).reshape(-1, 4)
-        faces = np.insert(quads, 0, 4, axis=1)
-        plotter.add_mesh(pv.PolyData(corners.reshape(-1, 3), faces.ravel()), color=BRIDGE_COLOUR)
+    if len(here):
+        plotter.add_mesh(vtk.grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3)), color=BRIDGE_COLOUR)
 
 
-def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats, limit: float) -> None:
+def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
     """Wires and impact plate solid, every other wall translucent and only its far half."""
     holders = run.triangles["holder"]
     whole = vtk.walls(run, step)

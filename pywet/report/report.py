@@ -6,7 +6,6 @@ Gathers what the template `workflow/report/report.html.j2` shows; reads only wha
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +23,10 @@ from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 TEMPLATE = "report.html.j2"
 SCENES = 60_000_000
 """Size of the 3-D scenes of all cases together [bytes]."""
+TABLE = "../agreement/index.html"
+"""The table of agreement, beside the report's folder where it has been made."""
 PAPER_SECONDS = 20.0
 """Duration of the paper's runs, section 5.2."""
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """One assumed number of the configuration."""
-
-    name: str
-    value: str
-    reason: str
 
 
 def write(
@@ -52,10 +44,9 @@ def write(
     `twins`: folder name of a run with another preset -> number of its case and that preset.
     """
     results = collect(folder, [config.case(number) for number in cases])
+    usual = {r.case.case: r for r in results}
     pairs = [
-        presets.Pair(
-            next(r for r in results if r.case.case == number), collect_run(folder / name, config.case(number)), preset
-        )
+        presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset)
         for name, (number, preset) in (twins or {}).items()
     ]
     environment = page.templates(template_dir)
@@ -65,8 +56,8 @@ def write(
             {
                 **context(config, scale, results, picture),
                 "files": _files(out, results),
-                "presets": presets.shown(pairs),
-                "table_of_agreement": _beside(out),
+                "presets": pairs,
+                "table_of_agreement": TABLE if (out.parent / TABLE).exists() else None,
                 "pages": _pages(out),
             }
         )
@@ -113,11 +104,6 @@ def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[
         for r in results
         if r.folder is not None and r.folder.parent.resolve() == report.parent.resolve()
     ]
-
-
-def _beside(out: Path) -> str | None:
-    """Link to the table of agreement when it has been made beside the report's folder."""
-    return "../agreement/index.html" if (out.parent.parent / "agreement" / "index.html").exists() else None
 
 
 def context(config: Config, scale: str, results: Sequence[CaseResult], picture: Path | None) -> dict[str, Any]:
@@ -194,8 +180,8 @@ def scale_statement(config: Config, name: str) -> list[str]:
     return found
 
 
-def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
-    """Every number of the configuration that is not from the paper, with its reason; a measured one says so."""
+def assumptions(config: Config, scale: str) -> Iterator[tuple[str, str, str]]:
+    """Name, value and reason of every number of the configuration that is not from the paper; a measured one says so."""
     parts = {
         "apparatus": config.apparatus.model_dump(exclude_none=True),
         f"scale {scale}": config.scale(scale).model_dump(exclude_none=True),
@@ -206,12 +192,12 @@ def assumptions(config: Config, scale: str) -> Iterator[Assumption]:
         yield from _assumed(name, data)
 
 
-def _assumed(name: str, data: Any) -> Iterator[Assumption]:
+def _assumed(name: str, data: Any) -> Iterator[tuple[str, str, str]]:
     if isinstance(data, dict):
         if data.get("source") in ("assumption", "measured") and ("value" in data or "material" in data):
             value = data.get("value", data.get("material", ""))
             why = data.get("reason", {"measured": "measured", "assumption": "no reason is given"}[data["source"]])
-            yield Assumption(name, f"{value:g}" if isinstance(value, float) else str(value), why)
+            yield name, f"{value:g}" if isinstance(value, float) else str(value), why
             return
         for key, value in data.items():
             yield from _assumed(f"{name} · {key}", value)
@@ -229,10 +215,9 @@ def _effects(results: Sequence[CaseResult]) -> list[dict[str, Any]]:
 
 
 def _figures(results: Sequence[CaseResult]) -> dict[str, list[dict[str, Any]]]:
-    """The panels of each figure."""
     sheets = {"moisture": plots.moisture, "dry": plots.dry, "classes": plots.classes, "liquid": plots.liquid}
-    drawn = {name: plots.apart(sheet(results)) for name, sheet in sheets.items()}
-    return {name: plots.embedded(panels, name) for name, panels in drawn.items() if panels}
+    drawn = {name: plots.apart(sheet(results), name) for name, sheet in sheets.items()}
+    return {name: panels for name, panels in drawn.items() if panels}
 
 
 def _embedded(files: Sequence[Path | None]) -> str | None:

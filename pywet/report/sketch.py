@@ -63,11 +63,9 @@ def blues() -> Any:
 
 def draw(run: RunDir, step: int, picture: Path) -> None:
     """Draw the run at an output step into a PNG file."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
     from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+
+    from pywet.report.pictures import plt
 
     spheres, bridges = vtk.particles(run, step), vtk.bridges(run, step)
     figure, axes = plt.subplots(figsize=(10, 7), dpi=150, facecolor=BACKGROUND)

@@ -56,7 +56,7 @@ def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
     name, liquid = run.scene.effects.capillary, run.scene.liquid
     if name is None or liquid is None:
         return np.zeros(len(bridges))
-    if own.is_own(name) or not len(bridges):
+    if own.is_own(name):
         return np.full(len(bridges), np.nan)
     b = bodies(run, bridges)
     law = registry.get("capillary", name).functions[0]
@@ -68,7 +68,7 @@ def capillary_force(run: RunDir, bridges: pd.DataFrame) -> Floats:
 def age(run: RunDir, bridges: pd.DataFrame, step: int) -> Floats:
     """Time [s] since each bridge that stands at a step formed; NaN where the log has no formation of it."""
     names, codes, span = run.formations
-    if not len(names) or not len(bridges):
+    if not len(names):
         return np.full(len(bridges), np.nan)
     ends = bridge_ends(bridges)
     row = np.minimum(np.searchsorted(names, ends), len(names) - 1)

@@ -8,20 +8,19 @@ of classes, holders and partners stand for is in the field data. Lengths in m, t
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write
 from pywet.laws.contact import film_thickness
 from pywet.report import standing
 from pywet.runs.rundir import Floats, RunDir
 from pywet.scene import Rotation
+from pywet.schema import TABLES
 
 
 def grid(shape: str, corners: int, points: Floats, of_points: Any = (), of_cells: Any = ()) -> Any:
@@ -59,7 +58,7 @@ def bridges(run: RunDir, step: int) -> Any:
     """Standing bridges at one output step as lines from centre to centre (wall: to the closest point)."""
     here = standing_at(run, step)
     points = np.zeros((2 * len(here), 3))
-    for k, end in enumerate(("xi", "xj") if len(here) else ()):
+    for k, end in enumerate(("xi", "xj")):
         points[k::2] = here[[f"{end}_{axis}" for axis in "xyz"]].to_numpy(dtype=float)
     return grid("LINE", 2, points, of_cells=of_bridges(run, step, here))
 
@@ -67,8 +66,7 @@ def bridges(run: RunDir, step: int) -> Any:
 def cuboids(run: RunDir, step: int) -> Any:
     """The same bridges as cuboids whose visible volume is the bridge's (`cuboids.py`)."""
     here = standing_at(run, step)
-    corners = standing.corners(run, here) if len(here) else np.zeros((0, 8, 3))
-    return grid("HEXAHEDRON", 8, corners.reshape(-1, 3), of_cells=of_bridges(run, step, here))
+    return grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3), of_cells=of_bridges(run, step, here))
 
 
 def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
@@ -85,7 +83,7 @@ def of_bridges(run: RunDir, step: int, here: pd.DataFrame) -> dict[str, Any]:
 
 def standing_at(run: RunDir, step: int) -> pd.DataFrame:
     """The rows of the bridges that stand at one output step; none of a dry run."""
-    return run.at_step("history/bridges", step) if run.moist else pd.DataFrame()
+    return run.at_step("history/bridges", step) if run.moist else pd.DataFrame(columns=list(TABLES["history/bridges"]))
 
 
 def wall_corners(run: RunDir, step: int) -> Floats:
@@ -145,6 +143,13 @@ def words(run: RunDir) -> dict[str, dict[str, list[str]]]:
     }
 
 
+SERIES = """<?xml version="1.0"?>
+<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
+  <Collection>
+{rows}
+  </Collection>
+</VTKFile>
+"""
 KINDS: dict[str, Callable[[RunDir, int], Any]] = {"particles": particles, "bridges": bridges, "walls": walls}
 
 
@@ -164,17 +169,15 @@ def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
     partial.mkdir(parents=True)
     kinds = [*KINDS, *["cuboids"] * with_cuboids]
     for kind in kinds:
-        _write_series(kind, list(_series(run, kind, partial)), partial)
+        rows = []
+        for step, time in zip(run.timeline.steps.tolist(), run.timeline.times.tolist(), strict=True):
+            name = f"{kind}_{step:09d}.vtu"
+            _save(output(run, kind, step), partial / name)
+            rows.append(f'    <DataSet timestep="{time!r}" part="0" file="{name}"/>')
+        (partial / f"{kind}.pvd").write_text(SERIES.format(rows="\n".join(rows)))
     shutil.rmtree(folder, ignore_errors=True)
     partial.rename(folder)
     return [folder / f"{kind}.pvd" for kind in kinds]
-
-
-def _series(run: RunDir, kind: str, folder: Path) -> Iterator[tuple[float, str]]:
-    for step, time in zip(run.timeline.steps.tolist(), run.timeline.times.tolist(), strict=True):
-        name = f"{kind}_{step:09d}.vtu"
-        _save(output(run, kind, step), folder / name)
-        yield time, name
 
 
 def _save(made: Any, path: Path) -> None:
@@ -185,15 +188,10 @@ def _save(made: Any, path: Path) -> None:
     writer.SetFileName(str(path))
     writer.SetInputData(made)
     writer.SetDataModeToBinary()
-    if not writer.Write():
+    run_writer(writer, path)
+
+
+def run_writer(writer: Any, path: Path) -> None:
+    """Have a writer of VTK do its work; `path`: the file as it will be called."""
+    if not writer.Write() or writer.GetErrorCode():
         raise PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")
-
-
-def _write_series(kind: str, files: list[tuple[float, str]], folder: Path) -> None:
-    rows = "\n".join(f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(name)}/>' for time, name in files)
-    head = (
-        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
-    )
-    text = f"{head}{rows}\n  </Collection>\n</VTKFile>\n"
-    with atomic_write(folder / f"{kind}.pvd") as temporary:
-        temporary.write_text(text)

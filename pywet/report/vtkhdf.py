@@ -14,7 +14,6 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.report import vtk
 from pywet.runs.rundir import RunDir
@@ -55,8 +54,5 @@ def write(run_dir: Path) -> list[Path]:
             writer.SetFileName(str(temporary))
             writer.SetWriteAllTimeSteps(True)
             writer.SetCompressionLevel(COMPRESSION)
-            if not writer.Write() or writer.GetErrorCode():
-                raise PywetError(
-                    f"{path} cannot be written; expected room on the disk and a folder that may be written to"
-                )
+            vtk.run_writer(writer, path)
     return files

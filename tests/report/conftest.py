@@ -1,15 +1,23 @@
-"""A real browser, where there is one."""
+"""The synthetic run, and a real browser, where there is one."""
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.screening import synthetic
+
 WITHOUT_GPU = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
 DRAWS = "Boolean(document.createElement('canvas').getContext('webgl2'))"
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    return synthetic.make(tmp_path / "case02")
 
 
 @pytest.fixture(scope="module")

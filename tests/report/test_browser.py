@@ -17,12 +17,6 @@ from PIL import Image
 from pywet.files import read_table
 from pywet.report import browser, page
 from pywet.runs.rundir import RunDir
-from tests.screening import synthetic
-
-
-@pytest.fixture
-def run(tmp_path: Path) -> Path:
-    return synthetic.make(tmp_path / "case02")
 
 
 def unpacked(run: Path) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -38,16 +38,15 @@ def results() -> list[CaseResult]:
 
 def test_rows(results: list[CaseResult]) -> None:
     """Contacts without a colour first, then the plan's effects; the weight once; nothing for the failed case."""
-    rows = {r.name: r for r in contributed.rows(results)}
-    first = [r.name for r in contributed.rows(results)][:3]
-    assert first == ["weight", "dry contacts, normal", "dry contacts, tangential"]
+    rows = {name: cells for name, _, cells in contributed.rows(results)}
+    assert list(rows)[:3] == ["weight", "dry contacts, normal", "dry contacts, tangential"]
     assert "gravity" not in rows
-    cell = rows["capillary"].cells[0]
+    cell = rows["capillary"][0]
     assert cell is not None and (cell.value, cell.predicted, cell.colour) == ("60 %", "predicted 10 %", "wrong")
     assert cell.text == "capillary text; 50 % of the energy turned over"
-    assert [rows[n].cells[0].colour for n in ("viscous normal", "rolling")] == ["off", "small"]  # type: ignore[union-attr]
-    assert rows["dry contacts, normal"].cells[0].value == "288 %"  # type: ignore[union-attr]
-    assert rows["capillary"].cells[1] is None
+    assert [rows[n][0].colour for n in ("viscous normal", "rolling")] == ["off", "small"]  # type: ignore[union-attr]
+    assert rows["dry contacts, normal"][0].value == "288 %"  # type: ignore[union-attr]
+    assert rows["capillary"][1] is None
 
 
 def test_wrong_plans_are_named(results: list[CaseResult]) -> None:

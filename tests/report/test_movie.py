@@ -12,12 +12,6 @@ from PIL import Image
 from pywet.errors import PywetError
 from pywet.report import caption, movie
 from pywet.runs.rundir import RunDir
-from tests.screening import synthetic
-
-
-@pytest.fixture
-def run(tmp_path: Path) -> Path:
-    return synthetic.make(tmp_path / "case02")
 
 
 def test_frames_are_evenly_spread_from_the_first_to_the_last() -> None:

@@ -30,11 +30,6 @@ def dumped(path: Path, rows: str) -> Iterator[tuple[int, pd.DataFrame]]:
         yield step, pd.DataFrame(values, columns=head[2:])
 
 
-@pytest.fixture
-def run(tmp_path: Path) -> Path:
-    return synthetic.make(tmp_path / "case02")
-
-
 def test_spheres_and_bonds_of_every_output(run: Path) -> None:
     spheres, bridges = (
         list(dumped(path, rows)) for path, rows in zip(ovito.write(run), ("ATOMS", "ENTRIES"), strict=True)

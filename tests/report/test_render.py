@@ -12,12 +12,6 @@ from pywet.errors import PywetError
 from pywet.report import render, sketch
 from pywet.runs.rundir import RunDir
 from pywet.scene import Rotation
-from tests.screening import synthetic
-
-
-@pytest.fixture
-def run(tmp_path: Path) -> Path:
-    return synthetic.make(tmp_path / "case02")
 
 
 def _share_of_blue(picture: Path) -> float:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,9 +17,9 @@ import pandas as pd
 from pywet.bench import small
 from pywet.bench.bodies import contacts, sphere_classes
 from pywet.errors import PywetError
-from pywet.evidence.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
+from pywet.evidence.agreement.model import Cell, Source, empty, impossible, measured, not_run, truth
 from pywet.evidence.agreement.replayed import momenta
-from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, SAME, WASHINO, YADE
 from pywet.files import read_table
 from pywet.laws.contact import damping
 
@@ -36,18 +36,12 @@ MOVING = np.array([0.3, -0.5, 0.8]) / math.sqrt(0.98)
 ACROSS = np.cross(MOVING, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(MOVING, [0.0, 0.0, 1.0]))
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """After the impact: relative normal and tangential velocity, and the spin times the radius (equal for both), over SPEED."""
 
     normal: float
     tangential: float
     spin: float
-
-    @property
-    def oblique(self) -> Floats:
-        """What the oblique rows compare."""
-        return np.array([self.tangential, self.spin])
 
 
 def law() -> tuple[float, float, float]:
@@ -58,11 +52,8 @@ def law() -> tuple[float, float, float]:
     return mass, dashpot, math.pi * math.sqrt(mass / STIFFNESS) / math.sqrt(1.0 - zeta**2)
 
 
-def exact(angle_deg: float, tangential_damping: float) -> Outcome:
-    """The impact of two equal spheres by the contact law, semi-implicit Euler with PARTS × FINER steps.
-
-    `tangential_damping` [N s/m] acts on the slip beside the spring, Coulomb's limit on both together.
-    """
+def exact(angle_deg: float) -> Outcome:
+    """The impact of two equal spheres by the contact law, semi-implicit Euler with PARTS × FINER steps."""
     mass, dashpot, duration = law()
     step = duration / PARTS / FINER
     delta, approach = 0.0, SPEED * math.cos(math.radians(angle_deg))
@@ -74,10 +65,10 @@ def exact(angle_deg: float, tangential_damping: float) -> Outcome:
         normal = STIFFNESS * delta + dashpot * approach
         slip = slide - 2.0 * spin  # both spheres turn the same way; spin is R ω
         stretch += slip * step
-        force, limit = spring * stretch + tangential_damping * slip, FRICTION * abs(normal)
+        force, limit = spring * stretch, FRICTION * abs(normal)
         if abs(force) > limit:
             force = math.copysign(limit, force)
-            stretch = (force - tangential_damping * slip) / spring
+            stretch = force / spring
         approach -= normal / mass * step
         slide -= force / mass * step
         spin += force / (0.4 * 2.0 * mass) * step
@@ -89,16 +80,16 @@ def source(folder: Path) -> Source:
     """Cells of the dry rows."""
     cells: list[Cell] = []
     for row, angle in ANGLES.items():
-        best = exact(angle, 0.0)
-        cells += [*_truths(row)]
-        for column, drive in ((LIGGGHTS, _liggghts), (YADE, _yade)):
-            name = f"{row}_{column}"
+        best = exact(angle)
+        cells += _truths(row)
+        for column, drive in ((LIGGGHTS, small.run), (YADE, _yade)):
+            run = folder / f"{row}_{column}"
             try:
-                drive(folder / name, angle)
+                drive(run, prepare(run, angle))
             except PywetError as error:
                 cells.append(not_run(row, column, str(error)))
                 continue
-            cells += list(_judged(row, column, best, folder / name))
+            cells += _judged(row, column, best, run)
     return Source("dry", cells)
 
 
@@ -108,12 +99,10 @@ def _truths(row: str) -> Iterator[Cell]:
     else:
         yield truth(row, EXACT, f"contact law integrated with steps {FINER} times shorter", 2)
     yield impossible(row, REFERENCE, "the reference replays logged contacts; a dry run on the stock program logs none")
-    for column in (WASHINO, EASO):
-        yield impossible(row, column, "without liquid it is the same program and contact as LIGGGHTS")
+    yield from empty(row, dict.fromkeys((WASHINO, EASO), SAME))
     if row == "oblique_slide":
         yield impossible("momentum_dry", EXACT, "a conserved quantity needs no solution: the deviation is what is lost")
-        for column in (REFERENCE, WASHINO, EASO):
-            yield impossible("momentum_dry", column, "not run for this row")
+        yield from empty("momentum_dry", dict.fromkeys((REFERENCE, WASHINO, EASO), "not run for this row"))
 
 
 def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell]:
@@ -125,7 +114,8 @@ def _judged(row: str, column: str, best: Outcome, folder: Path) -> Iterator[Cell
         yield measured(row, column, np.array([outcome.normal]), np.array([RESTITUTION]), note=note, link=link)
         return
     names = ["tangential velocity", "spin"]
-    yield measured(row, column, outcome.oblique, best.oblique, np.ones(2), at=names, note=note, link=link)
+    one, other = np.array(outcome[1:]), np.array(best[1:])
+    yield measured(row, column, one, other, np.ones(2), at=names, note=note, link=link)
     if row == "oblique_slide":
         linear, _, (size, _) = momenta(table, TWO)
         lost = np.linalg.norm(linear - linear[0], axis=1)
@@ -162,12 +152,7 @@ def prepare(folder: Path, angle_deg: float) -> list[small.Sphere]:
     return bodies
 
 
-def _liggghts(folder: Path, angle_deg: float) -> None:
-    small.run(folder, prepare(folder, angle_deg))
-
-
-def _yade(folder: Path, angle_deg: float) -> None:
+def _yade(folder: Path, spheres: list[small.Sphere]) -> None:
     from pywet.engines.yade import driver
 
-    prepare(folder, angle_deg)
     driver.run(folder, progress=False)

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.evidence.agreement.model import Cell, Floats, Source, basis, impossible, measured, not_run, truth
-from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
+from pywet.evidence.agreement.model import Cell, Floats, Source, basis, empty, impossible, measured, not_run, truth
+from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, SAME, WASHINO, YADE
 from pywet.evidence.compare import statistics, verdict
 from pywet.evidence.compare.statistics import Sample
 from pywet.files import read_table
@@ -25,7 +25,6 @@ EMPTY = {
     EXACT: "no exact solution of a bed of spheres is known",
     REFERENCE: "the reference replays what an engine logged; it does not simulate a bed",
 }
-DRY = "without liquid it is the same program and contact as LIGGGHTS"
 PROGRAMS = {LIGGGHTS: "LIGGGHTS+pywet", YADE: "YADE", WASHINO: "washino", EASO: "easo"}
 MOIST = {"bed_moist_height": "mean_height_over_radius", "bed_moist_contacts": "contacts_per_sphere"}
 DRY_PROGRAMS = {LIGGGHTS: "LIGGGHTS, dry", YADE: "YADE, dry"}
@@ -46,15 +45,12 @@ def source(crosscheck: Path) -> Source:
               for engine in (LIGGGHTS, YADE)}  # fmt: skip
     cells: list[Cell] = []
     for row in ("retained_dry", *ENDS, *MOIST, *DRY_BED):
-        cells += [impossible(row, column, why) for column, why in EMPTY.items()]
-        cells += [impossible(row, column, DRY) for column in (WASHINO, EASO) if row not in MOIST]
-    curves: dict[str, Any] = {}
+        cells += empty(row, EMPTY if row in MOIST else EMPTY | dict.fromkeys((WASHINO, EASO), SAME))
+    cells += [*_beds(crosscheck), *_contacts(crosscheck)]
     if min(len(g) for g in groups.values()) < 2:
         cells += [not_run(row, column, HOW) for row in ("retained_dry", *ENDS) for column in (LIGGGHTS, YADE)]
-    else:
-        cells += list(_retained(groups))
-        curves["retained"] = _curves(groups)
-    return Source("engines", [*cells, *_beds(crosscheck), *_contacts(crosscheck)], curves)
+        return Source("engines", cells)
+    return Source("engines", [*cells, *_retained(groups)], {"retained": _curves(groups)})
 
 
 def _retained(groups: dict[str, list[Path]]) -> Iterator[Cell]:
@@ -126,7 +122,7 @@ def _contacts(crosscheck: Path) -> Iterator[Cell]:
     for row, start in CONTACTS.items():
         yield truth(row, EXACT, "the coefficient that is configured")
         yield impossible(row, REFERENCE, "a dry run on the stock program logs no contacts")
-        yield from (impossible(row, column, DRY) for column in (WASHINO, EASO))
+        yield from empty(row, dict.fromkeys((WASHINO, EASO), SAME))
         for column, engine in ((LIGGGHTS, "LIGGGHTS"), (YADE, "YADE")):
             part = table[table["quantity"].str.startswith(start) & (table["engine"] == engine)] if len(table) else table
             if part.empty:

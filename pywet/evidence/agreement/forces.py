@@ -53,12 +53,8 @@ def source(folder: Path) -> Source:
     for pair in pairs():
         curves[pair.key] = {}
         for preset in CAPILLARY:
-            log, events = _drawn(pair, preset, folder / f"pull_{preset}_{pair.key}")
-            cells += list(_engine(pair, preset, compared_gaps(pair), log, events))
-            if pair.key == "equal":
-                cells.append(_engine_overlap(pair, preset, log))
-            if pair.key == "equal" and preset == "paper":
-                cells.append(_engine_formation(folder / "pull_paper_equal", events))
+            log, found = pulled(pair, preset, folder / f"pull_{preset}_{pair.key}")
+            cells += found
             curves[pair.key][f"LIGGGHTS + pywet, {preset}"] = _thinned(log)
         cells += [*_stock(pair, stock), *_edges(pair, stock)]
         if pair.key == "equal":
@@ -85,11 +81,16 @@ def _stock_forces() -> Stock:
     return stock
 
 
-def _drawn(pair: Pair, preset: str, folder: Path, engine: str = "liggghts") -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Contact log and events of the two bodies drawn apart in the engine, from a small overlap."""
+def pulled(pair: Pair, preset: str, folder: Path, engine: str = "liggghts") -> tuple[pd.DataFrame, list[Cell]]:
+    """Contact log of the two bodies drawn apart in the engine, from a small overlap, and the cells that follow."""
     query = pair.query([1.2 * min(OVERLAPS) * R, 1e-4], viscosity_Pa_s=0.0, velocity_m_per_s=0.05)
-    law, rupture = CAPILLARY[preset]
-    return bridge_engine._pull(folder, query, law, rupture, "pitois", engine)
+    log, events = bridge_engine._pull(folder, query, *CAPILLARY[preset], "pitois", engine)
+    cells = [*_engine(pair, preset, compared_gaps(pair), log, events)]
+    if pair.key == "equal":
+        cells.append(_engine_overlap(pair, preset, log))
+        if preset == "paper":
+            cells.append(_engine_formation(folder, events))
+    return log, cells
 
 
 def _at(log: pd.DataFrame, wanted: Floats) -> pd.DataFrame:

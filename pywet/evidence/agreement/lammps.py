@@ -5,7 +5,7 @@ Laws and books of the liquid are those of LIGGGHTS + pywet; contacts, neighbour 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from pywet.engines.lammps import build
 from pywet.errors import PywetError
 from pywet.evidence.agreement import dry, forces, replayed
 from pywet.evidence.agreement.model import Cell, Source, impossible, not_run
-from pywet.evidence.agreement.pairs import compared_gaps, pairs
+from pywet.evidence.agreement.pairs import pairs
 from pywet.evidence.agreement.rows import LAMMPS, LIGGGHTS, ROWS
 
 MOVES = "it has no moving STL walls: screening is beyond its range"
@@ -38,22 +38,10 @@ def source(folder: Path) -> Source:
 
 def _cells(folder: Path) -> Iterator[Cell]:
     """The cells that LIGGGHTS would have of these runs."""
-    for name, run in (("pair", replayed._pair), ("wall_pull", replayed._wall), ("bed", replayed._bed)):
-        yield from replayed._cells(name, [run(folder / name, "lammps")], f"runs/{name}/", "")
-    yield from replayed._cluster(folder / "cluster", "lammps")
-    yield from replayed._energy("energy_bed", folder / "bed", "runs/bed/")
+    yield from replayed.of_engine(folder, "lammps")
     for row, angle in dry.ANGLES.items():
         small.run(folder / row, dry.prepare(folder / row, angle), engine="lammps")
-        yield from dry._judged(row, LIGGGHTS, dry.exact(angle, 0.0), folder / row)
-    yield from _pulls(folder)
-
-
-def _pulls(folder: Path) -> Iterable[Cell]:
+        yield from dry._judged(row, LIGGGHTS, dry.exact(angle), folder / row)
     for pair in pairs():
         for preset in forces.CAPILLARY:
-            log, events = forces._drawn(pair, preset, folder / f"pull_{preset}_{pair.key}", "lammps")
-            if pair.key == "equal":
-                yield forces._engine_overlap(pair, preset, log)
-            if pair.key == "equal" and preset == "paper":
-                yield forces._engine_formation(folder / "pull_paper_equal", events)
-            yield from forces._engine(pair, preset, compared_gaps(pair), log, events)
+            yield from forces.pulled(pair, preset, folder / f"pull_{preset}_{pair.key}", "lammps")[1]

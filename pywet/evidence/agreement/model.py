@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -87,6 +87,11 @@ def basis(row: str, column: str, note: str, count: int = 0, link: str = "") -> C
 def impossible(row: str, column: str, why: str) -> Cell:
     """A cell that this program cannot fill, with the reason."""
     return Cell(row, column, "impossible", note=why)
+
+
+def empty(row: str, reasons: Mapping[str, str]) -> Iterator[Cell]:
+    """Such cells of several programs: column -> why."""
+    return (impossible(row, column, why) for column, why in reasons.items())
 
 
 def not_run(row: str, column: str, how: str) -> Cell:

@@ -133,7 +133,6 @@ def big_table(results: Table) -> str:
 
 
 def _td(row: Row, cell: Cell | None, results: Table) -> str:
-    """One cell as HTML."""
     if cell is None:
         failed = [f"{s.name}: {s.failed}" for s in results.sources.values() if s.failed]
         why = f"no result; {'; '.join(failed)}" if failed else "not part of this row's comparison"

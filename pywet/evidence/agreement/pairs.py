@@ -31,7 +31,5 @@ def drawn_gaps(pair: Pair) -> Floats:
 
 def pairs() -> list[Pair]:
     """The three pairs of the table."""
-    bodies = []
-    for key, (ri, rj) in RADII.items():
-        bodies.append(Pair(key, ri, rj, V_STAR * bridge_radius(ri, rj) ** 3, (ANGLE, ANGLE), SIGMA))
-    return bodies
+    volume = {key: V_STAR * bridge_radius(*radii) ** 3 for key, radii in RADII.items()}
+    return [Pair(key, *radii, volume[key], (ANGLE, ANGLE), SIGMA) for key, radii in RADII.items()]

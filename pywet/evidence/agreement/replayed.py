@@ -15,9 +15,9 @@ import pandas as pd
 
 from pywet.bench import scenes, small
 from pywet.bench.bodies import contacts, last, sphere_classes, water
-from pywet.evidence.agreement.model import Cell, Floats, Source, impossible, measured, not_run, truth
+from pywet.evidence.agreement.model import Cell, Floats, Source, empty, measured, not_run, truth
 from pywet.evidence.agreement.rows import (
-    COLUMNS,
+    EASO,
     EXACT,
     LIGGGHTS,
     NO_LOG,
@@ -26,6 +26,8 @@ from pywet.evidence.agreement.rows import (
     QUANTITIES,
     REFERENCE,
     REPLAY_REASONS,
+    WASHINO,
+    YADE,
 )
 from pywet.files import read_json, read_table
 from pywet.runs.shapes import Replay
@@ -36,26 +38,26 @@ from reference_impl.replay.replay import replay
 R = 2.5e-3
 WATER, ROUGH = water(1e-4, density=998.2), {"friction": 0.2}
 OTHER_PROGRAMS = {
-    "yade": "its scene is not run here; the dry impact shows what the program keeps",
-    "washino": "its scene is not run here",
-    "easo": "its scene is not run here",
-    "reference": "the reference does not integrate motion of a bed",
-    "exact": "a conserved quantity needs no solution: the deviation is what is lost",
+    EXACT: "a conserved quantity needs no solution: the deviation is what is lost",
+    REFERENCE: "the reference does not integrate motion of a bed",
+    YADE: "its scene is not run here; the dry impact shows what the program keeps",
+    WASHINO: "its scene is not run here",
+    EASO: "its scene is not run here",
 }
 
 
 def source(folder: Path) -> Source:
     """Cells of the replayed scenes and of the conserved quantities."""
-    made = {"pair": _pair(folder / "pair"), "wall_pull": _wall(folder / "wall_pull"), "bed": _bed(folder / "bed")}
-    cells: list[Cell] = []
-    for scene, replayed in made.items():
-        cells += _cells(scene, [replayed], f"runs/{scene}/", "")
-    cells += [
-        *_cluster(folder / "cluster"),
-        *_split(folder / "exact_pair"),
-        *_energy("energy_bed", folder / "bed", "runs/bed/"),
-    ]
+    cells = [*of_engine(folder), *_split(folder / "exact_pair")]
     return Source("replayed", cells, {"bed": _places(folder / "bed")})
+
+
+def of_engine(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
+    """What the same scenes give in an engine that has the plugin."""
+    for name, replayed in (("pair", _pair), ("wall_pull", _wall), ("bed", _bed)):
+        yield from _cells(name, [replayed(folder / name, engine)], f"runs/{name}/", "")
+    yield from _cluster(folder / "cluster", engine)
+    yield from _energy("energy_bed", folder / "bed", "runs/bed/")
 
 
 def screening(results: Path) -> Source:
@@ -71,8 +73,7 @@ def screening(results: Path) -> Source:
             how = "run `snakemake --cores 2` (or `pywet run 2`) first"
             for key in QUANTITIES:
                 cells += [not_run(f"{key}_{row}", column, how) for column in (LIGGGHTS, REFERENCE)]
-                reasons = {**REPLAY_REASONS, **OWN_REASONS.get(key, {})}
-                cells += [impossible(f"{key}_{row}", column, why) for column, why in reasons.items()]
+                cells += empty(f"{key}_{row}", {**REPLAY_REASONS, **OWN_REASONS.get(key, {})})
             continue
         replays = [read_json(f, shape=Replay) for f in kept]
         names = [f"{f.parent.parent.name} {f.parent.name}" for f in kept]
@@ -93,11 +94,9 @@ def _cells(
             (q["largest"], q["count"], q["median"], f"{names[n]}: {name}" if names else name, _place(q))
             for n, one in enumerate(replays) for name in inside if (q := one["quantities"].get(name)) and q["count"]
         ]  # fmt: skip
-        reasons = {**REPLAY_REASONS, **OWN_REASONS.get(key, {})}
-        yield from (impossible(row, column, why) for column, why in reasons.items())
+        yield from empty(row, {**REPLAY_REASONS, **OWN_REASONS.get(key, {})})
         if not parts:
-            yield impossible(row, LIGGGHTS, "this does not happen in the scene")
-            yield impossible(row, REFERENCE, "this does not happen in the scene")
+            yield from empty(row, dict.fromkeys((LIGGGHTS, REFERENCE), "this does not happen in the scene"))
             continue
         largest, _, median, name, place = max(parts, key=lambda p: p[0])
         count = sum(p[1] for p in parts)
@@ -123,7 +122,7 @@ def _run(
     small.run(folder, spheres, engine=engine)
 
 
-def _pair(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
+def _pair(folder: Path, engine: str) -> dict[str, Any]:
     """Two spheres 1 : 2 drawn apart, sideways and spinning, every step logged."""
     bodies = [
         small.Sphere(1, (0.0, 0.0, 0.0), driven=True),
@@ -133,20 +132,20 @@ def _pair(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
     return replay(folder)
 
 
-def _wall(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
+def _wall(folder: Path, engine: str) -> dict[str, Any]:
     """A sphere drawn from a plate, sideways and spinning."""
     bodies = [small.Sphere(1, (0.0, 0.0, R), (0.015, 0.0, 0.05), (0.0, 5.0, 2.0), driven=True)]
     _run(folder, sphere_classes(R), bodies, engine, walls=[small.floor()], wall_angle_rad=math.radians(45.0))
     return replay(folder)
 
 
-def _bed(folder: Path, engine: str = "liggghts") -> dict[str, Any]:
+def _bed(folder: Path, engine: str) -> dict[str, Any]:
     """Forty moist spheres that come to rest in a box."""
     scenes.run("bed", folder, scenes.Choice(spheres=40, seconds=0.12, engine=engine))
     return replay(folder)
 
 
-def _cluster(folder: Path, engine: str = "liggghts") -> Iterator[Cell]:
+def _cluster(folder: Path, engine: str) -> Iterator[Cell]:
     """Three wet spheres thrown together, free: momentum, angular momentum, energy; again without the tangential drag."""
     kinds, link = sphere_classes(R, 2e-3), "runs/cluster/"
     plain = folder.with_name("cluster_no_tangential")
@@ -177,7 +176,7 @@ def _kept(row: str, folder: Path, kinds: Sequence[SphereClass], which: int, note
     lost = np.linalg.norm(both[which] - both[which][0], axis=1)
     times = [f"t = {1e3 * t:.0f} ms" for t in np.unique(table["time"])]
     yield measured(row, LIGGGHTS, lost, 0.0 * lost, np.full(len(lost), sizes[which]), at=times, note=note, link=link)
-    yield from _empty(row)
+    yield from empty(row, OTHER_PROGRAMS)
 
 
 def momenta(table: pd.DataFrame, kinds: Sequence[SphereClass]) -> tuple[Floats, Floats, tuple[float, float]]:
@@ -202,13 +201,7 @@ def _energy(row: str, folder: Path, link: str) -> Iterator[Cell]:
     turnover = np.full(len(left), float(works.abs().sum(axis=1).max()))
     times = [f"t = {1e3 * t:.0f} ms" for t in energy["time"]]
     yield measured(row, LIGGGHTS, left, 0.0 * left, turnover, at=times, note="logged works of seven effects", link=link)
-    yield from _empty(row)
-
-
-def _empty(row: str) -> Iterator[Cell]:
-    for column in COLUMNS:
-        if column in OTHER_PROGRAMS:
-            yield impossible(row, column, OTHER_PROGRAMS[column])
+    yield from empty(row, OTHER_PROGRAMS)
 
 
 def _split(folder: Path) -> Iterator[Cell]:
@@ -231,8 +224,7 @@ def _split(folder: Path) -> Iterator[Cell]:
     yield measured(row, REFERENCE, other, own, one, at=names, note="collocation, shares no code")
     table = nodes["transfer_i"].to_numpy(float)
     yield measured(row, LIGGGHTS, table, own, one, at=names, note="table written by the run", link="runs/exact_pair/")
-    for column, why in (("yade", NO_MIGRATION), ("washino", NO_LOG), ("easo", NO_LOG)):
-        yield impossible(row, column, why)
+    yield from empty(row, {YADE: NO_MIGRATION, WASHINO: NO_LOG, EASO: NO_LOG})
 
 
 def _places(folder: Path) -> dict[str, Any]:

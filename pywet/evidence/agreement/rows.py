@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 EXACT, REFERENCE, LIGGGHTS, YADE, WASHINO, EASO = "exact", "reference", "liggghts", "yade", "washino", "easo"
@@ -60,32 +61,21 @@ QUANTITIES: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
 """Quantity -> group, name, scale, names in replay.json."""
 
 
-def _force_rows() -> list[Row]:
-    rows = []
-    for preset, law in (("paper", "Rabinovich's law"), ("exact", "exact bridge")):
+def _rows() -> Iterator[Row]:
+    """All but `OTHERS`."""
+    for preset, law, limit in (
+        ("paper", "Rabinovich's law", "Willett's law"),
+        ("exact", "exact bridge", "exact limit"),
+    ):
         for key, name in PAIRS.items():
             quantity = f"capillary force over gap, {law}"
-            rows.append(Row(f"capillary_{preset}_{key}", "Capillary force", quantity, name, "force at that gap"))
-        name = "equal spheres, overlap to 5 % of r"
-        quantity = f"capillary force in overlap, {law}"
-        rows.append(Row(f"capillary_{preset}_overlap", "Capillary force", quantity, name, "force at touch"))
-    return rows
-
-
-def _rupture_rows() -> list[Row]:
-    return [
-        Row(f"rupture_{preset}_{key}", "Rupture", f"rupture distance, {law}", name, "itself")
-        for preset, law in (("paper", "Willett's law"), ("exact", "exact limit"))
-        for key, name in PAIRS.items()
-    ]
-
-
-def _replayed_rows() -> list[Row]:
-    return [
-        Row(f"{key}_{scene}", group, quantity, name, scale)
-        for key, (group, quantity, scale, _) in QUANTITIES.items()
-        for scene, name in REPLAYED.items()
-    ]
+            yield Row(f"capillary_{preset}_{key}", "Capillary force", quantity, name, "force at that gap")
+            yield Row(f"rupture_{preset}_{key}", "Rupture", f"rupture distance, {limit}", name, "itself")
+        name, quantity = "equal spheres, overlap to 5 % of r", f"capillary force in overlap, {law}"
+        yield Row(f"capillary_{preset}_overlap", "Capillary force", quantity, name, "force at touch")
+    for key, (group, quantity, scale, _) in QUANTITIES.items():
+        for scene, name in REPLAYED.items():
+            yield Row(f"{key}_{scene}", group, quantity, name, scale)
 
 
 OTHERS = (
@@ -136,11 +126,10 @@ GROUPS = (
     "Capillary force", "Viscous forces", "Rupture", "Liquid", "Conserved", "Dry contact", "Single wet collisions",
     "Beds and screening",
 )  # fmt: skip
-ROWS = tuple(
-    sorted([*_force_rows(), *_rupture_rows(), *_replayed_rows(), *OTHERS], key=lambda r: GROUPS.index(r.group))
-)
+ROWS = tuple(sorted([*_rows(), *OTHERS], key=lambda r: GROUPS.index(r.group)))
 BY_KEY = {r.key: r for r in ROWS}
 NO_MIGRATION = "Debian's build of YADE has no liquid migration: a bridge's volume is a property of the material"
+SAME = "without liquid it is the same program and contact as LIGGGHTS"
 NO_LOG = "the stock model keeps no log of its bridges, so there is nothing to replay"
 REPLAY_REASONS = {
     EXACT: "no exact solution of this quantity is known; the reference recomputes the law from the papers",

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet.evidence.agreement.model import Cell, Source, impossible, measured, truth
+from pywet.evidence.agreement.model import Cell, Source, empty, impossible, measured, truth
 from pywet.evidence.agreement.rows import EASO, EXACT, LIGGGHTS, REFERENCE, WASHINO, YADE
 
 STOKES = (6.0, 12.0, 24.0)
@@ -30,10 +30,6 @@ OTHERS = {
 def source(folder: Path) -> Source:
     """All cells of the single collisions."""
     return Source("single", [*_buck(folder), *_pair(), *_three(folder)])
-
-
-def _rest(row: str) -> Iterator[Cell]:
-    yield from (impossible(row, column, why) for column, why in OTHERS.items())
 
 
 def _buck(folder: Path) -> Iterator[Cell]:
@@ -58,7 +54,7 @@ def _buck(folder: Path) -> Iterator[Cell]:
     yield measured(
         row, LIGGGHTS, np.array(engine_e), np.array(own), np.ones(len(own)), at=names, note=note, link="runs/buck_0/"
     )
-    yield from _rest(row)
+    yield from empty(row, OTHERS)
 
 
 def _pair() -> Iterator[Cell]:
@@ -75,7 +71,7 @@ def _pair() -> Iterator[Cell]:
         row, REFERENCE, np.array(own), exact, np.ones(len(exact)), at=names, note="scipy's DOP853, own events"
     )
     yield impossible(row, LIGGGHTS, "run as three spheres in the row below")
-    yield from _rest(row)
+    yield from empty(row, OTHERS)
 
 
 def two_spheres(stokes: float) -> dict[str, Any]:
@@ -122,4 +118,4 @@ def _three(folder: Path) -> Iterator[Cell]:
     note = f"a spring of {STIFFNESS:.0e} N/m stands for the model's hard impact; stiffer ones come closer"
     final = twin.velocity[-1, :, :2].ravel()
     yield measured(row, LIGGGHTS, final, truth_v.ravel(), size, at=names, note=note, link="runs/davis_three/")
-    yield from _rest(row)
+    yield from empty(row, OTHERS)

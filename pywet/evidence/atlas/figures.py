@@ -1,4 +1,4 @@
-"""Pictures of the atlas, as SVG text: errors over separation and volume, rupture, sharing, validation configurations, cost."""
+"""Pictures of the atlas: errors over separation and volume, rupture, sharing, validation configurations, cost."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pywet.evidence.atlas.errors import RUPTURE
 from pywet.laws import exact_bridge as young_laplace
 from pywet.laws import registry
 from pywet.report.bridge import short
-from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt, svg
+from pywet.report.pictures import GREEN, NAVY, ORANGE, RED, SKY, VIOLET, panels
 from pywet.schema import LARGE_WALL, SPHERE
 
 SHOWN = ("rabinovich", "lambert", "willett", "willett_simple", "weigert", "soulie", "bagheri")
@@ -26,41 +26,34 @@ OWN = ("#000000", "#6b7680", "#b58900", "#d33682")
 """Colours of a user's own laws, drawn dashed."""
 
 
-def _text(figure: Figure) -> str:
-    whole = svg(figure, bbox_inches="tight")
-    return whole[whole.index("<svg") :]
-
-
-def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, own: Sequence[str] = ()) -> str:
+def error_maps(forces: pd.DataFrame, errors: pd.DataFrame, own: Sequence[str] = ()) -> Figure:
     """Error of each law in colour over S/S_rup and V*, equal spheres, contact angle 20°."""
-    with plt.rc_context(STYLE):
-        drawn = (*SHOWN, *own)
-        figure, axes = panels(len(drawn), 4, (2.9, 2.5))
-        equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
-        degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
-        at = equal.index[equal["angle_i_deg"] == degrees]
-        image: Any = None
-        for axis, law in zip(axes, drawn, strict=False):
-            off = forces.loc[at].assign(error=100 * errors.loc[at, law])
-            table = off.pivot_table(index="v_star", columns="share", values="error")
-            look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
-            image = axis.pcolormesh(table.columns, np.log10(table.index), table.to_numpy(), **look)
-            axis.set(title=short(law), xlabel="S / S_rup", ylabel="log₁₀ V*")
-            axis.grid(False)
-        figure.colorbar(image, ax=list(axes), label="F / F exact − 1  [%]", shrink=0.7, extend="both")
-        return _text(figure)
+    drawn = (*SHOWN, *own)
+    figure, axes = panels(len(drawn), 4, (2.9, 2.5))
+    equal = forces[(forces["ratio"] == 1.0) & (forces["angle_i_deg"] == forces["angle_j_deg"])]
+    degrees = 20.0 if (equal["angle_i_deg"] == 20.0).any() else equal["angle_i_deg"].iloc[0]
+    at = equal.index[equal["angle_i_deg"] == degrees]
+    image: Any = None
+    for axis, law in zip(axes, drawn, strict=False):
+        off = forces.loc[at].assign(error=100 * errors.loc[at, law])
+        table = off.pivot_table(index="v_star", columns="share", values="error")
+        look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -50, "vmax": 50, "shading": "nearest"}
+        image = axis.pcolormesh(table.columns, np.log10(table.index), table.to_numpy(), **look)
+        axis.set(title=short(law), xlabel="S / S_rup", ylabel="log₁₀ V*")
+        axis.grid(False)
+    figure.colorbar(image, ax=list(axes), label="F / F exact − 1  [%]", shrink=0.7, extend="both")
+    return figure
 
 
-def force_curves(own: Sequence[str] = ()) -> str:
+def force_curves(own: Sequence[str] = ()) -> Figure:
     """Force over separation of all laws for equal spheres at four contact angles."""
-    with plt.rc_context(STYLE):
-        figure, axes = panels(4, 4, (3.0, 2.8))
-        for axis, degrees in zip(axes, (0.0, 20.0, 40.0, 60.0), strict=True):
-            theta = math.radians(degrees)
-            _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0, own)
-            axis.set(title=f"θ = {degrees:g}°, V* = 0.01", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
-        axes[0].legend(fontsize=7)
-        return _text(figure)
+    figure, axes = panels(4, 4, (3.0, 2.8))
+    for axis, degrees in zip(axes, (0.0, 20.0, 40.0, 60.0), strict=True):
+        theta = math.radians(degrees)
+        _curves(axis, 1e-2, (1.0, 1.0, theta, theta), 1.0, own)
+        axis.set(title=f"θ = {degrees:g}°, V* = 0.01", xlabel="S / r", ylabel="F / (σ r)", ylim=(0, 9))
+    axes[0].legend(fontsize=7)
+    return figure
 
 
 def _curves(
@@ -79,57 +72,53 @@ def _curves(
     axis.axvline(limit, color="#27323d", lw=0.8, ls=":")
 
 
-def rupture_curves(limits: pd.DataFrame, own: Sequence[str] = ()) -> str:
+def rupture_curves(limits: pd.DataFrame, own: Sequence[str] = ()) -> Figure:
     """Rupture laws over the exact rupture distance, by volume, one panel per radius ratio."""
     laws = [name for name in registry.BUILT_IN["rupture"] if name not in ("young_laplace", "buck", "davis")] + [*own]
-    with plt.rc_context(STYLE):
-        ratios = limits["ratio"].unique().tolist()
-        figure, axes = panels(len(ratios), 4, (3.0, 2.7))
-        for axis, q in zip(axes, ratios, strict=False):
-            for degrees, style in ((0.0, "-"), (40.0, "--"), (60.0, ":")):
-                part = limits[
-                    (limits["ratio"] == q) & (limits["angle_i_deg"] == degrees) & (limits["angle_j_deg"] == degrees)
-                ]
-                given = [part[n].to_numpy(float) for n in RUPTURE]
-                for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *OWN), strict=False):
-                    values = registry.get("rupture", law).functions[0](*given) / part["rupture"].to_numpy()
-                    axis.plot(
-                        part["v_star"], values, style, color=colour, lw=1.1, label=short(law) if style == "-" else None
-                    )
-            name = "wall" if q == 0 else f"r_small / r_large = {q:g}"
-            axis.axhline(1.0, color="#27323d", lw=2)
-            axis.set(title=name, xscale="log", xlabel="V*", ylabel="S_rup / exact", ylim=(0.5, 1.7))
-        axes[0].legend(fontsize=6.5, title="θ: 0° solid, 40° dashed, 60° dotted", title_fontsize=6.5)
-        return _text(figure)
+    ratios = limits["ratio"].unique().tolist()
+    figure, axes = panels(len(ratios), 4, (3.0, 2.7))
+    for axis, q in zip(axes, ratios, strict=False):
+        for degrees, style in ((0.0, "-"), (40.0, "--"), (60.0, ":")):
+            part = limits[
+                (limits["ratio"] == q) & (limits["angle_i_deg"] == degrees) & (limits["angle_j_deg"] == degrees)
+            ]
+            given = [part[n].to_numpy(float) for n in RUPTURE]
+            for law, colour in zip(laws, ("#0b3c78", "#4a9bd4", "#5d8a3a", "#d98032", *OWN), strict=False):
+                values = registry.get("rupture", law).functions[0](*given) / part["rupture"].to_numpy()
+                axis.plot(
+                    part["v_star"], values, style, color=colour, lw=1.1, label=short(law) if style == "-" else None
+                )
+        name = "wall" if q == 0 else f"r_small / r_large = {q:g}"
+        axis.axhline(1.0, color="#27323d", lw=2)
+        axis.set(title=name, xscale="log", xlabel="V*", ylabel="S_rup / exact", ylim=(0.5, 1.7))
+    axes[0].legend(fontsize=6.5, title="θ: 0° solid, 40° dashed, 60° dotted", title_fontsize=6.5)
+    return figure
 
 
-def fig7() -> str:
+def fig7() -> Figure:
     """Fig. 7 of Elskamp & Kruggel-Emden: transfer ratio by the parabola (solid) and by the exact profile (dashed)."""
     v = np.concatenate([np.linspace(0.002, 0.02, 6), np.linspace(0.04, 0.5, 16)])
-    with plt.rc_context(STYLE):
-        figure, axes = panels(4, 4, (3.0, 2.8))
-        for axis, degrees, letter in ((axes[0], 10.0, "a"), (axes[1], 40.0, "b")):
-            for size, colour in ((1.5, "#0b3c78"), (2.5, "#4a9bd4"), (3.5, "#5d8a3a"), (5.0, "#d98032")):
-                t = math.radians(degrees)
-                for model, style in (("parabola", "-"), ("young_laplace", "--")):
-                    ratio = registry.transfer_model(model)(5e-3, size * 1e-3, t, t, SPHERE, v)
-                    name = f"r_i/r_j = {5 / size:.2g}" if style == "-" else None
-                    axis.plot(v, ratio, style, color=colour, lw=1.2, label=name)
-            axis.set(title=f"({letter}) spheres, θ = {degrees:g}°", ylabel="T_i")
-        for axis, degrees, letter in ((axes[2], 10.0, "c"), (axes[3], 40.0, "d")):
-            for wall, colour in zip(range(0, 60, 10), (NAVY, SKY, GREEN, VIOLET, ORANGE, RED), strict=True):
-                for model, style in (("parabola", "-"), ("young_laplace", "--")):
-                    given = (1.5e-3, 1.5e-3, math.radians(degrees), math.radians(wall), LARGE_WALL, v)
-                    ratio = registry.transfer_model(model)(*given)
-                    axis.plot(v, ratio, style, color=colour, lw=1.2, label=f"θ_w = {wall}°" if style == "-" else None)
-            axis.set(title=f"({letter}) wall, r = 1.5 mm, θ_i = {degrees:g}°", ylabel="T_i")
-        for axis in axes:
-            axis.set(xlabel="V*", xlim=(0, 0.5), ylim=(0, 1))
-            axis.legend(fontsize=6.5)
-        return _text(figure)
+    figure, axes = panels(4, 4, (3.0, 2.8))
+    for axis, letter, degrees in zip(axes, "abcd", (10.0, 40.0, 10.0, 40.0), strict=True):
+        t = math.radians(degrees)
+        if letter in "ab":
+            title, colours = f"spheres, θ = {degrees:g}°", [NAVY, SKY, GREEN, ORANGE]
+            pairs = {f"r_i/r_j = {5 / r:.2g}": (5e-3, r * 1e-3, t, t, SPHERE) for r in (1.5, 2.5, 3.5, 5.0)}
+        else:
+            title, colours = f"wall, r = 1.5 mm, θ_i = {degrees:g}°", [NAVY, SKY, GREEN, VIOLET, ORANGE, RED]
+            walls = range(0, 60, 10)
+            pairs = {f"θ_w = {wall}°": (1.5e-3, 1.5e-3, t, math.radians(wall), LARGE_WALL) for wall in walls}
+        for (name, pair), colour in zip(pairs.items(), colours, strict=True):
+            for model, style, label in (("parabola", "-", name), ("young_laplace", "--", None)):
+                axis.plot(v, registry.transfer_model(model)(*pair, v), style, color=colour, lw=1.2, label=label)
+        axis.set(title=f"({letter}) {title}", ylabel="T_i")
+    for axis in axes:
+        axis.set(xlabel="V*", xlim=(0, 0.5), ylim=(0, 1))
+        axis.legend(fontsize=6.5)
+    return figure
 
 
-def validation() -> str:
+def validation() -> Figure:
     """The configurations of Figs. 4a, 4b, 5a of Elskamp & Kruggel-Emden with all laws and the exact force."""
     ten = math.radians(10.0)
     cases = [
@@ -139,15 +128,14 @@ def validation() -> str:
         ("Fig. 5a: wall, r = 12 µm, θ = 0°", 7e-19, (12e-6, math.inf, 0.0, 0.0), 0.026),
         ("Fig. 5a: wall, r = 25 µm, θ = 10°", 170e-19, (25e-6, math.inf, ten, ten), 0.026),
     ]
-    with plt.rc_context(STYLE):
-        figure, axes = panels(len(cases) + 1, 3, (3.9, 3.0))
-        for axis, (title, volume, pair, sigma) in zip(axes, cases, strict=False):
-            _curves(axis, volume, pair, sigma)
-            axis.set(title=title, xlabel="S [m]", ylabel="F [N]", ylim=(0, None))
-            axis.ticklabel_format(scilimits=(-2, 2), axis="both")
-        axes[0].legend(fontsize=7)
-        _fig5b(axes[len(cases)])
-        return _text(figure)
+    figure, axes = panels(len(cases) + 1, 3, (3.9, 3.0))
+    for axis, (title, volume, pair, sigma) in zip(axes, cases, strict=False):
+        _curves(axis, volume, pair, sigma)
+        axis.set(title=title, xlabel="S [m]", ylabel="F [N]", ylim=(0, None))
+        axis.ticklabel_format(scilimits=(-2, 2), axis="both")
+    axes[0].legend(fontsize=7)
+    _fig5b(axes[len(cases)])
+    return figure
 
 
 def _fig5b(axis: Axes) -> None:
@@ -172,13 +160,12 @@ def _fig5b(axis: Axes) -> None:
     axis.legend(fontsize=7)
 
 
-def cost_bars(cost: pd.DataFrame) -> str:
+def cost_bars(cost: pd.DataFrame) -> Figure:
     """Nanoseconds per call."""
-    with plt.rc_context(STYLE):
-        figure, axes = panels(1, 1, (6.0, 2.8))
-        table = cost.sort_values("ns")
-        colours = ["#0b3c78" if law == "young_laplace" else "#9fb3c8" for law in table["law"]]
-        axes[0].barh(table["law"], table["ns"], color=colours)
-        axes[0].set(xlabel="nanoseconds per call")
-        axes[0].grid(axis="y", visible=False)
-        return _text(figure)
+    figure, axes = panels(1, 1, (6.0, 2.8))
+    table = cost.sort_values("ns")
+    colours = ["#0b3c78" if law == "young_laplace" else "#9fb3c8" for law in table["law"]]
+    axes[0].barh(table["law"], table["ns"], color=colours)
+    axes[0].set(xlabel="nanoseconds per call")
+    axes[0].grid(axis="y", visible=False)
+    return figure

@@ -16,6 +16,7 @@ from pywet.laws import own as files_of_laws
 from pywet.report import page
 from pywet.report.bridge import short
 from pywet.report.page import Cell, Section, drawing, paragraph, table
+from pywet.report.pictures import STYLE, plt, svg
 
 LEAD = (
     "Every capillary law, rupture law and sharing law against the exact profile of the bridge, what misprints do, and "
@@ -46,14 +47,17 @@ def write_page(
     measured, missing = stock.measure(atlas.forces) if with_stock else (pd.DataFrame(), ["not asked for"])
     tables["stock"] = stock.summary(measured)
     report("pictures", 0.85)
-    pictures = {
-        "error_maps": figures.error_maps(atlas.forces, force_errors, pulls),
-        "force_curves": figures.force_curves(pulls),
-        "rupture": figures.rupture_curves(atlas.limits, breaks),
-        "fig7": figures.fig7(),
-        "validation": figures.validation(),
-        "cost": figures.cost_bars(tables["cost"]),
-    }
+    with plt.rc_context(STYLE):
+        drawn = {
+            "error_maps": figures.error_maps(atlas.forces, force_errors, pulls),
+            "force_curves": figures.force_curves(pulls),
+            "rupture": figures.rupture_curves(atlas.limits, breaks),
+            "fig7": figures.fig7(),
+            "validation": figures.validation(),
+            "cost": figures.cost_bars(tables["cost"]),
+        }
+        whole = {name: svg(figure, bbox_inches="tight") for name, figure in drawn.items()}
+    pictures = {name: text[text.index("<svg") :] for name, text in whole.items()}
     for name, frame in tables.items():
         write_csv(frame, folder / f"{name}.csv")
     for name, text in pictures.items():
@@ -81,7 +85,6 @@ def _of_kind(names: Sequence[str], kind: str) -> list[str]:
 
 
 def sections(tables: dict[str, pd.DataFrame], pictures: dict[str, str], missing: list[str]) -> list[Section]:
-    """The page's sections."""
     return [
         Section("Which one", _choice(tables["cost"]), "which one"),
         Section("Error of the force against the exact bridge", _forces(tables, pictures), "force"),

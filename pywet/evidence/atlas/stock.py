@@ -26,7 +26,7 @@ def chosen(forces: pd.DataFrame) -> pd.DataFrame:
 
 
 def measure(forces: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """Relative error per program and law: columns program, law, ratio, angle, v_star, share, error; and what was not measured."""
+    """Relative error per program and law: columns ratio, angle, v_star, share, program, law, error; and what was not measured."""
     points = chosen(forces)
     rows, missing = [], []
     programs: list[tuple[str, str, Callable[..., pd.DataFrame]]] = [
@@ -39,12 +39,9 @@ def measure(forces: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
         except PywetError as error:
             missing.append(f"{program} {law}: {error}")
             continue
-        part = points[["ratio", "angle_i_deg", "v_star", "share"]].copy()
-        part["program"], part["law"] = program, law
-        part["error"] = values["force"].to_numpy(float) / points["exact"].to_numpy() - 1.0
-        rows.append(part)
-    columns = ["program", "law", "ratio", "angle_i_deg", "v_star", "share", "error"]
-    return (pd.concat(rows, ignore_index=True)[columns] if rows else pd.DataFrame(columns=columns)), missing
+        off = values["force"].to_numpy(float) / points["exact"].to_numpy() - 1.0
+        rows.append(points[["ratio", "angle_i_deg", "v_star", "share"]].assign(program=program, law=law, error=off))
+    return pd.concat(rows, ignore_index=True) if rows else pd.DataFrame(), missing
 
 
 def summary(errors: pd.DataFrame) -> pd.DataFrame:

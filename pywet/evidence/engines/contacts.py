@@ -7,8 +7,7 @@ of touch within a step, and one sphere of each class that slides on the plate.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -31,13 +30,8 @@ CASE = 1
 ENGINES = {"LIGGGHTS": "liggghts", "YADE": "yade"}
 
 
-@dataclass(frozen=True)
-class Site:
-    """One collision: its pair (b = 0: the plate) and the spheres' numbers from 1."""
-
-    a: int
-    b: int
-    first: int
+Site = tuple[int, int, int]
+"""One collision: its pair a, b (b = 0: the plate) and the number of the first sphere from 1; a second one follows it."""
 
 
 def rows(config_dir: Path, folder: Path) -> list[dict[str, Any]]:
@@ -61,24 +55,16 @@ def rows(config_dir: Path, folder: Path) -> list[dict[str, Any]]:
     return table
 
 
-def _sites(made: cases.Ingredients) -> Iterator[tuple[int, int, float]]:
-    """Pair and fraction of a step by which the touch is shifted."""
-    kinds = [c.type for c in made.classes]
-    for a in kinds:
-        for b in [0, *(k for k in kinds if k >= a)]:
-            for phase in range(PHASES):
-                yield a, b, phase / PHASES
-
-
 def _collisions(made: cases.Ingredients, path: Path) -> list[Site]:
-    """Spheres in rows over a plate, the pairs high above it."""
+    """Spheres in rows over a plate, the pairs high above it; the touch of each is shifted by a part of a step."""
     spheres: list[small.Sphere] = []
-    sites = []
-    for k, (a, b, phase) in enumerate(_sites(made)):
+    sites: list[Site] = []
+    pairs = sorted((p.a, p.b) for p in made.pairs)
+    for k, ((a, b), phase) in enumerate(product(pairs, range(PHASES))):
         x, y = PITCH * (k % 12 - 5.5), PITCH * (k // 12 - 2.0)
         ra = made.classes[a - 1].radius_m
-        gap = GAP + phase * SPEED * made.time_step_s
-        sites.append(Site(a, b, len(spheres) + 1))
+        gap = GAP + phase / PHASES * SPEED * made.time_step_s
+        sites.append((a, b, len(spheres) + 1))
         if b == 0:
             spheres.append(small.Sphere(a, (x, y, ra + gap), (0.0, 0.0, -SPEED)))
         else:
@@ -114,9 +100,9 @@ def _restitution(path: Path, sites: list[Site]) -> dict[tuple[int, int], np.ndar
     """Relative speed after over before, of each pair at each instant of touch."""
     end = last(path).set_index("id")["vz"]
     after_over_before: dict[tuple[int, int], list[float]] = {}
-    for s in sites:
-        after = end[s.first] if s.b == 0 else end[s.first + 1] - end[s.first]
-        after_over_before.setdefault((s.a, s.b), []).append(float(after) / SPEED)
+    for a, b, first in sites:
+        after = end[first + 1] - end[first] if b else end[first]
+        after_over_before.setdefault((a, b), []).append(float(after) / SPEED)
     return {pair: np.array(values) for pair, values in after_over_before.items()}
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -24,9 +25,13 @@ class Part:
     """One number that must be above (`more`) or below a threshold."""
 
     text: str
+    threshold: float
     quantity: Callable[[Cases], float]
     more: bool
-    threshold: float
+
+
+above, below = partial(Part, more=True), partial(Part, more=False)
+"""The quantity must be larger, or smaller, than the threshold."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +77,10 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
         return Answer(MISSING)
     worlds = [{case: seeds[seed] for case, seeds in by_seed.items()} for seed in common]
     if len(worlds) > 1:
-        return _decided(statement, worlds, [_of_seeds([part.quantity(w) for w in worlds]) for part in statement.parts])
+        spreads = [np.std([part.quantity(w) for w in worlds], ddof=1) for part in statement.parts]
+        halves = [half_width(float(s), len(worlds), len(worlds) - 1, 0.95) for s in spreads]
+        return _decided(statement, worlds, halves)
     return _decided(statement, worlds, _of_neighbours(statement, worlds[0], runs))
-
-
-def _of_seeds(values: Sequence[float]) -> float:
-    """Half the 95 % interval of the mean."""
-    return half_width(float(np.std(values, ddof=1)), len(values), len(values) - 1, 0.95)
 
 
 def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[Kept]]) -> list[float]:
@@ -87,15 +89,11 @@ def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequen
     freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
     if not freedom:
         return [0.0] * len(statement.parts)
-    sums = [
-        sum(
-            float(np.var([part.quantity({**world, case: one}) for one in ones], ddof=1))
-            for case, ones in moved.items()
-            if ones
-        )
-        for part in statement.parts
-    ]
-    return [half_width(float(np.sqrt(total)), 1, freedom, 0.95) for total in sums]
+    halves = []
+    for part in statement.parts:
+        each = [[part.quantity({**world, case: one}) for one in ones] for case, ones in moved.items() if ones]
+        halves.append(half_width(float(np.sqrt(sum(np.var(v, ddof=1) for v in each))), 1, freedom, 0.95))
+    return halves
 
 
 def _decided(statement: Statement, worlds: Sequence[Cases], chance: Sequence[float]) -> Answer:
@@ -113,13 +111,3 @@ def decide(part: Part, value: float, half: float) -> str:
     if margin - half > 0.0:
         return HOLDS
     return FAILS if margin + half <= 0.0 else OPEN
-
-
-def above(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must be larger than the threshold."""
-    return Part(text, quantity, True, threshold)
-
-
-def below(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
-    """The quantity must be smaller than the threshold."""
-    return Part(text, quantity, False, threshold)

@@ -51,7 +51,7 @@ class Kept:
         return value
 
     @cached_property
-    def _tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> dict[str, pd.DataFrame]:
         try:
             return {name: pd.read_csv(self.folder / f"{name}.csv") for name in TABLES}
         except (OSError, ValueError) as error:
@@ -59,7 +59,6 @@ class Kept:
 
     @property
     def case(self) -> int:
-        """Number of the case."""
         return int(self.about["case"])
 
     @property
@@ -70,15 +69,11 @@ class Kept:
     @cached_property
     def times(self) -> Floats:
         """Times of the outputs [s]."""
-        return np.asarray(self._tables["fraction_retained"]["time_since_opening_s"], dtype=float)
-
-    def table(self, name: str) -> pd.DataFrame:
-        """A whole table."""
-        return self._tables[name]
+        return np.asarray(self.tables["fraction_retained"]["time_since_opening_s"], dtype=float)
 
     def series(self, table: str, name: str) -> Floats:
         """A column of a table over `times`."""
-        found = self._tables[table]
+        found = self.tables[table]
         if name not in found or len(found) != len(self.times):
             raise PywetError(f"{self.folder / table}.csv lacks the column {name} at every output: {CURE}")
         return np.asarray(found[name], dtype=float)
@@ -107,6 +102,10 @@ class Kept:
             "fraction_retained", "fraction_retained" if kind is None else column("fraction_retained", kind)
         )
 
+    def y(self, start: float, stop: float, kind: str | None = None) -> float:
+        """Mean of `retained` from `start` to `stop`."""
+        return self.mean(self.retained(kind), start, stop)
+
     @property
     def undersize(self) -> Floats:
         """Mass of undersize spheres still on the screen over that at the start."""
@@ -121,7 +120,7 @@ class Kept:
     @property
     def walls(self) -> Floats:
         """Share of all liquid on the screening apparatus."""
-        have = [w for w in WALLS if f"{w}_m3" in self._tables["liquid_by_holder"]]
+        have = [w for w in WALLS if f"{w}_m3" in self.tables["liquid_by_holder"]]
         return self.liquid(*have)
 
     def count(self, what: str, kind: str) -> Floats:
@@ -137,12 +136,12 @@ class Moved(Kept):
     which: int
 
     @cached_property
-    def _tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> dict[str, pd.DataFrame]:
         own = Kept(self.folder)
-        moved = {name: own.table(name).astype(float) for name in TABLES}
+        moved = {name: own.tables[name].astype(float) for name in TABLES}
         for name, frame in moved.items():
             for key in frame.columns.difference(NOT_MOVED):
-                others = [k for k in self.seeds if key in k.table(name)]
+                others = [k for k in self.seeds if key in k.tables[name]]
                 if len(others) == len(self.seeds):
                     each = np.array(
                         [np.interp(own.times, k.times, k.series(name, key)) / _whole(k, name, key) for k in others]

@@ -210,7 +210,7 @@ def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
 
 def _division(run: Kept, title: str) -> float:
     """Share of all liquid at the end in a division of Fig. 14; holders that a run's table lacks have none."""
-    have = run.table("liquid_by_holder").columns
+    have = run.tables["liquid_by_holder"].columns
     return sum(float(run.liquid(h)[-1]) for h in trials.FIG14[title] if f"{h}_m3" in have)
 
 
@@ -295,8 +295,8 @@ def _result(config: Config, number: int, runs: Runs) -> CaseResult:
     """A case for the figures; its band is made by its other seeds, or by those of its neighbour."""
     k, *others = runs[number]
     share = {"coarse_share": k.about["coarse_share"]}
-    seeds = tuple(one.table("fraction_retained") for one in others or neighbours(number, runs))
-    retained, liquid = k.table("fraction_retained"), k.table("liquid_by_holder")
+    seeds = tuple(one.tables["fraction_retained"] for one in others or neighbours(number, runs))
+    retained, liquid = k.tables["fraction_retained"], k.tables["liquid_by_holder"]
     return CaseResult(config.case(number), (), summary=share, retained=retained, liquid=liquid, seeds=seeds)
 
 

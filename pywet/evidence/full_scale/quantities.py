@@ -22,7 +22,7 @@ COARSE_MATERIAL = "coarse_material"
 
 def gap(c: Cases, a: int, b: int, start: float, stop: float) -> float:
     """Mean of Y_a − Y_b over a span of time."""
-    return c[a].mean(c[a].retained(), start, stop) - c[b].mean(c[b].retained(), start, stop)
+    return c[a].y(start, stop) - c[b].y(start, stop)
 
 
 def spread(c: Cases, cases: Sequence[int]) -> float:
@@ -34,7 +34,7 @@ def spread(c: Cases, cases: Sequence[int]) -> float:
 
 def lag(kept: Kept, start: float, stop: float) -> float:
     """Mean of Y_small − Y_near of one case over a span of time."""
-    return kept.mean(kept.retained(SMALL), start, stop) - kept.mean(kept.retained(NEAR), start, stop)
+    return kept.y(start, stop, SMALL) - kept.y(start, stop, NEAR)
 
 
 def undersize(c: Cases, case: int, time: float) -> float:

@@ -86,7 +86,7 @@ def _trials(folder: Path, statement: int = 7) -> Callable[[str, int, str], float
 
 def _slower(runs: Runs, folder: Path) -> str:
     full, less = runs[1][0], runs[4][0]
-    early = less.mean(less.retained(), 0.5, 5.0) - full.mean(full.retained(), 0.5, 5.0)
+    early = less.y(0.5, 5.0) - full.y(0.5, 5.0)
     left = [100 * run.at(run.undersize, 5.0) for run in (full, less)]
     return (
         f"passage is over sooner here. From 0.5 to 5 s 0.8 mm holds {early:.3f} of the feed back on average; at 5 s "
@@ -97,10 +97,7 @@ def _slower(runs: Runs, folder: Path) -> str:
 def _wider(runs: Runs, folder: Path) -> str:
     of, wide, narrow = _trials(folder, 6), runs[1][0], runs[7][0]
     means = [f"{of('deep', n, 'all'):.2f} in place of {of('as_is', n, 'all'):.2f}" for n in (7, 8)]
-    gaps = [
-        narrow.mean(narrow.retained(), *span) - wide.mean(wide.retained(), *span)
-        for span in ((5.0, 10.0), (10.0, 20.0))
-    ]
+    gaps = [narrow.y(*span) - wide.y(*span) for span in ((5.0, 10.0), (10.0, 20.0))]
     return (
         f"three of its four parts hold; POM with 5.6 mm is over sooner here: Y7 − Y1 is {gaps[0]:.3f} from 5 to 10 s and "
         f"{gaps[1]:.3f} from 10 to 20 s, with {100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. "
@@ -112,7 +109,7 @@ def _wider(runs: Runs, folder: Path) -> str:
 def _early(runs: Runs, folder: Path) -> str:
     of = _trials(folder)
     dry, five, ten = (runs[k][0] for k in (1, 2, 3))
-    y = [k.mean(k.retained(), 0.5, 2.5) for k in (dry, five, ten)]
+    y = [k.y(0.5, 2.5) for k in (dry, five, ten)]
     return (
         f"passage is over sooner here. From 0.5 to 2.5 s 5 % of liquid holds {y[1] - y[0]:.3f} of the feed back on average and "
         f"10 % holds {y[2] - y[1]:.3f} more; at 3 s {100 * dry.at(dry.undersize, 3.0):.0f} % of the undersize is left dry, "
@@ -150,8 +147,8 @@ def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[R
     """How far dry, moist and moister lie apart from 2 s to `end`, and the seeds of a case."""
 
     def said(runs: Runs, folder: Path) -> str:
-        y = [runs[n][0].mean(runs[n][0].retained(), 2.0, end) for n in cases]
-        seeds = [k.mean(k.retained(), 2.0, end) for k in runs[seeded]]
+        y = [runs[n][0].y(2.0, end) for n in cases]
+        seeds = [k.y(2.0, end) for k in runs[seeded]]
         return (
             f"from 2 to {end:g} s the means of the first seed differ by {y[1] - y[0]:+.4f} and {y[2] - y[1]:+.4f} of the feed, "
             f"those of the seeds of case {seeded} by up to {max(seeds) - min(seeds):.4f}."
@@ -160,17 +157,19 @@ def _within_chance(cases: Sequence[int], end: float, seeded: int) -> Callable[[R
     return said
 
 
+def _spreads(runs: Runs, groups: Sequence[Sequence[int]], *spans: tuple[float, float]) -> list[float]:
+    """Largest mean Y less the smallest, of each group of cases in each span of time."""
+    means = [[[runs[n][0].y(*span) for n in cases] for cases in groups] for span in spans]
+    return [max(each) - min(each) for of in means for each in of]
+
+
 def _closer(runs: Runs, folder: Path) -> str:
-    spreads = []
-    for begin, end in ((0.5, 2.0), (2.0, 10.0)):
-        for cases in ((10, 11, 12), (13, 14, 15)):
-            y = [runs[n][0].mean(runs[n][0].retained(), begin, end) for n in cases]
-            spreads.append(max(y) - min(y))
-    early, slower, late, later = spreads
+    groups = (10, 11, 12), (13, 14, 15)
+    early, slower, late, later = _spreads(runs, groups, (0.5, 2.0), (2.0, 10.0))
     of = _trials(folder, 12)
     tried = []
     for trial in ("as_is", "deep"):
-        both = [[of(trial, n, "all") for n in cases] for cases in ((10, 11, 12), (13, 14, 15))]
+        both = [[of(trial, n, "all") for n in cases] for cases in groups]
         tried.append(" and ".join(f"{max(each) - min(each):.3f}" for each in both))
     return (
         f"the trend is there, but 1 mm lies closer together because its passage is over sooner here: from 2 to 10 s the means "
@@ -181,12 +180,7 @@ def _closer(runs: Runs, folder: Path) -> str:
 
 
 def _pegging_counts(runs: Runs, folder: Path) -> str:
-    spreads = []
-    for begin, end in ((1.0, 5.0), (10.0, 20.0)):
-        for cases in ((7, 8, 9), (16, 17, 18)):
-            y = [runs[n][0].mean(runs[n][0].retained(), begin, end) for n in cases]
-            spreads.append(max(y) - min(y))
-    pom, glass, pom_late, glass_late = spreads
+    pom, glass, pom_late, glass_late = _spreads(runs, ((7, 8, 9), (16, 17, 18)), (1.0, 5.0), (10.0, 20.0))
     return (
         f"while liquid retards, it does: from 1 to 5 s the means are within {pom:.3f} of the feed with POM, {glass:.3f} with "
         f"glass. From 10 to 20 s they are within {pom_late:.3f} and {glass_late:.3f}: dry glass spheres peg and moist ones less "

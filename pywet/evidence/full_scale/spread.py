@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from pywet.evidence.compare.statistics import half_width
-from pywet.evidence.full_scale.kept import UNDERSIZE, Kept
+from pywet.evidence.full_scale.kept import Kept
+from pywet.evidence.full_scale.quantities import lag
 
 Runs = Mapping[int, Sequence[Kept]]
 Quantities = Mapping[str, Callable[[Kept], float]]
@@ -21,10 +22,8 @@ def half_through(run: Kept) -> float:
 
 
 DRY: dict[str, Callable[[Kept], float]] = {
-    f"mean Y, {BEGIN:g} to {END:g} s": lambda k: k.mean(k.retained(), BEGIN, END),
-    f"mean Y_small − Y_near, {BEGIN:g} to {END:g} s": lambda k: k.mean(
-        k.retained(UNDERSIZE[0]) - k.retained(UNDERSIZE[1]), BEGIN, END
-    ),
+    f"mean Y, {BEGIN:g} to {END:g} s": lambda k: k.y(BEGIN, END),
+    f"mean Y_small − Y_near, {BEGIN:g} to {END:g} s": lambda k: lag(k, BEGIN, END),
     "half of the undersize is through [s]": half_through,
 }
 MOIST: dict[str, Callable[[Kept], float]] = {
