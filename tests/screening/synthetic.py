@@ -15,7 +15,7 @@ import pandas as pd
 from pywet.files import write_json, write_table
 from pywet.runs.tables import to_frame
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
-from pywet.schema import CONTACT, ENERGY, EVENT, SMALL_WALL
+from pywet.schema import RAW, SMALL_WALL
 
 UNIT = 1e-9
 STEPS = (0, 100, 200)
@@ -167,12 +167,12 @@ def _liquid(history: Path) -> None:
         pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet"
     )
     # four formations and two ruptures after the last window of contacts; only their numbers are told
-    events = np.zeros(6, dtype=EVENT)
+    events = np.zeros(6, dtype=RAW["events"])
     events["step"], events["kind"] = range(161, 167), (0, 0, 0, 0, 1, 1)
     events["i"], events["j"] = (1, 1, 1, 2, 1, 2), (2, 3, 0, 3, 2, 3)
     events["partner_kind"][2] = SMALL_WALL
     write_table(to_frame(events), history / "events.parquet")
-    write_table(to_frame(np.zeros(0, dtype=CONTACT)), history / "contacts.parquet")
+    write_table(to_frame(np.zeros(0, dtype=RAW["contacts"])), history / "contacts.parquet")
     ledger = pd.DataFrame(
         [
             (0, 0.0, 20, 0, 0, 0, 20, 3, 0, 0, 0),
@@ -195,7 +195,7 @@ def _liquid(history: Path) -> None:
     )
     ledger[["films", "bridges", "walls", "left", "initial"]] *= UNIT
     write_table(ledger, history / "ledger.parquet")
-    names = [name for name in ENERGY.names or () if name not in ("step", "time")]
+    names = [name for name in RAW["energy"].names or () if name not in ("step", "time")]
     energy = pd.DataFrame(0.0, index=range(len(STEPS)), columns=names)
     energy["kinetic"], energy["gravity"], energy["contact"] = [0.0, 1e-6, 2e-6], [0.0, 2e-6, 5e-6], [0.0, -1e-6, -3e-6]
     energy.insert(0, "time", [1e-4 * step for step in STEPS])
