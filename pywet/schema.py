@@ -230,6 +230,7 @@ TABLES: dict[str, dict[str, str]] = {
 }
 """Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
 
+
 def meanings(table: str) -> dict[str, tuple[str, str]]:
     """Column of a table, `history/events` or `trajectory` -> its unit (- where it has none) and what it is."""
     return {name: (unit, meaning) for name, _, unit, meaning in _columns(table)}
