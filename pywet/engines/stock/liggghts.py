@@ -138,9 +138,8 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         "walls": bool(wall.any()),
         "atoms": layout.atoms,
     }
-    template = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, autoescape=False).from_string(
-        (place("liggghts_inputs") / DECK).read_text()
-    )
+    text = (place("liggghts_inputs") / DECK).read_text()
+    template = jinja2.Template(text, trim_blocks=True, lstrip_blocks=True)
     with tempfile.TemporaryDirectory(prefix="pywet-stock-") as name:
         folder = Path(name)
         (folder / "pairs.data").write_text(_data_file(layout))
@@ -163,14 +162,9 @@ def _data_file(layout: Layout) -> str:
 
 def _write_walls(path: Path, x: Floats, size: float) -> None:
     """One triangle in z = 0 under each sphere, so that no sphere feels two of them."""
-    lines = ["solid walls"]
-    for at in x:
-        corners = ((at - size, -size), (at + size, -size), (at, size))
-        lines += [
-            "facet normal 0 0 1",
-            "outer loop",
-            *(f"vertex {a:.17g} {b:.17g} 0" for a, b in corners),
-            "endloop",
-            "endfacet",
-        ]
-    path.write_text("\n".join([*lines, "endsolid walls"]) + "\n")
+    import meshio
+
+    around = np.array([[-size, -size, 0.0], [size, -size, 0.0], [0.0, size, 0.0]])
+    corners = around + np.column_stack([x, np.zeros((len(x), 2))])[:, None]
+    triangles = np.arange(3 * len(x)).reshape(-1, 3)
+    meshio.write(path, meshio.Mesh(corners.reshape(-1, 3), [("triangle", triangles)]), binary=True)
