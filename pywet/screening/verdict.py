@@ -34,23 +34,13 @@ class Agreement:
 
     @property
     def ok(self) -> bool:
-        """Within its limit."""
         return self.largest <= self.limit
 
 
 def agreement(replay: dict[str, Any]) -> list[Agreement]:
     """Rows of the agreement table from the content of replay.json."""
-    return [
-        Agreement(
-            quantity=name,
-            scale=str(row["scale"]),
-            count=int(row["count"]),
-            largest=float(row["largest"]),
-            median=float(row["median"]),
-            limit=float(row["tolerance"]),
-        )
-        for name, row in replay["quantities"].items()
-    ]
+    columns = ("scale", "count", "largest", "median", "tolerance")
+    return [Agreement(name, *(row[column] for column in columns)) for name, row in replay["quantities"].items()]
 
 
 def unchecked_laws(replay: dict[str, Any]) -> list[str]:

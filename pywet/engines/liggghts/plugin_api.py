@@ -116,8 +116,9 @@ class Plugin:
                 self._library.pywet_set_preparation(address, prepared.lines)
 
     def _set_transfer(self, tables: pd.DataFrame) -> None:
-        for of, rows in tables.groupby(["partner_kind", "type_i", "type_j", "part_class"]):
-            kind, type_i, type_j, group = map(int, of)
+        columns = ["partner_kind", "type_i", "type_j", "part_class"]
+        for _, rows in tables.groupby(columns):
+            kind, type_i, type_j, group = (int(number) for number in rows[columns].iloc[0])
             other = type_j if kind == SPHERE else group
             rows = rows.sort_values("v_star")
             nodes, values = _doubles(rows["v_star"]), _doubles(rows["transfer_i"])
