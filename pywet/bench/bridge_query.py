@@ -103,7 +103,6 @@ class Query(Excusable):
 
 
 def read(path: Path) -> Query:
-    """Read and check a query."""
     return checked(read_json(path, "see the form in docs/bridge.md"), path)
 
 

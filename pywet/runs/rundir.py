@@ -40,7 +40,6 @@ class RunDir:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that was run."""
         path = self.path / "scene.json"
         if not path.exists():
             raise PywetError(

@@ -170,7 +170,6 @@ def _wall(scene: Scene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
 
 
 def write(scene: Scene, run_dir: Path, folder: Path, extra: Sequence[str], integrate: str) -> None:
-    """Write data file and script into `folder`."""
     deck.write_data(scene, read_table(run_dir / scene.spheres_file), folder / DATA)
     with atomic_write(folder / SCRIPT) as temporary:
         temporary.write_text("\n".join(lines(scene, run_dir, extra, integrate)) + "\n")

@@ -45,7 +45,6 @@ def checked(points: pd.DataFrame) -> pd.DataFrame:
 
 
 def smaller_radius(table: pd.DataFrame) -> Floats:
-    """The smaller radius of each point [m]."""
     return np.minimum(table["radius_i"].to_numpy(float), table["radius_j"].to_numpy(float))
 
 
