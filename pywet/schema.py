@@ -211,13 +211,13 @@ def _all(kind: str, *names: str) -> dict[str, str]:
     return dict.fromkeys(names, kind)
 
 
-_CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
+CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
 _TIMES = ("time_s", "time_since_opening_s")
 _NAMED = _all(ANY, "mesh", "holder")
 TABLES: dict[str, dict[str, str]] = {
     **{table: {name: holds for name, holds, *_ in _columns(table)} for table in _SAID},
     "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},
-    "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *_CORNERS)},
+    "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *CORNERS)},
     "history/parts": {
         **_all(INTEGER, "part", "part_class"),
         **_NAMED,

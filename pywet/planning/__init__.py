@@ -18,11 +18,10 @@ from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
 from pywet.planning.costs import measured_costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
 from pywet.planning.shares import WITHIN, predicted_shares
-from pywet.planning.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
+from pywet.planning.surroundings import GRAVITY, Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 __all__ = [
-    "BRIDGE_SHARE",
     "GRAVITY",
     "EffectPlan",
     "EffectRow",

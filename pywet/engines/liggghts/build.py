@@ -42,11 +42,15 @@ def engine_version() -> str:
 
 def source_hash() -> str:
     """Hash over the sources, the flags and the versions of engine and compiler: the name of the cached library."""
+    return hash_of(sorted(SOURCES.glob("*")), engine_version(), process.package_version("libopenmpi-dev") or "")
+
+
+def hash_of(sources: list[Path], *versions: str) -> str:
+    """The same over other sources and versions, with those of flags and compiler."""
     digest = hashlib.sha256()
-    for path in sorted(SOURCES.glob("*")):
+    for path in sources:
         digest.update(path.name.encode() + path.read_bytes())
-    versions = engine_version(), process.package_version("libopenmpi-dev") or "", compiler_version()
-    for text in (*FLAGS, *LOOPS, *VISIBILITY, *versions):
+    for text in (*FLAGS, *LOOPS, *VISIBILITY, *versions, compiler_version()):
         digest.update(text.encode())
     return digest.hexdigest()[:16]
 
@@ -69,15 +73,11 @@ def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (about five seconds)."""
     target = kept()
     if not caches.whole(target):
-        _compile(target)
+        mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+        before = [f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}", f"-I{INCLUDE}", *mpi[0]]
+        after = ["-l:libliggghts.so.3", *mpi[1]]
+        compile_to(target, before, sorted(SOURCES.glob("*.cpp")), after, f"LIGGGHTS {ENGINE_VERSION}")
     return target
-
-
-def _compile(target: Path) -> None:
-    mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
-    before = [f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}", f"-I{INCLUDE}", *mpi[0]]
-    after = ["-l:libliggghts.so.3", *mpi[1]]
-    compile_to(target, before, sorted(SOURCES.glob("*.cpp")), after, f"LIGGGHTS {ENGINE_VERSION}")
 
 
 def compile_to(target: Path, before: list[str], sources: list[Path], after: list[str], of: str) -> None:

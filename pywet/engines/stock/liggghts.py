@@ -18,7 +18,7 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from pywet.engines.stock.points import Floats, checked, expressible, gaps, run_program, smaller_radius, with_force
+from pywet.engines.stock.points import Floats, checked, expressible, run_program, smaller_radius, with_force
 from pywet.errors import PywetError
 from pywet.shipped import place
 
@@ -41,9 +41,7 @@ def liggghts_force(points: pd.DataFrame, model: str = "washino") -> pd.DataFrame
     if model not in LIGGGHTS_MODELS:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
     table = checked(points)
-    table["gap"] = gaps(table)
-    table["content"] = liquid_content(table, model)
-    table["row"] = np.arange(len(table))
+    table["content"], table["row"] = liquid_content(table, model), np.arange(len(table))
     refused = expressible(table)
     table = table[~np.isin(np.arange(len(table)), list(refused))]
     force = np.full(len(points), np.nan)
@@ -60,7 +58,6 @@ def liggghts_drag(points: pd.DataFrame, model: str, viscosity: float) -> pd.Data
     Points as for `liggghts_force`, apart (S > 0) and of one surface tension and pair of angles; adds the column `drag`.
     """
     table = checked(points)
-    table["gap"] = gaps(table)
     table["content"] = liquid_content(table, model)
     speed = (table["gap"].to_numpy(float) + OVERLAP * smaller_radius(table)) / (STEPS * TIME_STEP)
     wet, dry = (_measure(table, LIGGGHTS_MODELS[model], eta) for eta in (viscosity, 0.0))
