@@ -73,11 +73,15 @@ def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (about five seconds)."""
     target = kept()
     if not caches.whole(target):
-        mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
-        before = [f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}", f"-I{INCLUDE}", *mpi[0]]
-        after = ["-l:libliggghts.so.3", *mpi[1]]
-        compile_to(target, before, sorted(SOURCES.glob("*.cpp")), after, f"LIGGGHTS {ENGINE_VERSION}")
+        _compile(target)
     return target
+
+
+def _compile(target: Path) -> None:
+    mpi = [process.said(["mpicxx", f"--showme:{what}"]).split() for what in ("compile", "link")]
+    before = [f'-DPYWET_ENGINE_VERSION="{engine_version()}"', f"-I{SOURCES}", f"-I{INCLUDE}", *mpi[0]]
+    after = ["-l:libliggghts.so.3", *mpi[1]]
+    compile_to(target, before, sorted(SOURCES.glob("*.cpp")), after, f"LIGGGHTS {ENGINE_VERSION}")
 
 
 def compile_to(target: Path, before: list[str], sources: list[Path], after: list[str], of: str) -> None:
