@@ -44,9 +44,10 @@ class Pair:
         return np.array([self.ri]), np.array([1.0 if self.wall else self.rj]), np.array([self.wall])
 
     @property
-    def shape(self) -> tuple[Any, ...]:
+    def shape(self) -> tuple[Floats, Floats, Floats, Any, Floats, Floats]:
         """Volume, these and the contact angles in the same way."""
-        return np.array([self.volume]), *self.flags, *(np.array([angle]) for angle in self.angles)
+        ti, tj = (np.array([angle]) for angle in self.angles)
+        return np.array([self.volume]), *self.flags, ti, tj
 
     def paper(self, gaps: Floats) -> Floats:
         """Rabinovich's force by the reference [N]."""
