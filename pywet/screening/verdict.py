@@ -39,8 +39,11 @@ class Agreement:
 
 def agreement(replay: dict[str, Any]) -> list[Agreement]:
     """Rows of the agreement table from the content of replay.json."""
-    columns = ("scale", "count", "largest", "median", "tolerance")
-    return [Agreement(name, *(row[column] for column in columns)) for name, row in replay["quantities"].items()]
+    numbers = ("largest", "median", "tolerance")  # a file may hold them as text that can be read as numbers
+    return [
+        Agreement(name, str(row["scale"]), int(row["count"]), *(float(row[number]) for number in numbers))
+        for name, row in replay["quantities"].items()
+    ]
 
 
 def unchecked_laws(replay: dict[str, Any]) -> list[str]:
