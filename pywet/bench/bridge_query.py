@@ -107,7 +107,6 @@ def read(path: Path) -> Query:
 
 
 def checked(given: Any, path: Path) -> Query:
-    """A query from the content of its file."""
     try:
         query = Query.model_validate(given)
     except ValidationError as error:

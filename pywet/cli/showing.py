@@ -27,7 +27,6 @@ def tell(line: object, style: str | None = None) -> None:
 
 
 def atlas(folder: Path, stock: bool, own: Sequence[str] = ()) -> Path:
-    """The atlas with a progress bar."""
     from pywet.evidence.atlas import page
 
     with bar("atlas") as move:
@@ -57,7 +56,6 @@ def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
 
 
 def movie(run_dir: Path) -> list[Path]:
-    """The movie of a run with a progress bar."""
     from pywet.report import movie as drawing
 
     with bar("movie") as move:
@@ -65,7 +63,6 @@ def movie(run_dir: Path) -> list[Path]:
 
 
 def serve(server: Any) -> None:
-    """Serve a page until Ctrl-C."""
     tell(f"{server.address} (Ctrl-C ends it)")
     with server:
         try:

@@ -106,7 +106,6 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> S
 
 
 def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, apparatus: Apparatus) -> Scene:
-    """The scene of a case in its apparatus."""
     speed = config.apparatus.slide_speed_m_per_s.value
     return Scene(
         name=case.name,
@@ -196,7 +195,6 @@ def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> L
 
 
 def vibration_of(config: Config, case: Case) -> Vibration:
-    """Motion of the vibrating walls."""
     motion, stroke = config.materials.motion, config.materials.stroke(case.set_amplitude_mm)
     x, y, z = stroke.x_amplitude_mm.value, stroke.y_amplitude_mm.value, stroke.z_amplitude_mm.value
     u, v, w = (math.radians(p.value) for p in (motion.x_phase_deg, motion.y_phase_deg, motion.z_phase_deg))

@@ -53,7 +53,6 @@ def content(config: Config) -> str:
 
 
 def leave(run_dir: Path, word: str) -> None:
-    """Write the word beside the scene."""
     write_json(run_dir / FILE, {"identity": word})
 
 

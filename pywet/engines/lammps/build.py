@@ -19,7 +19,6 @@ SOURCES = Path(__file__).parent / "plugin"
 
 
 def packages() -> Path:
-    """Folder of the installed wheels."""
     return PREFIX / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
 
 

@@ -26,8 +26,6 @@ from pywet.scene import ContactPair, Scene
 
 @dataclass(frozen=True)
 class Bridges:
-    """The bridges of YADE."""
-
     law: str
     volume_m3: float
     surface_tension_N_per_m: float
