@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import shutil
 import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +44,11 @@ def run(run_dir: Path, progress: bool = True) -> None:
     version = installed(*PROGRAM)
     advisor.refuse_unstable(scene)
     task = build_task(scene, run_dir)
-    matched = contacts(scene)
-    task["contacts"] = asdict(matched)
+    task["contacts"] = contacts(scene)
     wall = execute(run_dir, scene, task, progress)
     # solids: convex ones, of the walls; damping_miss: largest relative error of a pair's damping
     solids = sum(len(pieces) for pieces in task["walls"].values())
-    finish(run_dir, task, version, wall, solids=solids, damping_miss=matched.largest_miss)
+    finish(run_dir, task, version, wall, solids=solids, damping_miss=task["contacts"]["largest_miss"])
 
 
 def refuse(scene: Scene) -> None:
