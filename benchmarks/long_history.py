@@ -98,7 +98,7 @@ def some_events(where: Places, first: int, last: int, count: int, random: np.ran
     """Events without volumes in steps first to last: half of the pairs that change form a bridge, so far as they stand apart."""
     chosen = random.permutation(len(where.kind))[:count]
     where.stands[chosen] ^= True
-    made = np.zeros(len(chosen), schema.EVENT)
+    made = np.zeros(len(chosen), schema.RAW["events"])
     made["step"] = random.integers(first, last + 1, len(chosen))
     made["time"] = made["step"] * STEP_S
     made["kind"] = np.where(where.stands[chosen], schema.FORMATION, schema.RUPTURE)
@@ -128,7 +128,7 @@ def contact_rows(
 ) -> np.ndarray:
     """The contact log of one step: every standing bridge somewhere within its limit, forces as they should be."""
     wall = (stand.key >> 62).astype(bool)
-    made = np.zeros(len(stand), schema.CONTACT)
+    made = np.zeros(len(stand), schema.RAW["contacts"])
     made["step"], made["time"] = step, step * STEP_S
     made["i"], made["j"] = (stand.key >> 31) & 0x7FFFFFFF, stand.key & 0x7FFFFFFF
     made["partner_kind"], made["triangle"] = wall, np.where(wall, 0, -1)
@@ -167,14 +167,14 @@ def snapshot(files: dict[str, BinaryIO], run: io.Run, where: Places, step: int, 
         rows = np.zeros(len(which), schema.RAW[name])
         rows["step"], rows[number], rows["film"] = step, which, film
         rows.tofile(files[name])
-    rows = np.zeros(len(stand), schema.BRIDGE)
+    rows = np.zeros(len(stand), schema.RAW["bridges"])
     rows["step"], rows["volume"], rows["partner_kind"] = step, stand.volume, stand.key >> 62
     rows["i"], rows["j"] = (stand.key >> 31) & 0x7FFFFFFF, stand.key & 0x7FFFFFFF
     p = pairs(to_frame(rows), fixed)
     rows["partner_kind"], rows["xi"] = p.kind, where.centre[rows["i"]]
     rows["share_i"] = stand.volume * tables.ratios(*shapes(p, stand.volume, fixed))
     rows[np.lexsort((rows["j"], rows["i"], rows["partner_kind"]))].tofile(files["bridges"])
-    row = np.zeros(1, schema.LEDGER)
+    row = np.zeros(1, schema.RAW["ledger"])
     row["step"], row["time"], row["films"] = step, step * STEP_S, held[ids].sum()
     row["bridges"], row["walls"], row["initial"] = stand.volume.sum(), walls.sum(), spheres["film"].sum()
     row["spheres"], row["bridge_count"], row["formations"], row["ruptures"] = len(ids), len(stand), *counts

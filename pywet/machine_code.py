@@ -86,7 +86,6 @@ def ready() -> bool:
 
 
 def mark() -> None:
-    """Say that all is made."""
     with atomic_write(_mark()) as temporary:
         temporary.touch()
 

@@ -16,7 +16,6 @@ SPHERE = Range(1, 1e9, whole=True)
 
 
 def reader(name: str, limits: Range) -> Callable[[Any], Any]:
-    """Reads the text of an option."""
 
     def read(given: Any) -> Any:
         return limits.read(name, given)
@@ -26,7 +25,6 @@ def reader(name: str, limits: Range) -> Callable[[Any], Any]:
 
 
 def number(flag: str, limits: Range, said: str) -> Any:
-    """An option that holds a number in a range."""
     return typer.Option(flag, parser=reader(flag, limits), help=f"{said} ({limits}).")
 
 

@@ -66,7 +66,6 @@ class SphereClass(Strict):
 
     @property
     def mass_kg(self) -> float:
-        """Mass of one sphere [kg]."""
         return self.density_kg_per_m3 * 4.0 / 3.0 * 3.141592653589793 * self.radius_m**3
 
 
@@ -174,7 +173,6 @@ class Effects(Laws):
 
     @property
     def laws(self) -> dict[str, str]:
-        """The laws that are named, by kind."""
         return {kind: law for kind, law in self if isinstance(law, str)}
 
 
@@ -290,7 +288,6 @@ class Scene(Strict):
 
     @property
     def steps(self) -> int:
-        """Number of time steps of the whole run."""
         return round(self.duration_s / self.time_step_s)
 
     @property
@@ -306,5 +303,4 @@ class Scene(Strict):
 
     @classmethod
     def read(cls, path: Path) -> Scene:
-        """Read `scene.json`."""
         return read_model(path, cls, "expected the scene of a run: build it again")

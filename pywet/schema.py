@@ -12,7 +12,7 @@ n points from j to i. Forces and torques act on i (torque_j on j). Velocities ar
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -166,71 +166,14 @@ def _record(text: str) -> np.dtype:
 
 RAW = {name: _record(text) for name, text in _TEXT.items()}
 """Table name -> record type; raw file `engine/<name>.<rank>.bin`, table `history/<name>.parquet`."""
-EVENT, CONTACT, LEDGER, BRIDGE, FILM, WALL_FILM, ENERGY, WIRE_SPRING, DROP = (
-    RAW[name]
-    for name in ("events", "contacts", "ledger", "bridges", "films", "wall_films", "energy", "wire_springs", "drops")
-)
-_OF_ENERGY = list(ENERGY.fields or ())
+_OF_ENERGY = list(RAW["energy"].fields or ())
 WORKS = _OF_ENERGY[_OF_ENERGY.index("gravity") : _OF_ENERGY.index("drive") + 1]
 """The works among them."""
 
-_RESULTS = {
-    "contact_statistics": """step i8 - number of the time step
-time_s f8 s from the start of the run
-contacts_per_sphere f8 - other spheres that a sphere touches, mean
-mean_overlap f8 - of touching pairs, over the smaller radius
-largest_overlap f8 - of touching pairs, over the smaller radius
-bridges_per_sphere f8 - bridges that a sphere has, mean; those at walls count twice
-mean_speed_m_per_s f8 m/s of all spheres
-largest_speed_m_per_s f8 m/s of all spheres
-centre_of_mass_height_m f8 m against gravity, from the origin""",
-}
-"""The same of tables in results/ that have the same columns in every run."""
-INTEGER, NUMBER, ANY = "integer", "number", "anything"
-
-
-def _columns(record: np.dtype) -> dict[str, str]:
-    """Columns of the table of a record type."""
-    kinds = {}
-    for name in record.names or ():
-        field = record[name]
-        kind = INTEGER if field.base.kind == "i" else NUMBER
-        kinds.update({f"{name}_{axis}": kind for axis in "xyz"} if field.shape else {name: kind})
-    kinds.pop("pad", None)
-    return kinds
-
-
-def _all(kind: str, *names: str) -> dict[str, str]:
-    return dict.fromkeys(names, kind)
-
-
-_CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
-_TIMES = ("time_s", "time_since_opening_s")
-_NAMED = _all(ANY, "mesh", "holder")
-TABLES: dict[str, dict[str, str]] = {
-    **{f"history/{name}": _columns(record) for name, record in RAW.items()},
-    "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},
-    "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *_CORNERS)},
-    "history/parts": {
-        **_all(INTEGER, "part", "part_class"),
-        **_NAMED,
-        "half_width": ANY,
-        **_all(NUMBER, "contact_angle", "area"),
-    },
-    "trajectory": {
-        **_all(INTEGER, "step", "id", "type"),
-        **_all(NUMBER, "time", *"xyz", *(f"{q}{axis}" for q in "vw" for axis in "xyz")),
-    },
-    "mesh_motion": {"step": INTEGER, "mesh": ANY, **_all(NUMBER, "dx", "dy", "dz")},
-    "results/contact_statistics": {
-        line.split()[0]: INTEGER if " i8 " in line else NUMBER for line in _RESULTS["contact_statistics"].splitlines()
-    },
-    "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, *_TIMES, "fraction_retained")},
-    "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
-}
-"""Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
-
-_TRAJECTORY = """id i8 - sphere
+_SAID = {
+    **{f"history/{name}": text for name, text in _TEXT.items()},
+    "trajectory": f"""{_TIME}
+id i8 - sphere
 type i8 - class of spheres, numbered from 1
 x f8 m centre
 y f8 m centre
@@ -240,21 +183,57 @@ vy f8 m/s velocity
 vz f8 m/s velocity
 wx f8 1/s spin
 wy f8 1/s spin
-wz f8 1/s spin"""
+wz f8 1/s spin""",
+    "results/contact_statistics": f"""{_STEP}
+time_s f8 s from the start of the run
+contacts_per_sphere f8 - other spheres that a sphere touches, mean
+mean_overlap f8 - of touching pairs, over the smaller radius
+largest_overlap f8 - of touching pairs, over the smaller radius
+bridges_per_sphere f8 - bridges that a sphere has, mean; those at walls count twice
+mean_speed_m_per_s f8 m/s of all spheres
+largest_speed_m_per_s f8 m/s of all spheres
+centre_of_mass_height_m f8 m against gravity, from the origin""",
+}
+"""The same of every table that has the same columns in every run."""
+INTEGER, NUMBER, ANY = "integer", "number", "anything"
+
+
+def _columns(table: str) -> Iterator[tuple[str, str, str, str]]:
+    """Name of each column, what it holds, its unit, its meaning; a vector has three, padding none."""
+    for line in _SAID.get(table, "").splitlines():
+        name, kind, unit, meaning = line.split(maxsplit=3)
+        if name != "pad":
+            for end in ("_x", "_y", "_z") if "x" in kind else ("",):
+                yield name + end, INTEGER if kind.startswith("i") else NUMBER, unit, meaning
+
+
+def _all(kind: str, *names: str) -> dict[str, str]:
+    return dict.fromkeys(names, kind)
+
+
+CORNERS = [f"v{k}_{axis}" for k in range(3) for axis in "xyz"]
+_TIMES = ("time_s", "time_since_opening_s")
+_NAMED = _all(ANY, "mesh", "holder")
+TABLES: dict[str, dict[str, str]] = {
+    **{table: {name: holds for name, holds, *_ in _columns(table)} for table in _SAID},
+    "history/spheres": {**_all(INTEGER, "id", "type"), **_all(NUMBER, "radius", "film")},
+    "history/triangles": {**_all(INTEGER, "triangle", "part"), **_NAMED, **_all(NUMBER, "area", *CORNERS)},
+    "history/parts": {
+        **_all(INTEGER, "part", "part_class"),
+        **_NAMED,
+        "half_width": ANY,
+        **_all(NUMBER, "contact_angle", "area"),
+    },
+    "mesh_motion": {"step": INTEGER, "mesh": ANY, **_all(NUMBER, "dx", "dy", "dz")},
+    "results/fraction_retained": {"step": INTEGER, **_all(NUMBER, *_TIMES, "fraction_retained")},
+    "results/liquid_by_holder": {"step": INTEGER, **_all(NUMBER, *_TIMES, "total_m3", "initial_m3")},
+}
+"""Table of a run directory, without its suffix -> what each of its columns holds; NaN is a value only of ANY."""
 
 
 def meanings(table: str) -> dict[str, tuple[str, str]]:
     """Column of a table, `history/events` or `trajectory` -> its unit (- where it has none) and what it is."""
-    room, _, name = table.rpartition("/")
-    text = (
-        f"{_TIME}\n{_TRAJECTORY}" if table == "trajectory" else (_RESULTS if room == "results" else _TEXT).get(name, "")
-    )
-    found = {}
-    for line in text.splitlines():
-        name, kind, unit, meaning = line.split(maxsplit=3)
-        if name != "pad":
-            found.update({f"{name}_{axis}" if "x" in kind else name: (unit, meaning) for axis in "xyz"})
-    return found
+    return {name: (unit, meaning) for name, _, unit, meaning in _columns(table)}
 
 
 MAY_BE_EMPTY = {

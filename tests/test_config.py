@@ -27,6 +27,12 @@ SWITCHES = {"cases", "ranks", "seed", "seeds", "contact_windows", "contact_windo
 """Numbers of config.yaml that say what to run, not what is so; they need no source."""
 
 
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the configuration."""
+    return Path(shutil.copytree(CONFIG, tmp_path / "config"))
+
+
 def entries(node: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
     """Every number of a YAML file with its path; an entry with a source counts as one."""
     if isinstance(node, dict) and "source" in node:
@@ -164,88 +170,87 @@ def _rename(*path: str | int, to: str) -> Edit:
 
 
 SIZE = ("spheres", "POM", "sizes", 1)
-BAD = [
-    pytest.param(
-        "materials.yaml",
-        _rename(*SIZE, "density_kg_per_m3", to="density_g_per_cm3"),
-        "key spheres.POM.sizes.1.density_g_per_cm3 is not known, expected density_kg_per_m3",
-        id="wrong unit in the key",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set(*SIZE, "density_kg_per_m3", "value", to=2500),
-        "mass_g 0.0935 and density_kg_per_m3 times volume",
-        id="density of another material",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
-        "density_kg_per_m3.value is 1.358, expected 10 to 25000 kg/m3 unless `unusual: why` beside it says so",
-        id="density in g/cm3",
-    ),
-    pytest.param(
-        "materials.yaml",
-        lambda data: data["spheres"]["POM"]["sizes"][1].pop("density_kg_per_m3"),
-        "key spheres.POM.sizes.1.density_kg_per_m3 is missing, expected an entry such as {value:",
-        id="missing key",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set(*SIZE, "diameter_mm", "value", to=-5),
-        "spheres.POM.sizes.1.diameter_mm.value is -5, expected greater than 0",
-        id="negative size",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set("screens", 0, "aperture_mm", "value", to=1.5),
-        "screens.0 is not consistent, expected aperture_mm at least wire_diameter_mm (1.5 is smaller than",
-        id="aperture smaller than the wire",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set("liquid", "viscosity_Pa_s", to=1e-3),
-        "liquid.viscosity_Pa_s is 0.001, expected an entry such as {value:",
-        id="bare number",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set("contacts", 2, "friction", "value", to=0.5),
-        "contacts of POM with PVC and with steel differ",
-        id="walls of two dry materials",
-    ),
-    pytest.param(
-        "materials.yaml",
-        _set("wall_materials", "slide", "material", to="wood"),
-        "expected wall_materials.slide to name one of PVC, steel, not wood",
-        id="unknown wall material",
-    ),
-    pytest.param(
-        "scales.yaml",
-        _set("scales", "smoke", "shape", to="round"),
-        "scales.smoke.shape is 'round', expected 'square' or 'cylinder'",
-        id="unknown shape",
-    ),
-    pytest.param(
-        "scales.yaml",
-        _set("scales", "smoke", "slide_opens_at_s", "value", to=300),
-        "scales.smoke is not consistent, expected slide_opens_at_s (300) below duration_s (",
-        id="slide opens too late",
-    ),
-    pytest.param("config.yaml", _set("scale", to="huge"), "there is no scale huge in", id="unknown scale"),
-    pytest.param("config.yaml", _set("cases", to=[19]), "there is no case 19 in", id="unknown case"),
-    pytest.param("config.yaml", _set("ranks", to="many"), "ranks is 'many', expected a valid integer", id="no number"),
-    pytest.param("config.yaml", _set("rank", to=1), "key rank is not known, expected ranks", id="misspelt key"),
-]
+BAD = {
+    "materials.yaml": {
+        "wrong unit in the key": (
+            _rename(*SIZE, "density_kg_per_m3", to="density_g_per_cm3"),
+            "key spheres.POM.sizes.1.density_g_per_cm3 is not known, expected density_kg_per_m3",
+        ),
+        "density of another material": (
+            _set(*SIZE, "density_kg_per_m3", "value", to=2500),
+            "mass_g 0.0935 and density_kg_per_m3 times volume",
+        ),
+        "density in g/cm3": (
+            _set(*SIZE, "density_kg_per_m3", "value", to=1.358),
+            "density_kg_per_m3.value is 1.358, expected 10 to 25000 kg/m3 unless `unusual: why` beside it says so",
+        ),
+        "missing key": (
+            lambda data: data["spheres"]["POM"]["sizes"][1].pop("density_kg_per_m3"),
+            "key spheres.POM.sizes.1.density_kg_per_m3 is missing, expected an entry such as {value:",
+        ),
+        "negative size": (
+            _set(*SIZE, "diameter_mm", "value", to=-5),
+            "spheres.POM.sizes.1.diameter_mm.value is -5, expected greater than 0",
+        ),
+        "aperture smaller than the wire": (
+            _set("screens", 0, "aperture_mm", "value", to=1.5),
+            "screens.0 is not consistent, expected aperture_mm at least wire_diameter_mm (1.5 is smaller than",
+        ),
+        "bare number": (
+            _set("liquid", "viscosity_Pa_s", to=1e-3),
+            "liquid.viscosity_Pa_s is 0.001, expected an entry such as {value:",
+        ),
+        "walls of two dry materials": (
+            _set("contacts", 2, "friction", "value", to=0.5),
+            "contacts of POM with PVC and with steel differ",
+        ),
+        "unknown wall material": (
+            _set("wall_materials", "slide", "material", to="wood"),
+            "expected wall_materials.slide to name one of PVC, steel, not wood",
+        ),
+    },
+    "scales.yaml": {
+        "unknown shape": (
+            _set("scales", "smoke", "shape", to="round"),
+            "scales.smoke.shape is 'round', expected 'square' or 'cylinder'",
+        ),
+        "slide opens too late": (
+            _set("scales", "smoke", "slide_opens_at_s", "value", to=300),
+            "scales.smoke is not consistent, expected slide_opens_at_s (300) below duration_s (",
+        ),
+    },
+    "config.yaml": {
+        "unknown scale": (
+            _set("scale", to="huge"),
+            "there is no scale huge in",
+        ),
+        "unknown case": (
+            _set("cases", to=[19]),
+            "there is no case 19 in",
+        ),
+        "no number": (
+            _set("ranks", to="many"),
+            "ranks is 'many', expected a valid integer",
+        ),
+        "misspelt key": (
+            _set("rank", to=1),
+            "key rank is not known, expected ranks",
+        ),
+    },
+}
+"""File -> mistakes in it by name: what is edited, and what is said of it."""
 
 
-@pytest.mark.parametrize(("file", "edit", "says"), BAD)
-def test_a_mistake_is_one_sentence(tmp_path: Path, file: str, edit: Edit, says: str) -> None:
-    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
-    data = yaml.safe_load((tmp_path / file).read_text())
+@pytest.mark.parametrize(
+    ("file", "edit", "says"),
+    [pytest.param(file, *case, id=name) for file, cases in BAD.items() for name, case in cases.items()],
+)
+def test_a_mistake_is_one_sentence(folder: Path, file: str, edit: Edit, says: str) -> None:
+    data = yaml.safe_load((folder / file).read_text())
     edit(data)
-    (tmp_path / file).write_text(yaml.safe_dump(data))
+    (folder / file).write_text(yaml.safe_dump(data))
     with pytest.raises(PywetError) as caught:
-        load(tmp_path)
+        load(folder)
     text = str(caught.value)
     assert says in text
     assert file in text
@@ -269,13 +274,12 @@ ROW = "2,POM,5,7,10,8,1,5,paper table 4"
         ("1,POM,5,7,10,8,1,0,paper table 4", "case 1 is given twice"),
     ],
 )
-def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, row: str, says: str) -> None:
-    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
-    path = tmp_path / "cases.csv"
+def test_a_mistake_in_a_case_is_one_sentence(folder: Path, row: str, says: str) -> None:
+    path = folder / "cases.csv"
     assert ROW in path.read_text()
     path.write_text(path.read_text().replace(ROW, row))
     with pytest.raises(PywetError) as caught:
-        load(tmp_path)
+        load(folder)
     assert says in str(caught.value)
     assert "cases.csv" in str(caught.value)
 
@@ -284,34 +288,31 @@ def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, row: str, says: str
     ("text", "says"),
     [(None, "could not be read"), ("scale: [", "is not YAML"), ("- 1", "holds list, expected the keys scale, cases")],
 )
-def test_an_unreadable_file_is_one_sentence(tmp_path: Path, text: str | None, says: str) -> None:
-    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
-    path = tmp_path / "config.yaml"
+def test_an_unreadable_file_is_one_sentence(folder: Path, text: str | None, says: str) -> None:
+    path = folder / "config.yaml"
     path.unlink()
     if text is not None:
         path.write_text(text)
     with pytest.raises(PywetError, match=says):
-        load(tmp_path)
+        load(folder)
 
 
-def test_what_is_unusual_is_taken_with_a_reason(tmp_path: Path) -> None:
-    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
-    path = tmp_path / "materials.yaml"
+def test_what_is_unusual_is_taken_with_a_reason(folder: Path) -> None:
+    path = folder / "materials.yaml"
     path.write_text(path.read_text().replace("value: 0.07275", "value: 1.8, unusual: molten iron in argon"))
-    assert load(tmp_path).materials.liquid.surface_tension_N_per_m.value == 1.8
+    assert load(folder).materials.liquid.surface_tension_N_per_m.value == 1.8
 
 
-def test_anchors_and_merged_keys_are_no_duplicates(tmp_path: Path) -> None:
+def test_anchors_and_merged_keys_are_no_duplicates(folder: Path) -> None:
     """What a merge brings may be replaced; a table saved by a spreadsheet may begin with a byte order mark."""
-    shutil.copytree(CONFIG, tmp_path, dirs_exist_ok=True)
-    path = tmp_path / "scales.yaml"
+    path = folder / "scales.yaml"
     text = path.read_text().replace("  smoke:\n", "  smoke: &smoke\n")
     path.write_text(
         f"{text}  wide:\n    <<: *smoke\n    width_mm: {{value: 70, source: assumption, reason: wider than smoke}}\n"
     )
-    table = tmp_path / "cases.csv"
+    table = folder / "cases.csv"
     table.write_bytes(b"\xef\xbb\xbf" + table.read_bytes())
-    scales = load(tmp_path).scales.scales
+    scales = load(folder).scales.scales
     assert (scales["wide"].width_mm.value, scales["wide"].wire_sides) == (70, scales["smoke"].wire_sides)
 
 
@@ -337,11 +338,10 @@ def own_material(folder: Path) -> None:
     (folder / "cases.csv").write_text("\n".join(rows) + "\n")
 
 
-def test_an_own_material_stands_beside_the_papers(tmp_path: Path) -> None:
+def test_an_own_material_stands_beside_the_papers(folder: Path) -> None:
     """Its feed is a mass or a volume of its own (300 g of 2 g/cm3), its liquid the case's; other cases stay as they were."""
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    own_material(tmp_path / "config")
-    before, loaded = load(ROOT / "config"), load(tmp_path / "config")
+    own_material(folder)
+    before, loaded = load(ROOT / "config"), load(folder)
     by_mass, by_volume = (cases.ingredients(loaded, number, "full") for number in (50, 51))
     assert [c.count for c in by_mass.classes] == [c.count for c in by_volume.classes]
     share = loaded.scale("full").sieve_area_m2(0.01) / (math.pi / 4 * 0.2**2)
@@ -355,13 +355,11 @@ def test_an_own_material_stands_beside_the_papers(tmp_path: Path) -> None:
     assert loaded.resolved(50, "smoke")["materials"]["liquid"]["viscosity_Pa_s"]["value"] == 0.1
 
 
-def test_the_material_of_the_page(tmp_path: Path) -> None:
+def test_the_material_of_the_page(folder: Path) -> None:
     """docs/configuration.md, as it says: 300 g of each class on the sieve of 200 mm, its own brine, case 2 untouched."""
     page = (ROOT / "docs" / "configuration.md").read_text().partition("## A material of your own")[2]
     spheres, contacts, liquids = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[:3]
     header, row = re.findall(r"```csv\n(.*?)```", page, re.DOTALL)[0].splitlines()
-    folder = tmp_path / "config"
-    shutil.copytree(ROOT / "config", folder)
     text = (folder / "materials.yaml").read_text()
     text = text.replace("\nspheres:\n", f"\nspheres:\n{spheres}").replace("\ncontacts:\n", f"\ncontacts:\n{contacts}")
     (folder / "materials.yaml").write_text(f"{text}\n{liquids}")
@@ -376,32 +374,30 @@ def test_the_material_of_the_page(tmp_path: Path) -> None:
     assert cases.ingredients(loaded, 2, "smoke") == cases.ingredients(load(ROOT / "config"), 2, "smoke")
 
 
-def test_the_reference_counts_an_own_feed_as_the_configuration_says(tmp_path: Path) -> None:
+def test_the_reference_counts_an_own_feed_as_the_configuration_says(folder: Path) -> None:
     from reference_impl.scene import amounts
 
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    own_material(tmp_path / "config")
-    loaded = load(tmp_path / "config")
+    own_material(folder)
+    loaded = load(folder)
     for number in (2, 50, 51):
         found = amounts.classes(loaded.resolved(number, "smoke"))
         assert [c.count for c in found] == [c.count for c in cases.ingredients(loaded, number, "smoke").classes]
 
 
-def test_mistakes_in_all_files_are_said_at_once(tmp_path: Path) -> None:
+def test_mistakes_in_all_files_are_said_at_once(folder: Path) -> None:
     """Two in one file, one in each of two others: four lines, each with its file."""
-    shutil.copytree(ROOT / "config", tmp_path / "config")
     for name, *changes in (
         ("config.yaml", ("seed:", "sed:"), ("ranks: 1", "ranks: none")),
         ("materials.yaml", ("  surface_tension_N_per_m", "  tension_N_per_m")),
         ("cases.csv", ("1,POM,5,7,10", "1,POM,9,7,10")),
     ):
-        text = (tmp_path / "config" / name).read_text()
+        text = (folder / name).read_text()
         for old, new in changes:
             assert old in text
             text = text.replace(old, new, 1)
-        (tmp_path / "config" / name).write_text(text)
+        (folder / name).write_text(text)
     with pytest.raises(PywetError) as error:
-        load(tmp_path / "config")
+        load(folder)
     lines = str(error.value).splitlines()
     assert [Path(line.split(":")[0].split(" line")[0]).name for line in lines] == [
         "config.yaml", "config.yaml", "materials.yaml", "cases.csv",

@@ -11,7 +11,7 @@ import numpy as np
 from pywet.apparatus import tower
 from pywet.apparatus.packing import FeedRegion
 from pywet.apparatus.screen import build_wires
-from pywet.apparatus.solids import Part, bin_solid, plate, square, tube
+from pywet.apparatus.solids import Part, bin_solid, plate, polygon, square, tube
 from pywet.apparatus.surface import Motion, Surface, make_surface
 from pywet.errors import PywetError
 from pywet.scene import Holder
@@ -51,11 +51,6 @@ class ApparatusSpec:
         """Height of the feed bin's lower end: the clearance above the side wall."""
         return self.side_wall_height_m + self.clearance_m
 
-    def check(self) -> None:
-        """Raise `PywetError` when the dimensions do not go together."""
-        _check_numbers(self)
-        _check_heights(self)
-
 
 @dataclass(frozen=True)
 class Apparatus:
@@ -69,21 +64,18 @@ class Apparatus:
     feed_region: FeedRegion
     slide_travel: float
 
-    @property
-    def triangles(self) -> int:
-        """Number of triangles of all surfaces."""
-        return sum(len(s.triangles) for s in self.surfaces)
-
 
 def build_apparatus(spec: ApparatusSpec) -> Apparatus:
     """Build all surfaces; raises `PywetError` when the dimensions do not go together."""
-    spec.check()
+    _check_numbers(spec)
+    _check_heights(spec)
     apothem, sides = tower.equal_area_apothem(spec.shape, spec.width_m, spec.cylinder_sides)
     t, gap = spec.wall_thickness_m, spec.clearance_m
-    mid_wall = tower.mid_wall_outline(apothem, t, sides)
+    mid_wall = polygon(apothem + 0.5 * t, sides)  # where wires and plates end
     z_outlet = -spec.wire_diameter_m
     z_end = z_outlet - spec.outlet_height_m
     z_rim = z_end + BIN_OVERLAP_M
+    plate_top = z_outlet - 2.0 * spec.aperture_m  # two apertures of room below the wires
     half_slide = float(np.abs(mid_wall).max())
     feed_low, feed_high = spec.feed_bin_bottom_m, spec.feed_bin_bottom_m + spec.feed_bin_height_m
     slope = (apothem - spec.outlet_opening_m, spec.impact_plate_angle_rad)
@@ -94,7 +86,7 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
         # closes the feed bin from below; its edges lie inside that wall
         ("slide", plate(square(half_slide), spec.slide_height_m - t, spec.slide_height_m), "slides"),
         ("outlet", tube(apothem, t, sides, z_end, z_outlet), "vibrates"),
-        ("impact_plate", tower.impact_plate(mid_wall, *slope, t, _plate_top(spec)), "vibrates"),
+        ("impact_plate", tower.impact_plate(mid_wall, *slope, t, plate_top), "vibrates"),
         # around and below the outlet's lower end
         (
             "collecting_bin",
@@ -106,18 +98,8 @@ def build_apparatus(spec: ApparatusSpec) -> Apparatus:
     surfaces = (wires, *(make_surface(name, name, solid, motion) for name, solid, motion in walls))
     travel = 2.0 * half_slide
     low, high = _bounds(surfaces, travel)
-    region = FeedRegion(
-        shape=spec.shape,
-        width_m=2.0 * apothem,
-        z_low_m=spec.slide_height_m,
-        z_high_m=feed_high,
-    )
+    region = FeedRegion(spec.shape, 2.0 * apothem, spec.slide_height_m, feed_high)
     return Apparatus(surfaces, low, high, 0.0, z_end - gap, region, travel)
-
-
-def _plate_top(spec: ApparatusSpec) -> float:
-    """Height of the impact plate's upper face at its high end: two apertures of room below the wires."""
-    return -spec.wire_diameter_m - 2.0 * spec.aperture_m
 
 
 def _bounds(

@@ -13,6 +13,7 @@ from pywet.apparatus import Surface, write_stl
 from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
 from pywet.scene import Scene, WallMesh
+from pywet.schema import CORNERS
 
 
 def wall_mesh(surface: Surface, contact_angle_rad: float, prisms: bool = False) -> WallMesh:
@@ -47,9 +48,7 @@ def triangle_table(surfaces: Sequence[Surface]) -> pd.DataFrame:
         rows = pd.DataFrame(
             {"part": surface.part + first, "mesh": surface.name, "holder": surface.holder, "area": surface.area}
         )
-        for k in range(3):
-            for m, axis in enumerate("xyz"):
-                rows[f"v{k}_{axis}"] = surface.corners[:, k, m]
+        rows[CORNERS] = surface.corners.reshape(-1, 9)
         tables.append(rows)
         first += len(surface.part_half_width)
     table = pd.concat(tables, ignore_index=True)

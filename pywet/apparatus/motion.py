@@ -14,14 +14,14 @@ rounding of the engine's clock included.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pywet.scene import Vector, Vibration
+from pywet.scene import Vibration
 
 Floats = NDArray[np.float64]
+AXES = ("1 0 0", "0 1 0", "0 0 1")
 
 
 def position(vibration: Vibration, time: ArrayLike) -> Floats:
@@ -62,34 +62,14 @@ def engine_displacement(vibration: Vibration, step: ArrayLike, time_step: float)
     return np.array([found[n] for n in wanted.ravel().tolist()], dtype=np.float64).reshape(*wanted.shape, 3)
 
 
-@dataclass(frozen=True)
-class Mover:
-    """One `fix move/mesh … viblin` along one axis."""
-
-    axis: Vector
-    amplitude_m: float
-    phase_rad: float
-    period_s: float
-
-    @property
-    def words(self) -> str:
-        """The words after the mesh's name in the deck."""
-        axis = " ".join(f"{a:g}" for a in self.axis)
-        return (
-            f"viblin axis {axis} order 1 amplitude {self.amplitude_m!r} phase {self.phase_rad!r} "
-            f"period {self.period_s!r}"
-        )
-
-
-def viblin_movers(vibration: Vibration) -> tuple[Mover, ...]:
-    """The movers that give this vibration, one per axis whose amplitude is not zero."""
-    axes: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+def viblin_words(vibration: Vibration) -> list[str]:
+    """Words after the mesh's name of the `fix move/mesh … viblin` that give this vibration, one per axis that it moves along."""
     period = 1.0 / vibration.frequency_Hz
-    return tuple(
-        Mover(axis, amplitude, phase - 0.5 * math.pi, period)
-        for axis, amplitude, phase in zip(axes, vibration.amplitude_m, vibration.phase_rad, strict=True)
+    return [
+        f"viblin axis {axis} order 1 amplitude {amplitude!r} phase {phase - 0.5 * math.pi!r} period {period!r}"
+        for axis, amplitude, phase in zip(AXES, vibration.amplitude_m, vibration.phase_rad, strict=True)
         if amplitude != 0.0
-    )
+    ]
 
 
 def _angle(vibration: Vibration, time: ArrayLike) -> Floats:

@@ -48,7 +48,6 @@ class FeedRegion:
 
     @property
     def cross_section(self) -> float:
-        """Area [m2]."""
         x, y = self.sides_m
         return x * y * (1.0 if self.shape == "square" else 0.25 * math.pi)
 

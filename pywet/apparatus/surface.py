@@ -61,11 +61,6 @@ class Surface:
         return np.asarray(cross / np.linalg.norm(cross, axis=1)[:, None], dtype=np.float64)
 
     @property
-    def volume(self) -> float:
-        """Enclosed volume [m3], positive when the normals point outward (overlapping wires count twice)."""
-        return enclosed(self.corners)
-
-    @property
     def angles_deg(self) -> Floats:
         """The three angles of every triangle, shape (m, 3) [deg]."""
         corner = self.corners
@@ -89,7 +84,10 @@ class Surface:
 
 
 def enclosed(corners: Floats) -> float:
-    """Volume within closed triangles (m, 3, 3) [m3]: the signed tetrahedra to a point amid them."""
+    """Volume within closed triangles (m, 3, 3) [m3]: the signed tetrahedra to a point amid them.
+
+    Positive when the normals point outward; overlapping wires count twice.
+    """
     a, b, c = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 

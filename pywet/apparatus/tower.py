@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pywet.apparatus.solids import Part, plate, polygon
+from pywet.apparatus.solids import Part, plate
 from pywet.apparatus.surface import Floats
 
 
@@ -35,8 +35,3 @@ def equal_area_apothem(shape: str, width: float, sides: int) -> tuple[float, int
     if shape == "square":
         return 0.5 * width, 4
     return 0.5 * width * math.sqrt(math.pi / (sides * math.tan(math.pi / sides))), sides
-
-
-def mid_wall_outline(apothem: float, thickness: float, sides: int) -> Floats:
-    """Outline (n, 2) in the middle of the wall's thickness [m]: where wires and plates end."""
-    return polygon(apothem + 0.5 * thickness, sides)

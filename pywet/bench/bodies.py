@@ -92,9 +92,7 @@ def packed_step(
     return two_digits(share * min(steps))
 
 
-def water(
-    film_m: float = 0.0, viscosity: float = 1e-3, tension: float = 0.07275, density: float = 1000.0
-) -> Liquid:  # fmt: skip
+def water(film_m: float = 0.0, viscosity: float = 1e-3, tension: float = 0.07275, density: float = 1e3) -> Liquid:
     """Water with a film of this thickness on every sphere."""
     return Liquid(
         surface_tension_N_per_m=tension, viscosity_Pa_s=viscosity, density_kg_per_m3=density, initial_film_thickness_m=film_m
@@ -108,8 +106,8 @@ def wetting(classes: Sequence[SphereClass], percent: float, viscosity: float = 1
 
 def at_places(places: Floats, kinds: Sequence[int] | NDArray[Any] | None = None) -> list[Sphere]:
     """Spheres at rest, shape (n, 3) [m]."""
-    of = kinds if kinds is not None else [1] * len(places)
-    return [Sphere(int(k), (float(x), float(y), float(z))) for k, (x, y, z) in zip(of, places, strict=True)]
+    of = np.ones(len(places), int) if kinds is None else kinds
+    return [Sphere(int(k), (x, y, z)) for k, (x, y, z) in zip(of, places.tolist(), strict=True)]
 
 
 def loose_box(count: int, radius: float, seed: int) -> tuple[list[Sphere], Surface]:

@@ -103,12 +103,10 @@ class Query(Excusable):
 
 
 def read(path: Path) -> Query:
-    """Read and check a query."""
     return checked(read_json(path, "see the form in docs/bridge.md"), path)
 
 
 def checked(given: Any, path: Path) -> Query:
-    """A query from the content of its file."""
     try:
         query = Query.model_validate(given)
     except ValidationError as error:

@@ -31,7 +31,6 @@ class Pair:
 
     @property
     def wall(self) -> bool:
-        """Whether j is a large wall."""
         return math.isinf(self.rj)
 
     @property
@@ -44,11 +43,15 @@ class Pair:
         """Radii and wall flag as the reference takes them."""
         return np.array([self.ri]), np.array([1.0 if self.wall else self.rj]), np.array([self.wall])
 
+    @property
+    def shape(self) -> tuple[Floats, Floats, Floats, Any, Floats, Floats]:
+        """Volume, these and the contact angles in the same way."""
+        ti, tj = (np.array([angle]) for angle in self.angles)
+        return np.array([self.volume]), *self.flags, ti, tj
+
     def paper(self, gaps: Floats) -> Floats:
         """Rabinovich's force by the reference [N]."""
-        ri, rj, wall = self.flags
-        ti, tj = (np.array([t]) for t in self.angles)
-        return np.asarray(capillary.LAWS["rabinovich"](gaps, np.array([self.volume]), ri, rj, wall, ti, tj, self.sigma))
+        return np.asarray(capillary.LAWS["rabinovich"](gaps, *self.shape, self.sigma))
 
     def exact(self, gaps: Floats) -> Floats:
         """Exact force [N], in overlap that at touch; nan where there is no bridge."""
@@ -59,9 +62,7 @@ class Pair:
         """Static rupture distance [m]: Willett's law by the reference (`paper`), or the limit of stability (`exact`)."""
         if preset == "exact":
             return young_laplace.rupture(*self.bridge).separation
-        ri, rj, wall = self.flags
-        ti, tj = (np.array([t]) for t in self.angles)
-        return float(laws.willett_rupture(np.array([self.volume]), ri, rj, wall, ti, tj)[0])
+        return float(laws.willett_rupture(*self.shape)[0])
 
     def points(self, gaps: Floats, what: str = "") -> pd.DataFrame:
         """What the stock programs are asked; one contact angle."""

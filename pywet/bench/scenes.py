@@ -55,7 +55,6 @@ class Choice:
                 limits.read(name, getattr(self, name))
 
     def glass(self, count: int) -> SphereClass:
-        """Glass spheres."""
         return bodies.sphere_classes(self.radius_m, counts=count, name="glass")[0]
 
     def liquid(self, sphere: SphereClass) -> Liquid:

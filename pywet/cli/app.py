@@ -25,7 +25,6 @@ class Group(TyperGroup):
     """Turns a `PywetError` of any command, and what the operating system refuses, into red sentences and exit code 1."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the chosen command."""
         try:
             return super().invoke(ctx)
         except BrokenPipeError:

@@ -69,10 +69,8 @@ def run_scene(
     commands.run(description, folder, ranks, progress=True)
     picture = commands.view(folder)
     showing.show_run(folder)
-    said = (
-        f"tables, time series for ParaView and {picture.name} are in {folder}; the report is {folder / 'report.html'}"
-    )
-    tell(said)
+    said = f"tables, time series for ParaView and {picture.name} are in {folder}"
+    tell(f"{said}; the report is {folder / 'report.html'}")
 
 
 @app.command()

@@ -40,19 +40,19 @@ class Check:
     mend: str = MEND
 
     def sentence(self) -> str:
-        """What is wrong, in one sentence."""
         what = self.version if self.found and self.version else self.found or "nothing"
         return f"{self.name}: {what} was found, {self.needed} is needed: {self.mend}"
 
 
 def checks() -> list[Check]:
     """All checks, in the order in which they are needed."""
+    version, current = sys.version.split()[0], sys.version_info >= (3, 11)
     return [
         _engine(),
         _library(),
         _headers(),
-        *(_program(name) for name in ("mpirun", "mpicxx", "g++")),
-        _python(),
+        *(Check(n, shutil.which(n), None, "any", shutil.which(n) is not None) for n in ("mpirun", "mpicxx", "g++")),
+        Check("python", sys.executable, version, "3.11", current, "install Python 3.11 or newer"),
         *(_python_package(name, version) for name, version in pinned().items() if name in MAIN_PACKAGES),
         _plugin(),
         _lammps(),
@@ -111,16 +111,6 @@ def _other(what: str) -> str:
     return f"replace {what} by Debian 12's {build.ENGINE_VERSION}, the only version that the plugin is written for"
 
 
-def _program(name: str) -> Check:
-    path = shutil.which(name)
-    return Check(name, path, None, "any", path is not None)
-
-
-def _python() -> Check:
-    version = sys.version.split()[0]
-    return Check("python", sys.executable, version, "3.11", sys.version_info >= (3, 11), "install Python 3.11 or newer")
-
-
 def _python_package(name: str, needed: str) -> Check:
     try:
         version = metadata.version(name)
@@ -158,16 +148,16 @@ def main(as_json: bool = False) -> int:
     from rich.table import Table
 
     made = checks()
+    bad = [c for c in made if not c.ok]
     if as_json:
         print(json.dumps([asdict(c) for c in made], indent=1))
-        return 0 if all(c.ok for c in made) else 1
+        return 1 if bad else 0
     table = Table("", "what", "version", "needed", "found", box=None, header_style="bold")
     for c in made:
         state = "ok" if c.ok else "WRONG" if c.found else "MISSING"
         table.add_row(state, c.name, c.version or "", c.needed, c.found or "", style=None if c.ok else "red")
     console = Console(highlight=False, width=max(Console().width, 120))  # whole paths in a pipe
     console.print(table)
-    bad = [c for c in made if not c.ok]
     for c in bad:
         console.print(c.sentence(), soft_wrap=True, markup=False)
     return 1 if bad else 0

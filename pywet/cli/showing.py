@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pywet.errors import PywetError
-from pywet.files import read_json
+from pywet.files import read_if_there, read_json
 from pywet.notices import bar
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ def tell(line: object, style: str | None = None) -> None:
 
 
 def atlas(folder: Path, stock: bool, own: Sequence[str] = ()) -> Path:
-    """The atlas with a progress bar."""
     from pywet.evidence.atlas import page
 
     with bar("atlas") as move:
@@ -57,7 +56,6 @@ def bridge_plot(query: Query, answer: dict[str, Any], path: Path) -> None:
 
 
 def movie(run_dir: Path) -> list[Path]:
-    """The movie of a run with a progress bar."""
     from pywet.report import movie as drawing
 
     with bar("movie") as move:
@@ -65,7 +63,6 @@ def movie(run_dir: Path) -> list[Path]:
 
 
 def serve(server: Any) -> None:
-    """Serve a page until Ctrl-C."""
     tell(f"{server.address} (Ctrl-C ends it)")
     with server:
         try:
@@ -78,8 +75,7 @@ def say_time(config: Any, case: int, scale: str) -> None:
     """How long the run will take, where this machine has been measured (`pywet plan CASE --accuracy` does)."""
     from pywet.evidence.accuracy import command
 
-    said = command.predicted(config, case, scale)
-    if said:
+    if said := command.predicted(config, case, scale):
         err.print(f"{config.case(case).name} at scale {scale}: {said}", soft_wrap=True)
 
 
@@ -101,8 +97,7 @@ def stage(folder: Path, stage: str, work: Any) -> None:
 
 def show_summary(folder: Path) -> None:
     """A few lines on a run; exit code 1 when its checks, ledger or replay object."""
-
-    from pywet.runs.shapes import Replay, Summary
+    from pywet.runs.shapes import Summary
     from pywet.screening import verdict
 
     summary = read_json(folder / "summary.json", shape=Summary)
@@ -114,13 +109,8 @@ def show_summary(folder: Path) -> None:
     out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
     if summary["ledger_error"] is not None:
         out.print(f"liquid ledger off by {summary['ledger_error']:.1e} of the liquid put in")
-    show_laws(folder)
-    show_audit(folder)
-    replayed = folder / "replay.json"
-    if replayed.exists():
-        show_agreement(read_json(replayed, shape=Replay))
-    objections = verdict.objections(folder)
-    if objections:
+    show_findings(folder)
+    if objections := verdict.objections(folder):
         raise PywetError("; ".join(objections))
 
 
@@ -140,34 +130,32 @@ def show_seeds(folders: list[Path]) -> None:
 
 def show_run(folder: Path) -> None:
     """The same of a scene of one's own, which has been judged already."""
-    from pywet.runs.shapes import Replay, RunSummary
+    from pywet.runs.shapes import RunSummary
 
     summary = read_json(folder / "summary.json", shape=RunSummary)
     out.print(f"{sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s")
     for name, volume in summary["liquid_end_m3"].items():
         out.print(f"liquid at the end, {name:<24}{1e9 * volume:10.4g} mm3", markup=False)
-    show_laws(folder)
-    show_audit(folder)
-    if (folder / "replay.json").exists():
-        show_agreement(read_json(folder / "replay.json", shape=Replay))
+    show_findings(folder)
 
 
-def show_laws(run_dir: Path) -> None:
-    """The laws of a run by kind; of one in a file the file's name."""
+def show_findings(run_dir: Path) -> None:
+    """The laws of a run by kind (of one in a file the file's name), its effects, and what the replay found."""
+    from pywet.runs.shapes import Replay
     from pywet.scene import Scene
 
-    laws = Scene.read(run_dir / "scene.json").effects.laws
-    if laws:
-        named = ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items())
-        tell(f"laws: {named}")
+    if laws := Scene.read(run_dir / "scene.json").effects.laws:
+        tell("laws: " + ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items()))
+    show_audit(run_dir)
+    if replayed := read_if_there(run_dir / "replay.json", shape=Replay):
+        show_agreement(replayed)
 
 
 def show_audit(run_dir: Path) -> None:
     """What each effect contributed against the effect plan, where the run has both."""
     from pywet.planning import audit
 
-    rows = audit.read(run_dir)
-    if rows:
+    if rows := audit.read(run_dir):
         out.print("effects, plan against replay:")
         for line in audit.lines(rows):
             out.print(line, soft_wrap=True, highlight=False)

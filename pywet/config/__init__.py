@@ -7,21 +7,18 @@ from pywet.config.cases import Case
 from pywet.config.command_line import REPLACED, chosen
 from pywet.config.loading import FILES, Config, load, twins
 from pywet.config.materials import Materials
-from pywet.config.scales import Apparatus, Scale, Scales
-from pywet.config.settings import EffectSettings, LawSettings, Settings
+from pywet.config.scales import Scale
+from pywet.config.settings import EffectSettings, LawSettings
 
 __all__ = [
     "FILES",
     "REPLACED",
-    "Apparatus",
     "Case",
     "Config",
     "EffectSettings",
     "LawSettings",
     "Materials",
     "Scale",
-    "Scales",
-    "Settings",
     "chosen",
     "load",
     "twins",

@@ -27,6 +27,8 @@ from pywet.laws import own
 from pywet.laws.kinds import PRESETS
 
 Model = TypeVar("Model", bound=BaseModel)
+Key = TypeVar("Key")
+Entry = TypeVar("Entry")
 FILES: dict[str, type[BaseModel]] = {
     settings.FILE: Settings,
     materials.FILE: Materials,
@@ -48,28 +50,19 @@ class Config:
 
     @property
     def apparatus(self) -> Apparatus:
-        """Dimensions of the tower."""
         return self.scales.apparatus
 
     def scale(self, name: str) -> Scale:
-        """A scale by name."""
-        if name not in self.scales.scales:
-            have, given = _join(self.scales.scales), one_line(name) if name else "(empty)"
-            raise ConfigError(
-                f"there is no scale {given} in {self.folder / scales.FILE}, expected one of {have}",
-                file=self.folder / scales.FILE,
-            )
-        return self.scales.scales[name]
+        return self._one_of(self.scales.scales, name, f"scale {one_line(name) if name else '(empty)'}", scales.FILE)
 
     def case(self, number: int) -> Case:
-        """A case by number."""
-        if number not in self.cases:
-            have = _join(self.cases)
-            raise ConfigError(
-                f"there is no case {number} in {self.folder / cases_module.FILE}, expected one of {have}",
-                file=self.folder / cases_module.FILE,
-            )
-        return self.cases[number]
+        return self._one_of(self.cases, number, f"case {number}", cases_module.FILE)
+
+    def _one_of(self, known: Mapping[Key, Entry], key: Key, what: str, file: str) -> Entry:
+        if key not in known:
+            have, path = ", ".join(map(str, known)), self.folder / file
+            raise ConfigError(f"there is no {what} in {path}, expected one of {have}", file=path)
+        return known[key]
 
     def with_preset(self, name: str) -> Config:
         """The same with another preset of laws, and no law named besides."""
@@ -115,13 +108,15 @@ def load(config_dir: Path) -> Config:
     """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake."""
     folder, wrong = Path(config_dir), Mistakes()
     read = {
-        file: wrong.keep(partial(_read_model, folder / file, FILES[file]))
-        for file in FILES
-        if file != cases_module.FILE
+        file: wrong.keep(partial(_read_model, folder / file, model))
+        for file, model in FILES.items()
+        if model is not Case
     }
     cases = wrong.keep(lambda: _read_cases(folder / cases_module.FILE))
     wrong.say()
-    config = Config(folder, _with_own_laws(read[settings.FILE], folder), read[materials.FILE], read[scales.FILE], cases)
+    chosen = read[settings.FILE]
+    chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder)})
+    config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases)
     wrong.keep(lambda: _check_choice(config))
     wrong.keep(lambda: _check_references(config))
     wrong.say()
@@ -246,11 +241,6 @@ def _read_cases(path: Path) -> dict[int, Case]:
     return found
 
 
-def _with_own_laws(read: Settings, folder: Path) -> Settings:
-    """The same with whole paths for the laws in files of the user's own, which may run from now on."""
-    return read.model_copy(update={"laws": placed_laws(read.laws, folder)})
-
-
 def placed_laws(laws: LawSettings, folder: Path) -> LawSettings:
     """The same laws with whole paths for files of the user's own, looked for in `folder`; they may run from now on."""
     given = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
@@ -299,7 +289,3 @@ def _look_up(case: Case, data: Materials) -> None:
     data.stroke(case.set_amplitude_mm)
     data.contact(case.material, case.material)
     data.wall_contact(case.material)
-
-
-def _join(names: Mapping[Any, Any]) -> str:
-    return ", ".join(str(n) for n in names)

@@ -36,7 +36,6 @@ class Size(Limited):
 
     @property
     def radius_m(self) -> float:
-        """Radius [m]."""
         return 0.5e-3 * self.diameter_mm.value
 
     @property
@@ -181,7 +180,6 @@ class Materials(Limited):
         return self
 
     def sphere(self, material: str) -> SphereMaterial:
-        """A sphere material by name."""
         if material not in self.spheres:
             raise ConfigError(f"{FILE}: spheres has no {material}, expected one of {_listed(self.spheres)}")
         return self.spheres[material]
@@ -197,21 +195,17 @@ class Materials(Limited):
         return self.liquids[name]
 
     def size(self, material: str, diameter_mm: float) -> Size:
-        """The size of a material by diameter [mm]."""
         place = f"spheres.{material}.sizes has no"
         return _of_length(self.sphere(material).sizes, "diameter_mm", diameter_mm, place)
 
     def screen(self, aperture_mm: float) -> Screen:
-        """The screen by its aperture [mm]."""
         return _of_length(self.screens, "aperture_mm", aperture_mm, "screens has no aperture of")
 
     def stroke(self, set_amplitude_mm: float) -> Stroke:
-        """The measured stroke by the amplitude set at the machine [mm]."""
         place = "motion.strokes has no set amplitude"
         return _of_length(self.motion.strokes, "set_amplitude_mm", set_amplitude_mm, place)
 
     def contact(self, sphere: str, partner: str) -> Contact:
-        """Dry contact data of a sphere material with a partner material."""
         for contact in self.contacts:
             if (contact.sphere, contact.partner) == (sphere, partner):
                 return contact

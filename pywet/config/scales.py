@@ -57,7 +57,6 @@ class Scale(Limited):
         return wished if self.shape == "cylinder" else max(1, round(wished / pitch_m)) * pitch_m
 
     def sieve_area_m2(self, pitch_m: float) -> float:
-        """Area of the sieve [m2]."""
         return self.sieve_width_m(pitch_m) ** 2 * (0.25 * math.pi if self.shape == "cylinder" else 1.0)
 
 

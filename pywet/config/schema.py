@@ -22,15 +22,8 @@ def schemas() -> dict[str, dict[str, Any]]:
     return found
 
 
-def write_schemas(folder: Path) -> list[Path]:
-    """Write all schemas into a folder; returns their paths."""
-    paths = []
-    for name, schema in schemas().items():
-        write_json(Path(folder) / name, schema)
-        paths.append(Path(folder) / name)
-    return paths
-
-
 if __name__ == "__main__":
-    for path in write_schemas(Path(sys.argv[1] if len(sys.argv) > 1 else "workflow/schemas")):
+    for name, schema in schemas().items():
+        path = Path(sys.argv[1] if len(sys.argv) > 1 else "workflow/schemas") / name
+        write_json(path, schema)
         print(path)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 from pywet.errors import PywetError, one_line
@@ -12,41 +12,26 @@ from pywet.errors import PywetError, one_line
 
 @dataclass(frozen=True)
 class Engine:
-    """A program that runs prepared scenes. `start` is given run directory, ranks, whether to show progress, and the words that
-    start the ranks (empty: mpirun)."""
+    """A program that runs prepared scenes."""
 
     name: str
-    start: Callable[[Path, int, bool, str], object]
     rolling: bool = True
     """Whether it has rolling resistance as the scene means it."""
     parallel: bool = True
     """Whether it runs in more than one process."""
 
-
-def _liggghts(run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
-    from pywet.engines.liggghts import driver
-
-    driver.run(run_dir, ranks, progress, keep=True, mpi=mpi)
-
-
-def _yade(run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
-    from pywet.engines.yade import driver
-
-    driver.run(run_dir, progress)
-
-
-def _lammps(run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
-    from pywet.engines.lammps import driver
-
-    driver.run(run_dir, ranks, progress)
+    def start(self, run_dir: Path, ranks: int, progress: bool, mpi: str) -> None:
+        """Run the scene there; `mpi` are the words that start the ranks (empty: mpirun)."""
+        driver = import_module(f"pywet.engines.{self.name}.driver")
+        driver.run(run_dir, progress=progress, **({"ranks": ranks, "keep": True, "mpi": mpi} if self.parallel else {}))
 
 
 ENGINES = {
     engine.name: engine
     for engine in (
-        Engine("liggghts", _liggghts),
-        Engine("yade", _yade, rolling=False, parallel=False),
-        Engine("lammps", _lammps, rolling=False, parallel=False),
+        Engine("liggghts"),
+        Engine("yade", rolling=False, parallel=False),
+        Engine("lammps", rolling=False, parallel=False),
     )
 }
 

@@ -18,11 +18,10 @@ from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
 from pywet.planning.costs import measured_costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
 from pywet.planning.shares import WITHIN, predicted_shares
-from pywet.planning.surroundings import BRIDGE_SHARE, GRAVITY, Surroundings
+from pywet.planning.surroundings import GRAVITY, Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
 __all__ = [
-    "BRIDGE_SHARE",
     "GRAVITY",
     "EffectPlan",
     "EffectRow",
@@ -74,7 +73,6 @@ class EffectRow:
 
     @property
     def line(self) -> str:
-        """The row as one line of text."""
         state = "on " if self.on else "off"
         law = f" [{self.law}]" if self.on and self.law else ""
         share = "    -" if self.predicted_share is None else _percent(self.predicted_share)
@@ -92,7 +90,6 @@ class EffectPlan:
 
     @property
     def lines(self) -> list[str]:
-        """One line per effect, with quantity and reason."""
         return [row.line for row in self.rows]
 
     @property
@@ -102,7 +99,6 @@ class EffectPlan:
         return [head, *(row.short for row in self.rows)]
 
     def row(self, effect: str) -> EffectRow:
-        """The row of an effect."""
         return next(row for row in self.rows if row.effect == effect)
 
     def as_dict(self) -> dict[str, Any]:
@@ -140,8 +136,8 @@ def plan(
         _row("rolling", True, numbers["rolling"], settings, None, "table 3"),
         _row("tangential_history", True, numbers["tangential_history"], settings, None, "E (5)"),
         _row("gravity", falls, numbers["gravity"], settings, None, "the scene"),
-        _opt_in_row("liquid_weight", bridges.on, numbers["liquid_weight"], settings),
-        _opt_in_row("shedding", bridges.on and falls, numbers["shedding"], settings, named["shedding"]),
+        _row("liquid_weight", bridges.on, numbers["liquid_weight"], settings),
+        _row("shedding", bridges.on and falls, numbers["shedding"], settings, named["shedding"]),
     ]
     counts, costs = [c.count for c in classes if c.count > 0], measured_costs()
     shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
@@ -170,7 +166,6 @@ def _together(rows: list[EffectRow], settings: EffectSettings) -> list[EffectRow
 
 
 def _effects(rows: Sequence[EffectRow], named: dict[str, str], s: Surroundings) -> Effects:
-    """What goes into the scene."""
     on = {row.effect: row.on for row in rows}
     bridges = on["bridges"]
     transfer = named["transfer"] if on["sharing_by_size"] else HALVES
@@ -215,41 +210,28 @@ def _bridges_row(moist: bool, number: Number, settings: EffectSettings, s: Surro
 
 
 def _row(
-    effect: str, possible: bool, number: Number, settings: EffectSettings, law: str | None, asked_by: str
+    effect: str, possible: bool, number: Number, settings: EffectSettings, law: str | None = None, asked_by: str = ""
 ) -> EffectRow:
-    """A row whose effect can be switched by hand, by the preset or by its number."""
+    """A row whose effect can be switched by hand and, but for those of OPT_IN, by the preset or by its number."""
     switch, large = getattr(settings, effect), number[1] >= settings.tolerance.value
     if switch is True and not possible:
-        lack = "there is no gravity" if effect == "gravity" else "there are no bridges"
-        raise PywetError(f"config.yaml: effects.{effect} is on but {lack}, expected auto or off")
+        lack = "there is no gravity," if effect == "gravity" else "there are no bridges,"
+        if effect in OPT_IN:
+            lack = "there are no bridges, or no gravity for drops to fall;"
+        raise PywetError(f"config.yaml: effects.{effect} is on but {lack} expected auto or off")
     if switch != "auto":
         on, why = switch, _by_hand(effect, switch)
     elif not possible:
-        on, why = False, "no gravity in the scene" if effect == "gravity" else "no bridges"
+        lacks = {"gravity": "no gravity in the scene", "shedding": "no bridges, or no gravity"}
+        on, why = False, lacks.get(effect, "no bridges")
+    elif effect in OPT_IN:
+        on, why = False, f"in no preset, {'though not negligible' if large else 'and negligible'}: on by hand only"
     elif large:
         on, why = True, f"not negligible, {asked_by}"
     elif settings.decide == "preset":
         on, why = True, f"negligible by its number but on: {asked_by} asks for it"
     else:
         on, why = False, NEGLIGIBLE
-    return EffectRow(effect, on, why, *number, settings.tolerance.value, law)
-
-
-def _opt_in_row(
-    effect: str, possible: bool, number: Number, settings: EffectSettings, law: str | None = None
-) -> EffectRow:
-    """A row of an effect that no preset asks for."""
-    switch, large = getattr(settings, effect), number[1] >= settings.tolerance.value
-    if switch is True and not possible:
-        raise PywetError(
-            f"config.yaml: effects.{effect} is on but there are no bridges, or no gravity for drops to fall; expected auto or off"
-        )
-    if switch != "auto":
-        on, why = switch, _by_hand(effect, switch)
-    elif not possible:
-        on, why = False, "no bridges" if effect == "liquid_weight" else "no bridges, or no gravity"
-    else:
-        on, why = False, f"in no preset, {'though not negligible' if large else 'and negligible'}: on by hand only"
     return EffectRow(effect, on, why, *number, settings.tolerance.value, law)
 
 

@@ -62,7 +62,6 @@ class _Audit:
 
 
 def rows(plan: dict[str, Any], contributions: dict[str, Any]) -> list[AuditRow]:
-    """One row per effect of the plan."""
     return [_row(row, contributions["effects"]) for row in plan["rows"]]
 
 
@@ -143,7 +142,6 @@ def read(run_dir: Path) -> list[AuditRow] | None:
 
 
 def lines(audited: list[AuditRow]) -> list[str]:
-    """One line of text per effect."""
     return [
         f"{r.effect:<19}{'on ' if r.on else 'off'}  predicted {_number(r.predicted):>8}  measured {_number(r.measured):>8}  "
         f"{'<-- ' if r.verdict == WRONG else ''}{r.text}"

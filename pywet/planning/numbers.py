@@ -102,14 +102,11 @@ def _give(g: Groups) -> float:
 
 
 OF_ONE_CLASS: dict[str, Callable[[Groups, Surroundings], Number]] = {
-    "capillary": _capillary,
-    "viscous_normal": _viscous_normal,
-    "viscous_tangential": _viscous_tangential,
-    "dynamic_rupture": _dynamic_rupture,
-    "wall_films": _wall_films,
-    "rolling": _rolling,
-    "tangential_history": _tangential_history,
-    "gravity": _gravity,
+    number.__name__.lstrip("_"): number
+    for number in (
+        *(_capillary, _viscous_normal, _viscous_tangential, _dynamic_rupture, _wall_films),
+        *(_rolling, _tangential_history, _gravity),
+    )
 }
 """Effect -> its number for one class; the largest over the classes counts."""
 

@@ -56,7 +56,6 @@ class Groups:
     speed: float
     film: float
     film_volume: float
-    bridge_volume: float
     surface_force: float
     """Capillary force at touch, 2 pi r sigma cos(theta)."""
     rupture: float
@@ -71,7 +70,6 @@ class Groups:
 
     @property
     def smallest_gap(self) -> float:
-        """S_min [m]."""
         return S_MIN * self.radius
 
     @property
@@ -130,7 +128,6 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
         speed=speed,
         film=h,
         film_volume=film,
-        bridge_volume=volume,
         surface_force=abs(2.0 * math.pi * r * sigma * math.cos(c.contact_angle_rad)) if h > 0 else 0.0,
         rupture=(1.0 + 0.5 * c.contact_angle_rad) * volume ** (1.0 / 3.0),
         normal_drag_gap=6.0 * math.pi * eta * r_red**2 if h > 0 else 0.0,

@@ -59,7 +59,6 @@ class Advice:
 
     @property
     def governs(self) -> Limit:
-        """The smallest limit."""
         return self.limits[0]
 
     @property
@@ -114,7 +113,6 @@ def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, cro
 
 
 def advise(scene: Scene) -> Advice:
-    """Every limit of a scene."""
     limits = _limits(scene)
     if not limits:
         raise PywetError(f"scene {scene.name} has no spheres to take a time step for; expected at least one")
@@ -200,7 +198,8 @@ class _Bridge:
         self._scene, self._liquid = scene, scene.liquid
         one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
         self._radii = contact.pair_radii(scene.classes, pair)
-        self._angles = (one.contact_angle_rad, two.contact_angle_rad if two else _wall_angle(scene))
+        largest = max((w.contact_angle_rad for w in scene.walls), default=0.0)
+        self._angles = (one.contact_angle_rad, two.contact_angle_rad if two else largest)
         films = [contact.film_volume(self._liquid.initial_film_thickness_m, r) for r in self._radii if math.isfinite(r)]
         draw = self._law("formation")
         i, j = self._radii
@@ -232,7 +231,3 @@ class _Bridge:
         law, sigma = self._law("capillary"), self._liquid.surface_tension_N_per_m
         force = np.array([law(float(s), self._volume, *self._radii, *self._angles, sigma) for s in gaps])
         return float(np.abs(np.diff(force) / np.diff(gaps)).max())
-
-
-def _wall_angle(scene: Scene) -> float:
-    return max((w.contact_angle_rad for w in scene.walls), default=0.0)

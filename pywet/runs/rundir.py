@@ -40,7 +40,6 @@ class RunDir:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that was run."""
         path = self.path / "scene.json"
         if not path.exists():
             raise PywetError(
@@ -200,7 +199,6 @@ class Timeline:
 
     @classmethod
     def read(cls, run: RunDir) -> Timeline:
-        """Assemble the arrays from the tables of a run."""
         spheres, scene = run.spheres, run.scene
         trajectory = pd.concat(list(run.parts("trajectory", ["step", "id", "z"])), ignore_index=True)
         ids = spheres["id"].to_numpy(dtype=np.int64)

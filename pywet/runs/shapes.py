@@ -14,8 +14,6 @@ from pywet.laws import kinds
 
 
 class Check(TypedDict):
-    """A check of the results."""
-
     name: str
     ok: bool
     value: float
@@ -89,8 +87,6 @@ class Finding(TypedDict):
 
 
 class Diagnosis(TypedDict):
-    """What a disagreement comes from."""
-
     findings: list[Finding]
 
 
@@ -124,8 +120,6 @@ class Plan(TypedDict):
 
 
 class Contribution(TypedDict):
-    """What one effect did."""
-
     acting: bool
     impulse_share: float | None
     liquid_share: NotRequired[float | None]

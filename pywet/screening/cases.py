@@ -106,8 +106,7 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> S
 
 
 def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, apparatus: Apparatus) -> Scene:
-    """The scene of a case in its apparatus."""
-    speed, output = config.apparatus.slide_speed_m_per_s.value, config.settings.output
+    speed = config.apparatus.slide_speed_m_per_s.value
     return Scene(
         name=case.name,
         seed=config.settings.seed,
@@ -130,14 +129,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         spheres_file=Path("spheres.parquet"),
         time_step_s=made.time_step_s,
         duration_s=scale.duration_s.value,
-        output=Output(
-            interval_s=scale.output_interval_s.value,
-            contact_windows=output.contact_windows,
-            contact_window_steps=output.contact_window_steps,
-            window_trajectories=output.window_trajectories,
-            checkpoints=output.checkpoints,
-            energy=output.energy,
-        ),
+        output=Output(interval_s=scale.output_interval_s.value, **config.settings.output.model_dump()),
         screen_z_m=apparatus.screen_z,
         bin_z_m=apparatus.bin_z,
     )
@@ -203,21 +195,18 @@ def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> L
 
 
 def vibration_of(config: Config, case: Case) -> Vibration:
-    """Motion of the vibrating walls."""
     motion, stroke = config.materials.motion, config.materials.stroke(case.set_amplitude_mm)
     x, y, z = stroke.x_amplitude_mm.value, stroke.y_amplitude_mm.value, stroke.z_amplitude_mm.value
-    phases = (motion.x_phase_deg.value, motion.y_phase_deg.value, motion.z_phase_deg.value)
-    return Vibration(
-        amplitude_m=(1e-3 * x, 1e-3 * y, 1e-3 * z),
-        phase_rad=(math.radians(phases[0]), math.radians(phases[1]), math.radians(phases[2])),
-        frequency_Hz=motion.frequency_Hz.value,
-    )
+    u, v, w = (math.radians(p.value) for p in (motion.x_phase_deg, motion.y_phase_deg, motion.z_phase_deg))
+    amplitude = (1e-3 * x, 1e-3 * y, 1e-3 * z)
+    return Vibration(amplitude_m=amplitude, phase_rad=(u, v, w), frequency_Hz=motion.frequency_Hz.value)
 
 
 def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
     """Dimensions of the apparatus for a case's screen at a scale."""
     screen, tower = config.materials.screen(case.aperture_mm), config.apparatus
     aperture, wire = 1e-3 * screen.aperture_mm.value, 1e-3 * screen.wire_diameter_mm.value
+    lengths = {name.replace("_mm", "_m"): 1e-3 * entry.value for name, entry in tower if name.endswith("_mm")}
     sides = {"cylinder_sides": scale.cylinder_sides.value} if scale.cylinder_sides else {}
     return ApparatusSpec(
         aperture_m=aperture,
@@ -225,14 +214,8 @@ def apparatus_spec(config: Config, case: Case, scale: Scale) -> ApparatusSpec:
         shape=scale.shape,
         width_m=scale.sieve_width_m(aperture + wire),
         wire_sides=scale.wire_sides.value,
-        side_wall_height_m=1e-3 * tower.side_wall_height_mm.value,
-        feed_bin_height_m=1e-3 * tower.feed_bin_height_mm.value,
-        slide_height_m=1e-3 * tower.slide_height_mm.value,
-        outlet_height_m=1e-3 * tower.outlet_height_mm.value,
         impact_plate_angle_rad=math.radians(tower.impact_plate_angle_deg.value),
-        collecting_bin_height_m=1e-3 * tower.collecting_bin_height_mm.value,
-        wall_thickness_m=1e-3 * tower.wall_thickness_mm.value,
-        clearance_m=1e-3 * tower.clearance_mm.value,
+        **lengths,
         **sides,
     )
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -54,7 +53,6 @@ def content(config: Config) -> str:
 
 
 def leave(run_dir: Path, word: str) -> None:
-    """Write the word beside the scene."""
     write_json(run_dir / FILE, {"identity": word})
 
 
@@ -72,10 +70,9 @@ def _text(law: str) -> str:
 @cache
 def _code() -> str:
     digest = hashlib.sha256(pywet.__version__.encode())
-    for path in _sources(Path(__file__).parents[1] / room for room in CODE):
+    here = Path(__file__).parents[1]
+    for path in sorted(
+        p for room in CODE for p in (here / room).rglob("*") if p.suffix in (".py", ".cpp", ".h", ".j2")
+    ):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
-
-
-def _sources(rooms: Iterable[Path]) -> list[Path]:
-    return sorted(p for room in rooms for p in room.rglob("*") if p.suffix in (".py", ".cpp", ".h", ".j2"))

@@ -62,7 +62,6 @@ class Check:
 
 
 def at_most(name: str, value: float, limit: float, text: str) -> Check:
-    """A check that a value is no more than its limit."""
     return Check(name, value <= limit, value, limit, text)
 
 

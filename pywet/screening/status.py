@@ -33,7 +33,6 @@ class Status:
 
 
 def status_path(run_dir: Path, stage: str) -> Path:
-    """Where a stage leaves its status."""
     return Path(run_dir) / "status" / f"{stage}.json"
 
 

@@ -34,21 +34,14 @@ class Agreement:
 
     @property
     def ok(self) -> bool:
-        """Within its limit."""
         return self.largest <= self.limit
 
 
 def agreement(replay: dict[str, Any]) -> list[Agreement]:
     """Rows of the agreement table from the content of replay.json."""
+    numbers = ("largest", "median", "tolerance")  # a file may hold them as text that can be read as numbers
     return [
-        Agreement(
-            quantity=name,
-            scale=str(row["scale"]),
-            count=int(row["count"]),
-            largest=float(row["largest"]),
-            median=float(row["median"]),
-            limit=float(row["tolerance"]),
-        )
+        Agreement(name, str(row["scale"]), int(row["count"]), *(float(row[number]) for number in numbers))
         for name, row in replay["quantities"].items()
     ]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pywet import config
 from pywet.apparatus import Apparatus, Surface, write_stl
-from pywet.apparatus.motion import engine_displacement, viblin_movers
+from pywet.apparatus.motion import engine_displacement, viblin_words
 from pywet.screening import cases
 
 CASES = config.load(Path(__file__).parents[2] / "config")
@@ -66,7 +66,7 @@ def test_all_surfaces_load_without_complaint(
 def test_mesh_moves_as_pywet_motion_says(apparatus: Apparatus, tmp_path: Path, liggghts: Callable[[str], str]) -> None:
     vibration = cases.vibration_of(CASES, CASES.case(1))
     wires = apparatus.surfaces[0]
-    moves = "".join(f"fix v{k} all move/mesh mesh wires {m.words}\n" for k, m in enumerate(viblin_movers(vibration)))
+    moves = "".join(f"fix v{k} all move/mesh mesh wires {words}\n" for k, words in enumerate(viblin_words(vibration)))
     steps = 700
     liggghts(
         deck(apparatus, [wires], tmp_path)

@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from pywet.apparatus import FeedRegion, fill
+from pywet.bench.bodies import sphere_classes
 from pywet.errors import PywetError
 from pywet.scene import SphereClass
 
@@ -17,14 +18,8 @@ FULL = FeedRegion("cylinder", 0.1994, 0.05, 0.16)
 SMOKE = FeedRegion("square", 0.05, 0.05, 0.16)
 
 
-def sphere(kind: int, radius: float, count: int) -> SphereClass:
-    return SphereClass(
-        name=f"c{kind}", type=kind, radius_m=radius, density_kg_per_m3=1350.0, contact_angle_rad=0.7, count=count
-    )
-
-
-FINE = (sphere(1, 0.0015, 13021), sphere(2, 0.0025, 2674), sphere(3, 0.0035, 1017))
-COARSE = (sphere(1, 0.0025, 200), sphere(2, 0.0035, 75), sphere(3, 0.005, 26))
+FINE = sphere_classes(0.0015, 0.0025, 0.0035, counts=(13021, 2674, 1017))
+COARSE = sphere_classes(0.0025, 0.0035, 0.005, counts=(200, 75, 26))
 
 
 def check(table: pd.DataFrame, classes: tuple[SphereClass, ...], region: FeedRegion) -> None:
@@ -66,10 +61,10 @@ def test_classes_are_mixed() -> None:
 
 
 def test_no_spheres_at_all() -> None:
-    assert len(fill((sphere(1, 0.002, 0),), SMOKE, 1)) == 0
+    assert len(fill(sphere_classes(0.002, counts=0), SMOKE, 1)) == 0
 
 
-@pytest.mark.parametrize("classes", [(sphere(1, 0.0025, 3000),), (sphere(1, 0.03, 1),)])
+@pytest.mark.parametrize("classes", [sphere_classes(0.0025, counts=3000), sphere_classes(0.03)])
 def test_too_many_or_too_large_are_refused(classes: tuple[SphereClass, ...]) -> None:
     with pytest.raises(PywetError, match="do not fit loosely") as caught:
         fill(classes, SMOKE, 1)

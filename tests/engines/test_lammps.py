@@ -26,15 +26,10 @@ from pywet.files import read_json, read_table
 from pywet.scene import Rotation
 from pywet.schema import RUPTURE
 from reference_impl.replay.replay import replay
+from tests.engines.liggghts.scenes import THROWN
 
 R = 2.5e-3
 needs_lammps = pytest.mark.skipif(not build.libraries()[1].exists(), reason="LAMMPS is not installed: make peers")
-THROWN = [
-    small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
-    small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
-    small.Sphere(1, (0.0, 0.0051, 0.001), (0.0, -0.1, 0.0)),
-]
-"""Three wet spheres that meet, bounce and part."""
 
 
 def prepared(folder: Path, friction: float, **more: object) -> list[small.Sphere]:

@@ -91,8 +91,8 @@ def test_damping_of_every_pair_of_case_one() -> None:
     made = cases.ingredients(loaded, 1, "smoke")
     apparatus = build_apparatus(cases.apparatus_spec(loaded, loaded.case(1), loaded.scale("smoke")))
     found = contacts.contacts(cases.assemble(loaded, loaded.case(1), loaded.scale("smoke"), made, apparatus))
-    assert found.largest_miss < 1e-3
-    assert len(found.pairs) == 9 and len(found.damping_share) == 4
+    assert found["largest_miss"] < 1e-3
+    assert len(found["pairs"]) == 9 and len(found["damping_share"]) == 4
 
 
 def short_case(path: Path) -> Scene:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pywet.apparatus.surface import enclosed
 from pywet.own_scene.walls import Removed, Wall
 from tests.own_scene.conftest import EXAMPLES
 
@@ -39,7 +40,7 @@ def polygon_area(apothem: float, sides: int) -> float:
 def test_a_solid_has_its_volume(shape: dict[str, Any], volume_mm3: float) -> None:
     """Coordinates are rounded to single precision: 1e-7 of a length."""
     surface = Wall(name="w", **shape).surface(Path())
-    assert surface.volume == pytest.approx(1e-9 * volume_mm3, rel=1e-5)
+    assert enclosed(surface.corners) == pytest.approx(1e-9 * volume_mm3, rel=1e-5)
 
 
 @pytest.mark.parametrize(("axis", "along"), [("x", 0), ("y", 1), ("z", 2)])
@@ -59,9 +60,9 @@ def test_an_stl_file_is_read_in_its_unit() -> None:
     surface = Wall(name="hopper", stl="hopper.stl").surface(EXAMPLES)
     assert np.ptp(surface.vertices[:, 2]) == pytest.approx(0.024)
     cone = [24.0 / 3.0 * 24 * math.tan(math.pi / 24) * (a * a + a * b + b * b) for a, b in ((10, 24), (12, 26))]
-    assert surface.volume == pytest.approx(1e-9 * (cone[1] - cone[0]), rel=1e-5)
+    assert enclosed(surface.corners) == pytest.approx(1e-9 * (cone[1] - cone[0]), rel=1e-5)
     metres = Wall(name="hopper", stl="hopper.stl", stl_unit="m").surface(EXAMPLES)
-    assert metres.volume == pytest.approx(1e9 * surface.volume, rel=1e-5)
+    assert enclosed(metres.corners) == pytest.approx(1e9 * enclosed(surface.corners), rel=1e-5)
 
 
 def test_a_removed_wall_is_drawn_out_of_its_own_place() -> None:

@@ -7,37 +7,20 @@ from typing import Any
 
 import pytest
 
+from pywet.bench import bodies
 from pywet.config import EffectSettings, LawSettings
 from pywet.config.entries import RatioEntry
 from pywet.errors import PywetError
 from pywet.planning import EffectPlan, Surroundings, effect_numbers, plan
-from pywet.scene import ContactPair, Effects, Liquid, SphereClass
+from pywet.scene import Effects, Liquid
 
-SPHERE = SphereClass(
-    name="small", type=1, radius_m=2.5e-3, density_kg_per_m3=1358, contact_angle_rad=math.radians(40), count=10
-)
-PAIRS = tuple(
-    ContactPair(
-        a=1,
-        b=b,
-        normal_stiffness_N_per_m=1e5,
-        tangential_stiffness_N_per_m=1e5,
-        friction=0.35,
-        rolling_friction_m=5e-5,
-        restitution=0.8,
-    )
-    for b in (0, 1)
-)
+(SPHERE,) = bodies.sphere_classes(2.5e-3, counts=10, density=1358, angle_rad=math.radians(40), name="small")
+PAIRS = bodies.contacts(1, 1e5, friction=0.35, rolling_m=5e-5)
 SPEED = 0.3
 
 
 def water(film: float = 5e-5, viscosity: float = 1e-3) -> Liquid:
-    return Liquid(
-        surface_tension_N_per_m=0.07275,
-        viscosity_Pa_s=viscosity,
-        density_kg_per_m3=998.2,
-        initial_film_thickness_m=film,
-    )
+    return bodies.water(film, viscosity, density=998.2)
 
 
 def settings(tolerance: float = 0.01, **switches: Any) -> EffectSettings:

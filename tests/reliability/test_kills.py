@@ -145,8 +145,7 @@ def test_file_operations_of_collection(
     assert "results" not in os.listdir(tmp_path / "unbroken") and not list((tmp_path / "unbroken").rglob("replay.json"))
     number, status = 0, -1
     while status != 0:
-        run_dir = tmp_path / str(number)
-        shutil.copytree(ended, run_dir)
+        run_dir = shutil.copytree(ended, tmp_path / str(number))
         status = struck(lambda: collect(run_dir), number, names, blow)  # noqa: B023
         assert status in (0, -9 if blow is killed else 3), f"ended with {status} at operation {number}"
         if not collecting.kept(run_dir, mark_of(run_dir)):
@@ -161,8 +160,7 @@ def test_file_operations_of_collection(
 
 def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Killed before or after its folder had its name, a finished run is collected or kept as it is."""
-    run_dir = tmp_path / "run"
-    shutil.copytree(ended, run_dir)
+    run_dir = shutil.copytree(ended, tmp_path / "run")
     first = driver.run(run_dir, progress=False, launch=never, keep=True)
     assert "the engine had come to its end; its output is collected" in caplog.text
     assert driver.run(run_dir, progress=False, launch=never, keep=True) == first
@@ -175,8 +173,7 @@ def test_the_next_call_does_not_simulate_again(ended: Path, tmp_path: Path, capl
 
 def test_raw_files_that_do_not_hold_what_was_planned(ended: Path, tmp_path: Path) -> None:
     """A frame that is missing is named, nothing of an earlier run is touched, and the next call begins anew."""
-    run_dir = tmp_path / "run"
-    shutil.copytree(ended, run_dir)
+    run_dir = shutil.copytree(ended, tmp_path / "run")
     folder = run_dir / "engine.partial"
     text = (folder / logs.TRAJECTORY).read_text().split("ITEM: TIMESTEP\n")
     (folder / logs.TRAJECTORY).write_text("ITEM: TIMESTEP\n".join(text[:4] + text[5:]))
@@ -258,8 +255,7 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
         if first > 0:
             cases.append((partial / name, first - 1, False))
     for path, at, fall_back in cases:
-        run_dir = tmp_path / "run"
-        shutil.copytree(cut_off[1], run_dir)
+        run_dir = shutil.copytree(cut_off[1], tmp_path / "run")
         DAMAGES[damage](run_dir / path.relative_to(cut_off[1]), at)
         found, passed = checkpoint.find(run_dir / "engine.partial", mark_of(run_dir))
         assert (found.step if found else None) == (older.step if fall_back else None), (path, at, passed)
@@ -271,8 +267,7 @@ def test_every_damaged_file_is_passed_over(cut_off: tuple[Path, Path], tmp_path:
 def test_any_flipped_byte_of_the_sums_is_noticed(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
     """Also where it is a number of an empty log, of which nothing is needed."""
     _, newer = points(cut_off[1])
-    partial = tmp_path / "run"
-    shutil.copytree(cut_off[1] / "engine.partial", partial)
+    partial = shutil.copytree(cut_off[1] / "engine.partial", tmp_path / "run")
     sums = partial / checkpoint.FOLDER / f"sums.{newer.step}.json"
     whole = sums.read_bytes()
     for at in range(len(whole) - 1):
@@ -288,8 +283,7 @@ def test_a_damaged_end_is_not_collected(ended: Path, tmp_path: Path, damage: str
     partial, mark = ended / "engine.partial", mark_of(ended)
     victims = [path for path in (*logs.files(partial), partial / checkpoint.FINISHED) if path.stat().st_size]
     for path in victims:
-        run_dir = tmp_path / "run"
-        shutil.copytree(partial, run_dir)
+        run_dir = shutil.copytree(partial, tmp_path / "run")
         DAMAGES[damage](run_dir / path.name, path.stat().st_size // 2)
         account, why = checkpoint.finished(run_dir, mark)
         assert account is None
@@ -301,8 +295,7 @@ def test_a_damaged_end_is_not_collected(ended: Path, tmp_path: Path, damage: str
 def test_strangers_among_the_checkpoints_are_ignored(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
     """Files and folders of other names, and half-written ones, neither help nor hinder, and are not lost."""
     _, newer = points(cut_off[1])
-    run_dir = tmp_path / "run"
-    shutil.copytree(cut_off[1], run_dir)
+    run_dir = shutil.copytree(cut_off[1], tmp_path / "run")
     at = run_dir / "engine.partial" / checkpoint.FOLDER
     for name in ("notes.txt", "engine", "engine.abc", "state.9999999.partial", "sums.json", ".sums.5.1.partial.json"):
         (at / name).write_text("x")
@@ -321,8 +314,7 @@ def test_goes_on_from_the_older_one_and_says_so(
     """One flipped bit in the newest restart file: one line names it, and the tables are those of the unbroken run."""
     whole, killed_ = cut_off
     older, newer = points(killed_)
-    run_dir = tmp_path / "run"
-    shutil.copytree(killed_, run_dir)
+    run_dir = shutil.copytree(killed_, tmp_path / "run")
     flip(run_dir / newer.engine.relative_to(killed_), newer.engine.stat().st_size // 2)
     at = driver.run(run_dir, progress=False).resumed_at_step
     assert at == older.step
@@ -334,8 +326,7 @@ def test_goes_on_from_the_older_one_and_says_so(
 def test_begins_anew_and_says_so(cut_off: tuple[Path, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A trajectory that is gone cannot be gone on with: the run begins at its start."""
     whole, killed_ = cut_off
-    run_dir = tmp_path / "run"
-    shutil.copytree(killed_, run_dir)
+    run_dir = shutil.copytree(killed_, tmp_path / "run")
     (run_dir / "engine.partial" / logs.TRAJECTORY).unlink()
     assert driver.run(run_dir, progress=False).resumed_at_step is None
     assert "begins anew; passed over: step" in caplog.text
@@ -348,8 +339,7 @@ def test_a_restart_file_that_the_engine_refuses_is_tried_once(cut_off: tuple[Pat
     A file that was cut off would not do: the engine then reads what its memory happened to hold, at times for ever.
     """
     older, newer = points(cut_off[1])
-    run_dir = tmp_path / "run"
-    shutil.copytree(cut_off[1], run_dir)
+    run_dir = shutil.copytree(cut_off[1], tmp_path / "run")
     engine = run_dir / newer.engine.relative_to(cut_off[1])
     whole, count = engine.read_bytes(), struct.pack("<iq", 23, 16)  # the key of the number of spheres, and the number
     assert whole.count(count) == 1
@@ -481,8 +471,7 @@ def called(config: Path, case: int, run_dir: Path) -> subprocess.Popen[bytes]:
 def short_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[int, Path]]:
     """The dry and the moist case of one size, 0.3 s long, run in one piece; with the seconds that took."""
     folder = tmp_path_factory.mktemp("case")
-    config = folder / "config"
-    shutil.copytree(Path(__file__).parents[2] / "config", config)
+    config = shutil.copytree(Path(__file__).parents[2] / "config", folder / "config")
     text = (config / "scales.yaml").read_text()
     for name, before, after in (("duration_s", 1.6, 0.3), ("slide_opens_at_s", 0.2, 0.02)):
         assert f"{name}: {{value: {before}," in text

@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet.bench import bodies
 from pywet.files import write_json, write_table
 from pywet.runs.tables import to_frame
-from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, Slide, SphereClass, WallMesh
-from pywet.schema import CONTACT, ENERGY, EVENT, SMALL_WALL
+from pywet.scene import Effects, Output, Scene, Slide, WallMesh
+from pywet.schema import RAW, SMALL_WALL, TABLES
 
 UNIT = 1e-9
 STEPS = (0, 100, 200)
@@ -28,29 +29,8 @@ MESHES = (("wires", 0.0), ("side_wall", 0.0), ("collecting_bin", -0.06))
 
 def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Scene:
     """The scene of the synthetic run."""
-    classes = (
-        SphereClass(
-            name="POM 8 mm",
-            type=1,
-            radius_m=4e-3,
-            density_kg_per_m3=1400,
-            contact_angle_rad=1.2,
-            count=1,
-            passes_aperture=False,
-        ),
-        SphereClass(name="POM 4 mm", type=2, radius_m=2e-3, density_kg_per_m3=1400, contact_angle_rad=1.2, count=2),
-    )
-    pairs = tuple(
-        ContactPair(
-            a=a,
-            b=b,
-            normal_stiffness_N_per_m=1e4,
-            tangential_stiffness_N_per_m=1e4,
-            friction=0.3,
-            rolling_friction_m=5e-5,
-            restitution=0.8,
-        )
-        for a, b in ((1, 0), (2, 0), (1, 1), (1, 2), (2, 2))
+    coarse, fine = bodies.sphere_classes(
+        *RADII.values(), counts=(1, 2), density=1400, angle_rad=1.2, name="POM {mm} mm"
     )
     walls = tuple(
         WallMesh(
@@ -64,17 +44,15 @@ def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Sce
         )
         for mesh, _ in MESHES
     )
-    liquid = Liquid(
-        surface_tension_N_per_m=0.072, viscosity_Pa_s=1e-3, density_kg_per_m3=1000, initial_film_thickness_m=5e-5
-    )
+    liquid = bodies.water(5e-5, tension=0.072)
     effects = Effects(
         bridges=True, capillary="rabinovich", rupture="willett_unequal", formation="shi_mccarthy", transfer="parabola"
     )
     return Scene(
         name=name,
         seed=10007,
-        classes=classes,
-        pairs=pairs,
+        classes=(coarse.model_copy(update={"passes_aperture": False}), fine),
+        pairs=bodies.contacts(2, 1e4, friction=0.3, rolling_m=5e-5),
         liquid=liquid if moist else None,
         walls=walls,
         vibration=None,
@@ -130,7 +108,7 @@ def _trajectory() -> pd.DataFrame:
         for step in STEPS
         for i in range(3)
     ]
-    return pd.DataFrame(rows, columns=["step", "time", "id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"])
+    return pd.DataFrame(rows, columns=[*TABLES["trajectory"]])
 
 
 def _triangles() -> pd.DataFrame:
@@ -139,8 +117,7 @@ def _triangles() -> pd.DataFrame:
         a, b, c, d = (-0.02, -0.02, z), (0.02, -0.02, z), (0.02, 0.02, z), (-0.02, 0.02, z)
         for k, (u, v, w) in enumerate(((a, b, c), (a, c, d))):
             rows.append((2 * m + k, m, mesh, mesh, 8e-4, *u, *v, *w))
-    corners = [f"v{n}_{axis}" for n in range(3) for axis in "xyz"]
-    return pd.DataFrame(rows, columns=["triangle", "part", "mesh", "holder", "area", *corners])
+    return pd.DataFrame(rows, columns=[*TABLES["history/triangles"]])
 
 
 def _liquid(history: Path) -> None:
@@ -151,53 +128,28 @@ def _liquid(history: Path) -> None:
         (200, 0, 1, 3, -1, 2 * UNIT, 1.5 * UNIT, 1e-4, -0.006, 0.0, 0.006, 0.006, 0.0, -0.05),
         (200, 2, 1, 0, 1, 1 * UNIT, 0.25 * UNIT, 1e-4, -0.006, 0.0, 0.006, -0.006, 0.0, 0.002),
     ]
-    names = [
-        "step",
-        "partner_kind",
-        "i",
-        "j",
-        "triangle",
-        "volume",
-        "share_i",
-        "separation",
-        *(f"{p}_{a}" for p in ("xi", "xj") for a in "xyz"),
-    ]
-    write_table(pd.DataFrame(bridges, columns=names), history / "bridges.parquet")
+    write_table(pd.DataFrame(bridges, columns=[*TABLES["history/bridges"]]), history / "bridges.parquet")
     write_table(
         pd.DataFrame([(200, 4, 0.5 * UNIT)], columns=["step", "triangle", "film"]), history / "wall_films.parquet"
     )
     # four formations and two ruptures after the last window of contacts; only their numbers are told
-    events = np.zeros(6, dtype=EVENT)
+    events = np.zeros(6, dtype=RAW["events"])
     events["step"], events["kind"] = range(161, 167), (0, 0, 0, 0, 1, 1)
     events["i"], events["j"] = (1, 1, 1, 2, 1, 2), (2, 3, 0, 3, 2, 3)
     events["partner_kind"][2] = SMALL_WALL
     write_table(to_frame(events), history / "events.parquet")
-    write_table(to_frame(np.zeros(0, dtype=CONTACT)), history / "contacts.parquet")
+    write_table(to_frame(np.zeros(0, dtype=RAW["contacts"])), history / "contacts.parquet")
     ledger = pd.DataFrame(
         [
             (0, 0.0, 20, 0, 0, 0, 20, 3, 0, 0, 0),
             (100, 0.01, 20, 0, 0, 0, 20, 3, 0, 0, 0),
             (200, 0.02, 16.5, 3, 0.5, 0, 20, 3, 2, 4, 2),
         ],
-        columns=[
-            "step",
-            "time",
-            "films",
-            "bridges",
-            "walls",
-            "left",
-            "initial",
-            "spheres",
-            "bridge_count",
-            "formations",
-            "ruptures",
-        ],
+        columns=[*TABLES["history/ledger"]],
     )
     ledger[["films", "bridges", "walls", "left", "initial"]] *= UNIT
     write_table(ledger, history / "ledger.parquet")
-    names = [name for name in ENERGY.names or () if name not in ("step", "time")]
-    energy = pd.DataFrame(0.0, index=range(len(STEPS)), columns=names)
+    energy = pd.DataFrame(0.0, index=range(len(STEPS)), columns=[*TABLES["history/energy"]])
+    energy["step"], energy["time"] = STEPS, [1e-4 * step for step in STEPS]
     energy["kinetic"], energy["gravity"], energy["contact"] = [0.0, 1e-6, 2e-6], [0.0, 2e-6, 5e-6], [0.0, -1e-6, -3e-6]
-    energy.insert(0, "time", [1e-4 * step for step in STEPS])
-    energy.insert(0, "step", list(STEPS))
     write_table(energy, history / "energy.parquet")

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet.bench import bodies
 from pywet.config import load
 from pywet.errors import PywetError
-from pywet.scene import ContactPair, Scene, SphereClass
+from pywet.scene import Scene, SphereClass
 from pywet.screening import amounts, cases
 
 CONFIG = load(Path(__file__).parents[2] / "config")
@@ -104,16 +105,8 @@ def test_contacts_of_a_case(scale: str, stiffness: float) -> None:
 
 
 def test_collision_time_is_half_a_damped_period() -> None:
-    sphere = SphereClass(name="s", type=1, radius_m=2e-3, density_kg_per_m3=2500, contact_angle_rad=0.3, count=2)
-    pair = ContactPair(
-        a=1,
-        b=1,
-        normal_stiffness_N_per_m=1e4,
-        tangential_stiffness_N_per_m=1e3,
-        friction=0.3,
-        rolling_friction_m=0.0,
-        restitution=0.5,
-    )
+    (sphere,) = bodies.sphere_classes(2e-3, counts=2)
+    pair = bodies.contact(1, 1, 1e4, restitution=0.5).model_copy(update={"tangential_stiffness_N_per_m": 1e3})
     m_eff = sphere.mass_kg / 2
     gamma = -2 * math.log(0.5) * math.sqrt(m_eff * 1e4) / math.hypot(math.pi, math.log(0.5))
     # m x'' + gamma x' + k x = 0: half period pi/sqrt(k/m - (gamma/2m)^2)

@@ -45,7 +45,7 @@ rule results:
     log:
         f"{LOGS}/{{case}}/results.log",
     script:
-        "../scripts/results.py"
+        "../scripts/stage.py"
 
 
 rule replay:
@@ -74,4 +74,4 @@ rule vtk:
     log:
         f"{LOGS}/{{case}}/vtk.log",
     script:
-        "../scripts/vtk.py"
+        "../scripts/stage.py"

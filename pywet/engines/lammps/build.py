@@ -6,7 +6,6 @@ would hide the `mpirun` and `mpicxx` with which LIGGGHTS runs.
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from pathlib import Path
 
@@ -20,7 +19,6 @@ SOURCES = Path(__file__).parent / "plugin"
 
 
 def packages() -> Path:
-    """Folder of the installed wheels."""
     return PREFIX / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
 
 
@@ -44,10 +42,7 @@ def plugin_path() -> Path:
     """The plugin, built where it is not yet whole in the cache (some seconds)."""
     version, own = engine_version(), sorted(SOURCES.glob("*.cpp"))
     shared = sorted(set(build.SOURCES.glob("*")) - {build.SOURCES / path.name for path in own})
-    digest = hashlib.sha256("".join((version, build.compiler_version(), *build.FLAGS, *build.LOOPS)).encode())
-    for path in (*shared, *own):
-        digest.update(path.name.encode() + path.read_bytes())
-    target = caches.folder() / f"libpywet-lammps-{digest.hexdigest()[:16]}.so"
+    target = caches.folder() / f"libpywet-lammps-{build.hash_of([*shared, *own], version)}.so"
     if not caches.whole(target):
         headers = [build.SOURCES, PREFIX / "include", packages() / "lammps" / "include" / "lammps"]
         before = [f'-DPYWET_ENGINE_VERSION="{version}"', *(f"-I{folder}" for folder in headers)]

@@ -129,7 +129,7 @@ def law(scene: Scene, pair: ContactPair) -> str:
 def lines(scene: Scene, run_dir: Path, extra: Sequence[str], integrate: str) -> Iterator[str]:
     """The whole script; `extra` lines and the group to integrate serve driven small scenes."""
     film = deck.film_factor(scene) - 1.0
-    skin, listed = deck.skin(scene), deck.skin(scene) + 2.0 * max(c.radius_m for c in scene.classes) * film
+    skin, listed = deck.skin(scene), deck.listed(scene)
     yield from (
         "atom_style sphere", "atom_modify map array", "boundary f f f", "newton off", "comm_modify vel yes", "units si",
     )  # fmt: skip
@@ -170,7 +170,6 @@ def _wall(scene: Scene, wall: WallMesh, run_dir: Path) -> Iterator[str]:
 
 
 def write(scene: Scene, run_dir: Path, folder: Path, extra: Sequence[str], integrate: str) -> None:
-    """Write data file and script into `folder`."""
     deck.write_data(scene, read_table(run_dir / scene.spheres_file), folder / DATA)
     with atomic_write(folder / SCRIPT) as temporary:
         temporary.write_text("\n".join(lines(scene, run_dir, extra, integrate)) + "\n")

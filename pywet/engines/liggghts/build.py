@@ -42,11 +42,15 @@ def engine_version() -> str:
 
 def source_hash() -> str:
     """Hash over the sources, the flags and the versions of engine and compiler: the name of the cached library."""
+    return hash_of(sorted(SOURCES.glob("*")), engine_version(), process.package_version("libopenmpi-dev") or "")
+
+
+def hash_of(sources: list[Path], *versions: str) -> str:
+    """The same over other sources and versions, with those of flags and compiler."""
     digest = hashlib.sha256()
-    for path in sorted(SOURCES.glob("*")):
+    for path in sources:
         digest.update(path.name.encode() + path.read_bytes())
-    versions = engine_version(), process.package_version("libopenmpi-dev") or "", compiler_version()
-    for text in (*FLAGS, *LOOPS, *VISIBILITY, *versions):
+    for text in (*FLAGS, *LOOPS, *VISIBILITY, *versions, compiler_version()):
         digest.update(text.encode())
     return digest.hexdigest()[:16]
 

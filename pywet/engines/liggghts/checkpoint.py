@@ -173,12 +173,11 @@ def _sum(content: dict[str, Any]) -> int:
 
 def _files(folder: Path, ending: str = "") -> list[tuple[str, int, Path]]:
     """What there is of checkpoints: name, step, path; those that may be half-written by their `ending`, strangers never."""
-    names = [
-        (m, path)
+    return [
+        (m[1], int(m[2]), path)
         for path in (folder / FOLDER).glob("*")
         if (m := re.fullmatch(rf"(engine|state|sums)\.(\d+)(\.json)?{re.escape(ending)}", path.name)) and path.is_file()
     ]
-    return [(m[1], int(m[2]), path) for m, path in names]
 
 
 def last_step(folder: Path) -> int:

@@ -11,7 +11,7 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.motion import viblin_movers
+from pywet.apparatus.motion import viblin_words
 from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
 from pywet.engines.liggghts import grid, windows
@@ -123,8 +123,8 @@ def movers(scene: Scene) -> list[dict[str, str]]:
         way = scene.motion_of(wall)
         if isinstance(way, Vibration):
             fixes += [
-                {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": mover.words}
-                for k, mover in enumerate(viblin_movers(way))
+                {"id": f"move_{wall.name}_{k}", "mesh": wall.name, "words": words}
+                for k, words in enumerate(viblin_words(way))
             ]
         if isinstance(way, Rotation):
             origin, axis = (" ".join(map(repr, v)) for v in (way.origin_m, way.axis))

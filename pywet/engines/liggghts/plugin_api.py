@@ -1,4 +1,7 @@
-"""ctypes face of the plugin: hands it the liquid, the laws, the transfer tables, the walls and the films of a scene."""
+"""ctypes face of the plugin: hands it the liquid, the laws, the transfer tables, the walls and the films of a scene.
+
+Python's integers and truth values are C's int to ctypes as they are; all others are converted here.
+"""
 
 from __future__ import annotations
 
@@ -82,30 +85,19 @@ class Plugin:
             if wall.prisms:
                 self._add_prisms(k, wall, nodes[wall.name])
         ids, types = _ints(spheres["id"]), _ints(spheres["type"])
-        self._library.pywet_set_spheres(C.c_int(len(ids)), _pointer(ids), _pointer(types), _pointer(films))
+        self._library.pywet_set_spheres(len(ids), _pointer(ids), _pointer(types), _pointer(films))
         if scene.is_fed:
             in_order = spheres.sort_values("id")
             numbers, steps = _ints(in_order["id"]), np.array(scene.enters(in_order["type"].tolist()), dtype=np.int64)
-            self._library.pywet_set_feed(C.c_int(len(numbers)), _pointer(numbers), _pointer(steps))
-        gravity = _doubles(scene.gravity_m_per_s2)
-        self._library.pywet_set_rules(
-            _pointer(gravity),
-            C.c_double(scene.largest_overlap),
-            C.c_int(scene.viscous_integration == "semi_implicit"),
-            C.c_int64(checkpoint_every(scene)),
-            C.c_int(moist),
-            C.c_int(scene.output.energy),
-        )
-        self._library.pywet_set_impulses(C.c_int(scene.bridges_every))
-
+            self._library.pywet_set_feed(len(numbers), _pointer(numbers), _pointer(steps))
+        gravity, implicit = _doubles(scene.gravity_m_per_s2), scene.viscous_integration == "semi_implicit"
+        overlap, every = C.c_double(scene.largest_overlap), C.c_int64(checkpoint_every(scene))
+        self._library.pywet_set_rules(_pointer(gravity), overlap, implicit, every, moist, scene.output.energy)
+        self._library.pywet_set_impulses(scene.bridges_every)
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
             masses = _doubles([c.mass_kg for c in scene.classes])
-            self._library.pywet_set_liquid_mass(
-                C.c_double(liquid.density_kg_per_m3),
-                C.c_int(scene.effects.liquid_weight),
-                _pointer(masses),
-                C.c_int64(drop_every(scene)),
-            )
+            density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))
+            self._library.pywet_set_liquid_mass(density, scene.effects.liquid_weight, _pointer(masses), every)
 
     def _set_laws(self, scene: Scene) -> None:
         for kind, slots in SLOTS.items():
@@ -121,24 +113,16 @@ class Plugin:
             prepared = law.functions[0].prepared
             if kind == "capillary" and prepared:
                 address = C.c_void_p(prepared.compiled.address)
-                self._library.pywet_set_preparation(address, C.c_int(prepared.lines))
+                self._library.pywet_set_preparation(address, prepared.lines)
 
     def _set_transfer(self, tables: pd.DataFrame) -> None:
-        for _, rows in tables.groupby(["partner_kind", "type_i", "type_j", "part_class"]):
-            kind, type_i, type_j, group = (
-                int(rows[name].iloc[0]) for name in ("partner_kind", "type_i", "type_j", "part_class")
-            )
+        columns = ["partner_kind", "type_i", "type_j", "part_class"]
+        for _, rows in tables.groupby(columns):
+            kind, type_i, type_j, group = (int(number) for number in rows[columns].iloc[0])
             other = type_j if kind == SPHERE else group
             rows = rows.sort_values("v_star")
             nodes, values = _doubles(rows["v_star"]), _doubles(rows["transfer_i"])
-            self._library.pywet_set_transfer(
-                C.c_int(kind),
-                C.c_int(type_i),
-                C.c_int(other),
-                _pointer(nodes),
-                _pointer(values),
-                C.c_int(len(values)),
-            )
+            self._library.pywet_set_transfer(kind, type_i, other, _pointer(nodes), _pointer(values), len(values))
 
     def _add_mesh(self, wall: WallMesh, nodes: np.ndarray, groups: dict[tuple[float, float], int]) -> None:
         """Hand over a mesh; without `groups` there are no films on it and its parts are left out."""
@@ -149,19 +133,9 @@ class Plugin:
             )
         widths = _doubles([math.inf if w is None else w for w in wall.part_half_width_m])
         group = _ints([groups[(w, wall.contact_angle_rad)] for w in widths] if groups else [])
-        self._check(
-            self._library.pywet_add_mesh(
-                wall.name.encode(),
-                C.c_int(len(part)),
-                _pointer(corners),
-                _pointer(part),
-                C.c_int(len(group)),
-                _pointer(widths),
-                _pointer(group),
-                C.c_double(wall.contact_angle_rad),
-                C.c_int(1 if wall.prisms else len(part)),
-            )
-        )
+        parts = len(group), _pointer(widths), _pointer(group), C.c_double(wall.contact_angle_rad)
+        mesh = wall.name.encode(), len(part), _pointer(corners), _pointer(part), *parts
+        self._check(self._library.pywet_add_mesh(*mesh, 1 if wall.prisms else len(part)))
 
     def _add_prisms(self, number: int, wall: WallMesh, nodes: np.ndarray) -> None:
         """The parts of the mesh added last as prisms; `number` of the wall in the scene."""
@@ -169,25 +143,16 @@ class Plugin:
         for p in range(len(wall.part_half_width_m)):
             own = np.flatnonzero(part == p)
             prism = prism_of(corners[own], f"part {p} of wall {wall.name}")
-            section = _doubles(prism.section)
-            self._library.pywet_add_prism(
-                C.c_int(number),
-                C.c_int(int(own[0])),
-                C.c_int(prism.axis),
-                C.c_double(prism.low),
-                C.c_double(prism.high),
-                C.c_int(len(section)),
-                _pointer(section),
-            )
+            section, ends = _doubles(prism.section), (C.c_double(prism.low), C.c_double(prism.high))
+            first = int(own[0])
+            self._library.pywet_add_prism(number, first, prism.axis, *ends, len(section), _pointer(section))
 
     def set_output(self, steps: Iterable[int], windows: Iterable[tuple[int, int]]) -> None:
         """Steps at which snapshots and the ledger are written; half-open windows of steps of the contact log."""
         at = np.ascontiguousarray(sorted(steps), dtype=np.int64)
         first = np.ascontiguousarray([w[0] for w in windows], dtype=np.int64)
         last = np.ascontiguousarray([w[1] for w in windows], dtype=np.int64)
-        self._library.pywet_set_output(
-            C.c_int(len(at)), _pointer(at), C.c_int(len(first)), _pointer(first), _pointer(last)
-        )
+        self._library.pywet_set_output(len(at), _pointer(at), len(first), _pointer(first), _pointer(last))
 
     def attach(self, engine: C.c_void_p, folder: Path) -> None:
         """Hook the plugin to the deck's `fix pywet all external pf/callback 1 1`; logs go to `folder`."""

@@ -53,7 +53,7 @@ def deck_lines(scene: Scene) -> dict[str, Any] | None:
     words = [*motion, "fx", "fy", "fz", "tqx", "tqy", "tqz"]
     dumps = [{"name": STATES, "style": "custom", "columns": " ".join(words), "format": "%d" + " %.17g" * 15}]
     springs = SPRINGS if any(not w.prisms for w in scene.walls) else SPRINGS[:1]
-    for name in springs if getattr(scene.effects, "tangential_history", True) else ():
+    for name in springs if scene.effects.tangential_history else ():
         columns = " ".join(f"c_{name}[{k}]" for k in range(1, 7))
         dumps.append({"name": name, "style": "local", "columns": columns, "format": "%.0f %.0f %.0f %.17g %.17g %.17g"})
     return {"next_step": next_step(windows), "first": windows[0][0] == 0, "dumps": dumps, "springs": len(dumps) > 1}

@@ -18,7 +18,7 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from pywet.engines.stock.points import Floats, checked, expressible, gaps, run_program, smaller_radius, with_force
+from pywet.engines.stock.points import Floats, checked, expressible, run_program, smaller_radius, with_force
 from pywet.errors import PywetError
 from pywet.shipped import place
 
@@ -41,9 +41,7 @@ def liggghts_force(points: pd.DataFrame, model: str = "washino") -> pd.DataFrame
     if model not in LIGGGHTS_MODELS:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
     table = checked(points)
-    table["gap"] = gaps(table)
-    table["content"] = liquid_content(table, model)
-    table["row"] = np.arange(len(table))
+    table["content"], table["row"] = liquid_content(table, model), np.arange(len(table))
     refused = expressible(table)
     table = table[~np.isin(np.arange(len(table)), list(refused))]
     force = np.full(len(points), np.nan)
@@ -60,7 +58,6 @@ def liggghts_drag(points: pd.DataFrame, model: str, viscosity: float) -> pd.Data
     Points as for `liggghts_force`, apart (S > 0) and of one surface tension and pair of angles; adds the column `drag`.
     """
     table = checked(points)
-    table["gap"] = gaps(table)
     table["content"] = liquid_content(table, model)
     speed = (table["gap"].to_numpy(float) + OVERLAP * smaller_radius(table)) / (STEPS * TIME_STEP)
     wet, dry = (_measure(table, LIGGGHTS_MODELS[model], eta) for eta in (viscosity, 0.0))
@@ -138,9 +135,8 @@ def _measure(batch: pd.DataFrame, model: str, viscosity: float = 0.0) -> Floats:
         "walls": bool(wall.any()),
         "atoms": layout.atoms,
     }
-    template = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, autoescape=False).from_string(
-        (place("liggghts_inputs") / DECK).read_text()
-    )
+    text = (place("liggghts_inputs") / DECK).read_text()
+    template = jinja2.Template(text, trim_blocks=True, lstrip_blocks=True)
     with tempfile.TemporaryDirectory(prefix="pywet-stock-") as name:
         folder = Path(name)
         (folder / "pairs.data").write_text(_data_file(layout))
@@ -163,14 +159,9 @@ def _data_file(layout: Layout) -> str:
 
 def _write_walls(path: Path, x: Floats, size: float) -> None:
     """One triangle in z = 0 under each sphere, so that no sphere feels two of them."""
-    lines = ["solid walls"]
-    for at in x:
-        corners = ((at - size, -size), (at + size, -size), (at, size))
-        lines += [
-            "facet normal 0 0 1",
-            "outer loop",
-            *(f"vertex {a:.17g} {b:.17g} 0" for a, b in corners),
-            "endloop",
-            "endfacet",
-        ]
-    path.write_text("\n".join([*lines, "endsolid walls"]) + "\n")
+    import meshio
+
+    around = np.array([[-size, -size, 0.0], [size, -size, 0.0], [0.0, size, 0.0]])
+    corners = around + np.column_stack([x, np.zeros((len(x), 2))])[:, None]
+    triangles = np.arange(3 * len(x)).reshape(-1, 3)
+    meshio.write(path, meshio.Mesh(corners.reshape(-1, 3), [("triangle", triangles)]), binary=True)

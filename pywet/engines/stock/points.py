@@ -25,7 +25,9 @@ REACH_IN = 0.1
 
 
 def checked(points: pd.DataFrame) -> pd.DataFrame:
-    """A copy of the table with contact_angle_j filled in; PywetError where a column or a number is missing or impossible."""
+    """A copy of the table with contact_angle_j filled in, and the `gap` at which each point is measured [m]: its separation, but
+    TOUCH times the smaller radius for S = 0. PywetError where a column or a number is missing or impossible.
+    """
     missing = [name for name in COLUMNS if name not in points.columns]
     if missing:
         raise PywetError(f"the table of points lacks {', '.join(missing)}; expected the columns {', '.join(COLUMNS)}")
@@ -41,18 +43,12 @@ def checked(points: pd.DataFrame) -> pd.DataFrame:
             f"row {bad[0]} of the table of points has a number that is missing or not positive; expected finite numbers,"
             " with radius_j = inf for a wall"
         )
-    return table
+    apart = table["separation"].to_numpy(float)
+    return table.assign(gap=np.where(apart == 0.0, TOUCH * smaller_radius(table), apart))
 
 
 def smaller_radius(table: pd.DataFrame) -> Floats:
-    """The smaller radius of each point [m]."""
     return np.minimum(table["radius_i"].to_numpy(float), table["radius_j"].to_numpy(float))
-
-
-def gaps(table: pd.DataFrame) -> Floats:
-    """Separation at which each point is measured [m]: its own, but TOUCH times the smaller radius for S = 0."""
-    separation = table["separation"].to_numpy(float)
-    return np.where(separation == 0.0, TOUCH * smaller_radius(table), separation)
 
 
 def expressible(table: pd.DataFrame, one_angle: bool = False) -> dict[int, str]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.engines.stock.points import Floats, checked, expressible, gaps, run_program, with_force
+from pywet.engines.stock.points import Floats, checked, expressible, run_program, with_force
 from pywet.errors import PywetError
 from pywet.files import read_json
 
@@ -31,7 +31,6 @@ def yade_force(points: pd.DataFrame, law: str) -> pd.DataFrame:
     if law not in YADE_LAWS:
         raise PywetError(f"the law {law} was asked for; expected one of {', '.join(YADE_LAWS)}")
     table = checked(points)
-    table["gap"] = gaps(table)
     refused = expressible(table, one_angle=True)
     kept = np.array([k not in refused for k in range(len(table))], dtype=bool)
     force = np.full(len(table), np.nan)
@@ -42,14 +41,12 @@ def yade_force(points: pd.DataFrame, law: str) -> pd.DataFrame:
 
 def _measure(table: pd.DataFrame, law: str) -> Floats:
     """One run of the program with a place of its own for each point."""
-    names = ("gap", "volume", "radius_i", "radius_j", "surface_tension")
-    rows: list[dict[str, float | None]] = [
-        dict(zip(names, values, strict=True)) for values in table[list(names)].to_numpy(float).tolist()
+    asked = table[["gap", "volume", "radius_i", "radius_j", "surface_tension"]].astype(float)
+    asked = asked.assign(angle_deg=np.degrees(table["contact_angle"].to_numpy(float)))
+    rows = [
+        {**row, "radius_j": None if math.isinf(row["radius_j"]) else row["radius_j"]}
+        for row in asked.to_dict("records")
     ]
-    for row, angle in zip(rows, np.degrees(table["contact_angle"].to_numpy(float)), strict=True):
-        row["angle_deg"] = float(angle)
-        if row["radius_j"] == math.inf:
-            row["radius_j"] = None
     with tempfile.TemporaryDirectory(prefix="pywet-stock-") as name:
         folder = Path(name)
         (folder / "points.json").write_text(json.dumps({"law": law, "points": rows}))

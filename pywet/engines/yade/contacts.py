@@ -7,7 +7,7 @@ each pair gets the damping [kg/s] that LIGGGHTS gets, `leapfrog_damping`; what i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -20,24 +20,12 @@ LARGEST_MISS = 0.02
 """Relative error of a pair's damping up to which a scene is run; it changes a restitution of 0.8 by 0.004."""
 
 
-@dataclass(frozen=True)
-class Contacts:
-    """Pairs of material numbers (0: the walls) with their numbers, and the fraction of critical damping per material."""
+def contacts(scene: Scene) -> dict[str, Any]:
+    """Numbers for YADE; PywetError where no damping shares reproduce the scene's coefficients of restitution.
 
-    pairs: tuple[tuple[int, int], ...]
-    stiffness: tuple[float, ...]
-    """Normal, per pair [N/m]."""
-    ratio: tuple[float, ...]
-    """Tangential over normal stiffness, per pair."""
-    friction: tuple[float, ...]
-    damping_share: tuple[float, ...]
-    """β of the walls, then of each class."""
-    largest_miss: float
-    """Largest relative error of a pair's damping."""
-
-
-def contacts(scene: Scene) -> Contacts:
-    """Numbers for YADE; PywetError where no damping shares reproduce the scene's coefficients of restitution."""
+    For each of `pairs` of material numbers (0: the walls) its normal `stiffness` [N/m], the `ratio` of the tangential one to it
+    and its `friction`; `damping_share`: β of the walls, then of each class; `largest_miss`: largest relative error of a damping.
+    """
     wanted = []
     for pair in scene.pairs:
         mass = pair_mass(scene.classes, pair)
@@ -51,14 +39,14 @@ def contacts(scene: Scene) -> Contacts:
             f"the coefficients of restitution of scene {scene.name} are beyond YADE, which has one damping per material (the "
             f"worst pair is off by {100 * miss:.0f} %); give spheres of all classes the same coefficient"
         )
-    return Contacts(
-        pairs=tuple((p.b, p.a) for p in scene.pairs),
-        stiffness=tuple(p.normal_stiffness_N_per_m for p in scene.pairs),
-        ratio=tuple(p.tangential_stiffness_N_per_m / p.normal_stiffness_N_per_m for p in scene.pairs),
-        friction=tuple(p.friction for p in scene.pairs),
-        damping_share=tuple(float(s) for s in share),
-        largest_miss=miss,
-    )
+    return {
+        "pairs": [(p.b, p.a) for p in scene.pairs],
+        "stiffness": [p.normal_stiffness_N_per_m for p in scene.pairs],
+        "ratio": [p.tangential_stiffness_N_per_m / p.normal_stiffness_N_per_m for p in scene.pairs],
+        "friction": [p.friction for p in scene.pairs],
+        "damping_share": share.tolist(),
+        "largest_miss": miss,
+    }
 
 
 def _shares(scene: Scene, wanted: Floats) -> tuple[Floats, float]:

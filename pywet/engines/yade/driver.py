@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import shutil
 import time
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,30 +25,15 @@ from pywet.planning import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
 
-VERSION = "2023.02a"
+PROGRAM = ("YADE", "2023.02a", "make peers")
+"""Its name, its version, and what installs it."""
 SCRIPT = Path(__file__).with_name("in_yade.py")
 COLUMNS = ("step", "id", "type", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz")
 SKIN = 0.3
 """Margin of the bodies' boxes over the smallest radius, between two sorts of the collider."""
 
 
-@dataclass(frozen=True)
-class RunInfo:
-    """What a run was: also written to engine/run.json."""
-
-    engine: str
-    engine_version: str
-    wall_s: float
-    steps: int
-    spheres: int
-    ranks: int
-    solids: int
-    """Convex solids of the walls."""
-    damping_miss: float
-    """Largest relative error of a pair's damping, which YADE has per material."""
-
-
-def run(run_dir: Path, progress: bool = True) -> RunInfo:
+def run(run_dir: Path, progress: bool = True) -> None:
     """Run the dry scene in `run_dir`/scene.json; writes engine/, trajectory and mesh motion.
 
     Raises `PywetError` where YADE is missing, of another version, or cannot do what the scene asks for.
@@ -57,24 +41,14 @@ def run(run_dir: Path, progress: bool = True) -> RunInfo:
     run_dir = Path(run_dir).resolve()
     scene = Scene.read(run_dir / "scene.json")
     refuse(scene)
-    version = check_engine()
+    version = installed(*PROGRAM)
     advisor.refuse_unstable(scene)
     task = build_task(scene, run_dir)
-    matched = contacts(scene)
-    task["contacts"] = asdict(matched)
+    task["contacts"] = contacts(scene)
     wall = execute(run_dir, scene, task, progress)
-    info = RunInfo(
-        engine="YADE",
-        engine_version=version,
-        wall_s=wall,
-        steps=scene.steps,
-        spheres=len(task["spheres"]),
-        ranks=1,
-        solids=sum(len(pieces) for pieces in task["walls"].values()),
-        damping_miss=matched.largest_miss,
-    )
-    finish(run_dir, asdict(info))
-    return info
+    # solids: convex ones, of the walls; damping_miss: largest relative error of a pair's damping
+    solids = sum(len(pieces) for pieces in task["walls"].values())
+    finish(run_dir, task, version, wall, solids=solids, damping_miss=task["contacts"]["largest_miss"])
 
 
 def refuse(scene: Scene) -> None:
@@ -93,11 +67,6 @@ def refuse(scene: Scene) -> None:
             f"the engine yade cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected a dry scene "
             "without rolling resistance (`effects: rolling: off` in config.yaml): take the engine liggghts"
         )
-
-
-def check_engine() -> str:
-    """Version of the installed program; PywetError where it is missing or another."""
-    return installed("YADE", VERSION, "make peers")
 
 
 def build_task(scene: Scene, run_dir: Path) -> dict[str, Any]:
@@ -163,10 +132,11 @@ def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -
     return wall
 
 
-def finish(run_dir: Path, info: dict[str, Any]) -> None:
-    """The run is whole: its folder gets its name."""
+def finish(run_dir: Path, task: dict[str, Any], version: str, wall_s: float, **more: object) -> None:
+    """The run is whole: run.json says what it was, and its folder gets its name."""
     folder = run_dir / "engine.partial"
-    write_json(folder / "run.json", info)
+    info = {"engine": PROGRAM[0], "engine_version": version, "wall_s": wall_s, "steps": task["steps"]}
+    write_json(folder / "run.json", {**info, "spheres": len(task["spheres"]), "ranks": 1, **more})
     shutil.rmtree(run_dir / "engine", ignore_errors=True)
     folder.rename(run_dir / "engine")
 

@@ -15,8 +15,9 @@ from typing import Any
 
 import pandas as pd
 
+from pywet.engines.process import installed
 from pywet.engines.stock.yade import YADE_LAWS
-from pywet.engines.yade.driver import build_task, check_engine, execute, finish
+from pywet.engines.yade.driver import PROGRAM, build_task, execute, finish
 from pywet.errors import PywetError
 from pywet.files import read_json
 from pywet.laws.contact import leapfrog_damping, pair_mass
@@ -25,8 +26,6 @@ from pywet.scene import ContactPair, Scene
 
 @dataclass(frozen=True)
 class Bridges:
-    """The bridges of YADE."""
-
     law: str
     volume_m3: float
     surface_tension_N_per_m: float
@@ -47,7 +46,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
             f"the moist scene {scene.name} has {len(scene.classes)} classes of spheres and rolling "
             f"{'on' if scene.effects.rolling else 'off'}; expected one class and rolling off, which YADE can express"
         )
-    version = check_engine()
+    version = installed(*PROGRAM)
     task = build_task(scene, run_dir)
     # the largest rupture distance of YADE's rule, r (1 + theta/2)(V*^1/3 + 0.1 V*^2/3), with a margin
     radius = scene.classes[0].radius_m
@@ -63,8 +62,7 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
     }
     wall = execute(run_dir, scene, task, progress)
     bridges = read_json(run_dir / "engine.partial" / "bridges.json")
-    info = {"engine": "YADE", "engine_version": version, "wall_s": wall, "steps": scene.steps}
-    finish(run_dir, {**info, "spheres": len(task["spheres"]), "ranks": 1, "law": liquid.law})
+    finish(run_dir, task, version, wall, law=liquid.law)
     return pd.DataFrame(bridges, columns=["volume", "gap", "wall", "rupture"])
 
 

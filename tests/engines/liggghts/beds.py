@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.solids import plate
+from pywet.apparatus.solids import plate, square
 from pywet.apparatus.surface import Surface, make_surface
 from pywet.bench import small
 from pywet.scene import Effects, Liquid, Output, Scene, Slide, Vibration
@@ -21,16 +21,12 @@ LOOKS = ["step", "kind", "partner_kind", "i", "j"]
 
 def shaken_floor(half: float) -> Surface:
     """A floor that vibrates."""
-    outline = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    made = make_surface("shaken", "wall", plate(outline, -0.01, 0.0))
-    return Surface(**{**made.__dict__, "motion": "vibrates"})
+    return make_surface("shaken", "wall", plate(square(half), -0.01, 0.0), "vibrates")
 
 
 def drawn_plate(half: float) -> Surface:
     """A plate in the middle of the bed that is drawn away sideways."""
-    outline = np.array([[-1.0, -0.2], [1.0, -0.2], [1.0, 0.2], [-1.0, 0.2]]) * half
-    made = make_surface("drawn", "slide", plate(outline, 0.012, 0.014))
-    return Surface(**{**made.__dict__, "motion": "slides"})
+    return make_surface("drawn", "slide", plate(square(half) * [1.0, 0.2], 0.012, 0.014), "slides")
 
 
 def bed(side: tuple[int, int, int], seed: int = 1) -> list[small.Sphere]:

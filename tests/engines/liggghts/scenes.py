@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import math
 
-from pywet.bench import bodies
+from pywet.bench import bodies, small
 from pywet.scene import ContactPair, SphereClass
 
 WATER = bodies.water(1e-4, density=998.2)
+THROWN = [
+    small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
+    small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
+    small.Sphere(1, (0.0, 0.0051, 0.001), (0.0, -0.1, 0.0)),
+]
+"""Three wet spheres that meet, bounce and part."""
 
 
 def spheres_of(*radii: float, density: float = 2500.0, angle_deg: float = 15.0) -> list[SphereClass]:

@@ -9,18 +9,16 @@ import numpy as np
 import pandas as pd
 
 from pywet.bench import small
+from pywet.bench.bodies import water
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.planning import time_steps as advisor
-from pywet.scene import Effects, Liquid, Scene
+from pywet.scene import Scene
 from tests.engines.liggghts.scenes import contacts, spheres_of
 
 R, STIFFNESS, FILM = 2.5e-3, 1e4, 1e-4
 STEPS = 3000
-NORMAL = Effects(
-    bridges=True, capillary="rabinovich", viscous_normal="pitois", rupture="willett_unequal", formation="shi_mccarthy",
-    transfer="parabola",
-)  # fmt: skip
+NORMAL = small.PAPER.model_copy(update={"viscous_tangential": None, "dynamic_rupture": None})
 
 
 def pressed_pair(
@@ -35,15 +33,9 @@ def pressed_pair(
     angle = math.radians(15.0)
     force = registry.get("capillary", "rabinovich").functions[0](0.0, volume, R, R, angle, angle, 0.07275)
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.0, 2 * R - force / STIFFNESS))]
-    liquid = Liquid(
-        surface_tension_N_per_m=0.07275,
-        viscosity_Pa_s=viscosity,
-        density_kg_per_m3=1000.0,
-        initial_film_thickness_m=FILM,
-    )
     scene = small.prepare(
-        run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid, effects=NORMAL, time_step_s=step,
-        steps=STEPS * bridges_every, output_interval_s=step, viscous_integration=how, log_every_step=False,
+        run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=water(FILM, viscosity), effects=NORMAL,
+        time_step_s=step, steps=STEPS * bridges_every, output_interval_s=step, viscous_integration=how, log_every_step=False,
         bridges_every=bridges_every,
     )  # fmt: skip
     return scene, bodies

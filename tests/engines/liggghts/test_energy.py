@@ -11,12 +11,12 @@ import pandas as pd
 import pytest
 
 from pywet.bench import small
+from pywet.schema import WORKS
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine
 R = 2.5e-3
-WORKS = ["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]
 SECONDS = 0.03
 
 

@@ -22,6 +22,7 @@ from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
 from pywet.planning import time_steps as advisor
 from pywet.scene import Scene
+from pywet.schema import WORKS
 from reference_impl.motion import impulses
 from reference_impl.replay import spans
 from reference_impl.replay.io import ReplayError
@@ -63,7 +64,7 @@ def test_replay_and_budget(tmp_path: Path, how: str, monkeypatch: pytest.MonkeyP
     windows = np.concatenate([np.arange(*window) for window in result["compared"]["windows"]])
     assert sorted(set(log["step"])) == [s for s in windows if s % EVERY == 0]
     energy = beds.table(tmp_path, "history/energy")
-    turnover = energy[test_energy.WORKS].abs().sum(axis=1).iloc[-1]
+    turnover = energy[WORKS].abs().sum(axis=1).iloc[-1]
     assert (test_energy.gap_of(energy) - energy["half_kick"]).abs().max() < 1e-12 * turnover
 
 

@@ -11,7 +11,8 @@ import pytest
 
 from pywet.apparatus.initial import film_volume
 from pywet.bench import small
-from pywet.scene import Effects, Liquid
+from pywet.scene import Effects
+from pywet.schema import WORKS
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -86,7 +87,7 @@ def test_budget_of_a_bed_closes(tmp_path: Path) -> None:
     beds.prepare(tmp_path, spheres, 1000, effects=HEAVY)
     small.run(tmp_path, spheres, 2)
     energy = beds.table(tmp_path, "history/energy")
-    works = energy[["gravity", "contact", "capillary", "viscous_normal", "viscous_tangential", "wall_motion", "drive"]]
+    works = energy[WORKS]
     moving = energy["kinetic"] + energy["spin"]
     left = moving - moving.iloc[0] - works.sum(axis=1) - energy["half_kick"]
     assert left.abs().max() < 1e-12 * works.abs().sum(axis=1).iloc[-1]
@@ -95,7 +96,7 @@ def test_budget_of_a_bed_closes(tmp_path: Path) -> None:
 
 def test_without_density_nothing_changes(tmp_path: Path) -> None:
     """The limit of a liquid without mass is the run without the effect, to round-off (1e-9 of a radius over 6 ms)."""
-    light = Liquid(**{**WATER.model_dump(), "density_kg_per_m3": 1e-12})
+    light = WATER.model_copy(update={"density_kg_per_m3": 1e-12})
     spheres = beds.bed((4, 4, 4))
     for name, effects in (("on", HEAVY), ("off", small.PAPER)):
         beds.prepare(tmp_path / name, spheres, 300, effects=effects, liquid=light)

@@ -11,8 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pywet.bench import small
+from pywet.bench.bodies import water
 from pywet.laws import registry
-from pywet.scene import Effects, Liquid
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds, stability
 from tests.engines.liggghts.scenes import contacts, spheres_of
@@ -20,20 +20,7 @@ from tests.engines.liggghts.scenes import contacts, spheres_of
 pytestmark = pytest.mark.engine
 R = 2.5e-3
 STIFFNESS = 1e4
-NORMAL = Effects(
-    bridges=True, capillary="rabinovich", viscous_normal="pitois", rupture="willett_unequal", formation="shi_mccarthy",
-    transfer="parabola",
-)  # fmt: skip
-
-
-def liquid(viscosity: float) -> Liquid:
-    """A film of 0.1 mm of a liquid with water's surface tension."""
-    return Liquid(
-        surface_tension_N_per_m=0.07275,
-        viscosity_Pa_s=viscosity,
-        density_kg_per_m3=1000.0,
-        initial_film_thickness_m=1e-4,
-    )
+FILM = 1e-4
 
 
 def drawn_together(run_dir: Path, viscosity: float, step: float, seconds: float, how: str = "semi_implicit") -> float:
@@ -41,7 +28,7 @@ def drawn_together(run_dir: Path, viscosity: float, step: float, seconds: float,
     bodies = [small.Sphere(1, (0.0, 0.0, 0.0)), small.Sphere(1, (0.0, 0.0, 2 * R + 1e-4))]
     steps = round(seconds / step)
     small.prepare(
-        run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid(viscosity), effects=NORMAL,
+        run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=water(FILM, viscosity), effects=stability.NORMAL,
         time_step_s=step, steps=steps, output_interval_s=steps * step, viscous_integration=how,
         log_every_step=False,
     )  # fmt: skip
@@ -103,7 +90,7 @@ def test_a_packed_cluster_calms_down(tmp_path: Path, viscosity: float) -> None:
     ]
     steps = 1500
     small.prepare(
-        tmp_path, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid(viscosity), effects=small.PAPER,
+        tmp_path, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=water(FILM, viscosity), effects=small.PAPER,
         time_step_s=2e-5, steps=steps, output_interval_s=100 * 2e-5, viscous_integration="semi_implicit",
     )  # fmt: skip
     small.run(tmp_path, bodies)
@@ -145,7 +132,7 @@ def test_ranks_agree(tmp_path: Path) -> None:
             for k in range(6)
         ]
         small.prepare(
-            run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=liquid(1.0), effects=small.PAPER,
+            run_dir, spheres_of(R), bodies, contacts(1, stiffness=STIFFNESS), liquid=water(FILM, 1.0), effects=small.PAPER,
             time_step_s=2e-5, steps=800, output_interval_s=1.6e-2, viscous_integration="semi_implicit",
         )  # fmt: skip
         small.run(run_dir, bodies, ranks)

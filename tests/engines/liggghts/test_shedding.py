@@ -13,9 +13,10 @@ import pytest
 from pywet.apparatus.initial import film_volume
 from pywet.apparatus.surface import Surface
 from pywet.bench import small
+from pywet.bench.bodies import water
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver
-from pywet.scene import Effects, Liquid, Scene
+from pywet.scene import Effects, Scene
 from pywet.schema import LARGE_WALL, NOTHING, SPHERE
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -23,9 +24,7 @@ from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine
 R, G, RHO, SIGMA = 2.5e-3, 9.81, 998.2, 0.02
-SOAPY = Liquid(
-    surface_tension_N_per_m=SIGMA, viscosity_Pa_s=1e-3, density_kg_per_m3=RHO, initial_film_thickness_m=4.5e-4
-)
+SOAPY = water(4.5e-4, tension=SIGMA, density=RHO)
 FILM = film_volume(SOAPY.initial_film_thickness_m, R)
 HANGS = 2.0 * math.pi * R * SIGMA / (RHO * G)
 DRIPPING = small.PAPER.model_copy(update={"shedding": "tate"})

@@ -12,7 +12,7 @@ import pytest
 from pywet.bench import small
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
-from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
+from tests.engines.liggghts.scenes import THROWN, WATER, contacts, spheres_of
 
 pytestmark = pytest.mark.engine
 R = 2.5e-3
@@ -164,17 +164,12 @@ def test_two_ranks_book_the_same_events(tmp_path: Path) -> None:
 
 def test_momentum_of_a_free_cluster(tmp_path: Path) -> None:
     """No gravity, no walls: bridges and contacts leave linear momentum alone."""
-    bodies = [
-        small.Sphere(1, (0.0, 0.0, 0.0), (0.1, 0.0, 0.02)),
-        small.Sphere(2, (0.0051, 0.0, 0.0), (-0.1, 0.03, 0.0), (30.0, 0.0, 10.0)),
-        small.Sphere(1, (0.0, 0.0051, 0.001), (0.0, -0.1, 0.0)),
-    ]
     classes = spheres_of(R, 2e-3)
     small.prepare(
-        tmp_path, classes, bodies, contacts(2, stiffness=1e4), liquid=WATER, effects=small.PAPER,
+        tmp_path, classes, THROWN, contacts(2, stiffness=1e4), liquid=WATER, effects=small.PAPER,
         time_step_s=1e-5, steps=3000, output_interval_s=1e-3,
     )  # fmt: skip
-    small.run(tmp_path, bodies)
+    small.run(tmp_path, THROWN)
     assert len(pd.read_parquet(tmp_path / "history" / "events.parquet")) >= 2
     trajectory = pd.read_parquet(tmp_path / "trajectory.parquet")
     mass = trajectory["type"].map({c.type: c.mass_kg for c in classes})
