@@ -19,7 +19,7 @@ from pywet import schema
 from pywet.runs.tables import RAW, to_frame
 from reference_impl.replay import booking, coverage, forces, io, laws, lives, plans, transfer
 from reference_impl.replay.bodies import bodies, pairs, shapes
-from reference_impl.replay.snapshots import thickness
+from reference_impl.replay.formations import thickness
 
 STEP_S, DURATION_S, INTERVAL_S = 1.53e-6, 20.5, 0.1
 """Of case 8 at full scale."""
