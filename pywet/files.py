@@ -71,10 +71,10 @@ def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
         write_csv(table, path.with_suffix(".csv"))
 
 
-def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
+def write_parts(parts: Iterable[pd.DataFrame], path: Path, codec: str = "zstd") -> None:
     """Write a long table, each part (at least one) as a group of rows, so that memory is needed for one part only.
 
-    Compressed by zstd; numbers with fractions hardly ever repeat, so that of them no dictionary is made.
+    Numbers with fractions hardly ever repeat: of them no dictionary is made, nor smallest and largest value of a group.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -84,7 +84,8 @@ def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
         for part in parts:
             rows = pa.Table.from_pandas(part, preserve_index=False)
             if writer is None:
-                how = {"compression": "zstd", "use_dictionary": [f.name for f in rows.schema if f.type != pa.float64()]}
+                whole_numbers = [f.name for f in rows.schema if f.type != pa.float64()]
+                how = {"compression": codec, "use_dictionary": whole_numbers, "write_statistics": whole_numbers}
                 writer = whole.enter_context(
                     parquet.ParquetWriter(temporary, rows.schema, write_page_checksum=True, **how)
                 )
