@@ -66,6 +66,12 @@ def vectors(table: Table, name: str) -> Floats:
     return np.array([np.asarray(table[f"{name}_{axis}"]) for axis in "xyz"], dtype=np.float64).T
 
 
+def apart(table: Table, one: str, other: str) -> Floats:
+    """The difference of two vectors."""
+    pairs = ((np.asarray(table[f"{one}_{axis}"]), np.asarray(table[f"{other}_{axis}"])) for axis in "xyz")
+    return np.array([a - b for a, b in pairs], dtype=np.float64).T
+
+
 def dot(a: Floats, b: Floats) -> Floats:
     """Row by row."""
     return np.asarray(np.einsum("ij,ij->i", a, b))

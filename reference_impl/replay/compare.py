@@ -61,14 +61,9 @@ def gathered(parts: Sequence[Deviations]) -> Deviations:
 
 
 def _class(each: Floats, classes: Floats) -> None:
-    """Add deviations to a histogram. They lie in few of its classes, and zero far from these: only so much of it is touched."""
-    bits = np.minimum(each, 1e30).astype(np.float32).view(np.uint32) >> DROPPED_BITS
-    some = bits[bits > 0]
-    classes[0] += len(bits) - len(some)
-    if len(some):
-        least = int(some.min())
-        more = np.bincount(some - np.uint32(least))
-        classes[least : least + len(more)] += more
+    """Add deviations to a histogram."""
+    more = np.bincount(np.minimum(each, 1e30).astype(np.float32).view(np.uint32) >> DROPPED_BITS)
+    classes[: len(more)] += more  # most are small: all that is above stays untouched
 
 
 @dataclass

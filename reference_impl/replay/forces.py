@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from reference_impl.replay import capillary, coverage, laws, standing
-from reference_impl.replay.arrays import Floats, Table, column, cross, dot, size, vectors
+from reference_impl.replay.arrays import Floats, Table, apart, column, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.implicit import relative_kick
@@ -38,6 +39,12 @@ class Contacts:
     sideways: Floats
     spin: Floats
 
+    @cached_property
+    def push(self) -> tuple[Floats, Floats, Floats]:
+        """What all other forces change in the step, as logged: v_i - v_j, that along n, and how much."""
+        push = vectors(self.table, "push")
+        return push, dot(push, self.n), size(push)
+
     def column(self, name: str) -> Floats:
         """A logged column."""
         return column(self.table, name)
@@ -57,10 +64,10 @@ def contacts(run: Run, rows: Table | None = None) -> Contacts:
     table = run.table("contacts") if rows is None else rows
     p = pairs(table, bodies(run))
     arm = np.where(p.wall, 0.0, p.rj)
-    apart = vectors(table, "xi") - vectors(table, "xj")
-    distance = size(apart)
-    n = apart / distance[:, None]
-    relative = vectors(table, "vi") - vectors(table, "vj")
+    way = apart(table, "xi", "xj")
+    distance = size(way)
+    n = way / distance[:, None]
+    relative = apart(table, "vi", "vj")
     vn = dot(relative, n)
     return Contacts(
         table, p.wall, p.ri, p.rj, p.ti, p.tj, column(table, "volume"), n, distance - p.ri - arm,
@@ -74,12 +81,15 @@ def capillary_term(run: Run, c: Contacts) -> Term:
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
     if coverage.solved(run, "capillary") or not coverage.known(run, "capillary"):
         return Term(logged, np.abs(logged), [])  # of the exact bridge see sampled.py
-    own, least = np.zeros(len(c.table)), np.full(len(c.table), TINY)
+    own = np.zeros(len(c.table))
+    whole = own + TINY
     if name is not None:
         own = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
-        # some fits pass through zero
-        least = 1e-3 * capillary.limit_at_touch(c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
-    whole = np.maximum(np.abs(own), least)
+        whole = np.abs(own)
+        # some fits pass through zero; of the others two cosines are spared
+        low = np.flatnonzero(~(whole > 2e-3 * np.pi * sigma * capillary.limit_radius(c.ri, c.rj, c.wall)))
+        ri, rj, wall, ti, tj = (values[low] for values in (c.ri, c.rj, c.wall, c.ti, c.tj))
+        whole[low] = np.maximum(whole[low], 1e-3 * capillary.limit_at_touch(ri, rj, wall, ti, tj, sigma))
     scale = "itself, or 1e-3 of the small-volume limit at touch"
     return Term(own, np.abs(own), [compare("capillary", scale, logged, own, whole, c.table)])
 
@@ -95,13 +105,13 @@ def normal_term(run: Run, c: Contacts) -> Term:
     zero = np.zeros(len(c.table))
     own, bare, whole, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
     if name is not None:
-        law, eta, push = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], vectors(c.table, "push")
+        law, eta, (_, along, pushed) = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], c.push
         bare = law(c.gap, c.volume, c.ri, c.rj, c.wall, c.vn, eta)
         bare_size = np.abs(law(c.gap, c.volume, c.ri, c.rj, c.wall, np.maximum(c.speed, TINY), eta))
         drag = -law(c.gap, c.volume, c.ri, c.rj, c.wall, 1.0 + zero, eta)
         factor = 1.0 / (1.0 + drag * relative_kick(run, c.table))
-        own = -drag * (c.vn + dot(push, c.n)) * factor
-        whole = drag * factor * np.maximum(c.speed + size(push), TINY)
+        own = -drag * (c.vn + along) * factor
+        whole = drag * factor * np.maximum(c.speed + pushed, TINY)
     found = [
         compare("viscous_law", "its value at |v|", c.column("viscous_law"), bare, bare_size, c.table),
         compare("factor_normal", "itself", c.column("factor_normal"), factor, factor, c.table),
@@ -118,12 +128,12 @@ def tangential_term(run: Run, c: Contacts) -> Term:
     own, whole, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
     if name is not None:
         slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, run.meta["viscosity"])
-        push, spin_push = vectors(c.table, "push"), vectors(c.table, "spin_push")
+        (push, along, pushed), spin_push = c.push, vectors(c.table, "spin_push")
         factor = 1.0 / (1.0 + (slide + 2.5 * roll) * relative_kick(run, c.table))
-        slip = c.sideways + push - dot(push, c.n)[:, None] * c.n
+        slip = c.sideways + push - along[:, None] * c.n
         turn = cross(c.spin + spin_push, c.n)
         own = -factor[:, None] * (slide[:, None] * slip - roll[:, None] * turn)
-        pulled, turning = c.speed + size(push), size(c.spin) + size(spin_push)
+        pulled, turning = c.speed + pushed, size(c.spin) + size(spin_push)
         whole = factor * (np.abs(slide) * pulled + np.abs(roll) * turning)
     found = [
         compare("factor_tangential", "itself", c.column("factor_tangential"), factor, factor, c.table),

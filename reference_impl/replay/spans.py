@@ -167,8 +167,8 @@ def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
 def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
     """The contacts of a part in pieces; none is a piece too, so that every quantity has its row."""
     row, pieces = log.taken, log.parts(step, PIECE)
+    note(f"contacts: {log.taken}")
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
-        note(f"contacts: {log.taken}")
         all_known(part, "contacts", rows)
         c = forces.contacts(part, rows)
         found.add("forces", [*forces.check(part, c, lives), *impulses.check(part, rows)], "contacts")
