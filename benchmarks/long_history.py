@@ -19,7 +19,7 @@ from pywet import schema
 from pywet.runs.tables import RAW, to_frame
 from reference_impl.replay import booking, coverage, forces, io, laws, lives, plans, transfer
 from reference_impl.replay.bodies import bodies, pairs, shapes
-from reference_impl.replay.snapshots import thickness
+from reference_impl.replay.formations import thickness
 
 STEP_S, DURATION_S, INTERVAL_S = 1.53e-6, 20.5, 0.1
 """Of case 8 at full scale."""
@@ -104,13 +104,12 @@ def some_events(where: Places, first: int, last: int, count: int, random: np.ran
     made["kind"] = np.where(where.stands[chosen], schema.FORMATION, schema.RUPTURE)
     for field, values in (("partner_kind", where.kind), ("i", where.i), ("j", where.j), ("triangle", where.triangle)):
         made[field] = values[chosen]
-    made["separation"] = -1e-6
     made["speed"] = random.uniform(0.01, 0.3, len(chosen))
     return made[np.lexsort((made["j"], made["i"], made["partner_kind"], made["kind"], made["step"]))]
 
 
 def booked(run: io.Run, tables: transfer.Tables, made: np.ndarray, alive: lives.Lives, held: np.ndarray) -> None:
-    """Give events their volumes, and where liquid goes; each rupture is just beyond its limit."""
+    """Give events their volumes, and where liquid goes; films just touch, and each rupture is just beyond its limit."""
     table, fixed, law = to_frame(made), bodies(run), laws.RUPTURE[str(coverage.law(run, "rupture"))]
     p = pairs(table, fixed)
     own, _ = booking.book(table, p, fixed, tables, alive, held, True, np.zeros(0, np.int64), True)
@@ -119,7 +118,11 @@ def booked(run: io.Run, tables: transfer.Tables, made: np.ndarray, alive: lives.
     made["rupture_distance"] = law(own.volume, p.ri, p.rj, p.wall, p.ti, p.tj)
     factor = laws.pitois_factor(made["speed"], run.meta["viscosity"], run.meta["surface_tension"])
     beyond = 1.01 * made["rupture_distance"] * factor
-    made["separation"] = np.where(made["kind"] == schema.RUPTURE, beyond, made["separation"])
+    area = np.where(p.wall, fixed.area[np.where(p.wall, made["triangle"], -1)], 1.0)
+    of_wall = own.film_j_before / area
+    films = thickness(own.film_i_before, p.ri) + np.where(p.wall, of_wall, thickness(own.film_j_before, p.rj))
+    touch = films - 0.5 * STEP_S * made["speed"]
+    made["separation"] = np.where(made["kind"] == schema.RUPTURE, beyond, touch)
     alive.all.volume[-len(made) :], alive.all.rupture_distance[-len(made) :] = own.volume, made["rupture_distance"]
 
 

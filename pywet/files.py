@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pywet.errors import FileError, one_line, shown
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
 
 Model = TypeVar("Model")
@@ -71,10 +72,11 @@ def write_table(table: pd.DataFrame, path: Path, csv: bool = False) -> None:
         write_csv(table, path.with_suffix(".csv"))
 
 
-def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
+def write_parts(parts: Iterable[pd.DataFrame | Mapping[str, np.ndarray]], path: Path, quick: bool = False) -> None:
     """Write a long table, each part (at least one) as a group of rows, so that memory is needed for one part only.
 
-    Compressed by zstd; numbers with fractions hardly ever repeat, so that of them no dictionary is made.
+    `quick`: by lz4 and without dictionaries, else by zstd. Numbers with fractions hardly ever repeat: of them there is no
+    dictionary, nor smallest and largest value of a group.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -82,12 +84,12 @@ def write_parts(parts: Iterable[pd.DataFrame], path: Path) -> None:
     with atomic_write(path) as temporary, ExitStack() as whole:
         writer = None
         for part in parts:
-            rows = pa.Table.from_pandas(part, preserve_index=False)
+            rows = pa.table(part) if isinstance(part, Mapping) else pa.Table.from_pandas(part, preserve_index=False)
             if writer is None:
-                how = {"compression": "zstd", "use_dictionary": [f.name for f in rows.schema if f.type != pa.float64()]}
-                writer = whole.enter_context(
-                    parquet.ParquetWriter(temporary, rows.schema, write_page_checksum=True, **how)
-                )
+                repeat = [f.name for f in rows.schema if f.type != pa.float64()]
+                how: dict[str, Any] = {"write_page_checksum": True, "write_statistics": repeat}
+                how |= {"use_dictionary": False if quick else repeat, "compression": "lz4" if quick else "zstd"}
+                writer = whole.enter_context(parquet.ParquetWriter(temporary, rows.schema, **how))
             writer.write_table(rows)
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
 from reference_impl.replay import laws
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import at_step
 from reference_impl.replay.lives import FORMATION, RUPTURE

@@ -15,9 +15,9 @@ from reference_impl.diagnosis import viscous as links_viscous
 from reference_impl.diagnosis.diagnosis import Link, Suspect, length
 from reference_impl.diagnosis.suspects import Formula, factor, formulas, gaps, middle
 from reference_impl.replay import capillary, coverage, forces, laws, standing
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.forces import Contacts
-from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.io import Run
 
 
 def marks(c: Contacts) -> dict[str, Floats]:

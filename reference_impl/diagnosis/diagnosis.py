@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay.compare import Floats, plain
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.compare import plain
 
 MATCH = 1e-9
 """Deviation within which values agree where a link does not say otherwise."""

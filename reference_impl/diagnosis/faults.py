@@ -14,7 +14,7 @@ from reference_impl.diagnosis import liquid as links_liquid
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
 from reference_impl.replay import transfer
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run
 
 

@@ -10,8 +10,8 @@ import pandas as pd
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.motion import impulses, nearest
 from reference_impl.replay import formations, laws
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, Lives, keys, none
 

@@ -19,7 +19,7 @@ from reference_impl.diagnosis.suspects import factor, gaps, middle
 from reference_impl.motion import budget, nearest, window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay import bridge_ends, io, kept_tables, whole
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import RUPTURE
 from reference_impl.shown import exchanged
@@ -185,7 +185,7 @@ def _formed_at(run: Run, rows: pd.DataFrame) -> Floats:
 def ends(run: Run) -> Iterator[Link]:
     """Gaps of events and snapshots, and the ends of bridges."""
     shots, events = bridge_ends.of_snapshots(run), bridge_ends.of_events(run)
-    xj, xi = io.vectors(shots.table, "xj"), io.vectors(shots.table, "xi")
+    xj, xi = vectors(shots.table, "xj"), vectors(shots.table, "xi")
 
     def of_ends(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("both ends are that of i", xi)

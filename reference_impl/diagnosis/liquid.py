@@ -18,8 +18,8 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.motion import impulses
 from reference_impl.replay import coverage, laws
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, of_bridges, pairs
-from reference_impl.replay.compare import Floats
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import late_ruptures

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay import io
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.spans import OF_PLACES, Before, Found
 from reference_impl.replay.stream import END, taken

@@ -20,7 +20,7 @@ from reference_impl.diagnosis.suspects import PLAIN, middle
 from reference_impl.motion import dry, newton
 from reference_impl.motion.newton import Forces
 from reference_impl.motion.window import Setup
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 
 Part = tuple[Floats, Floats]
 """Force and torque on the sphere of each record."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from reference_impl.diagnosis.diagnosis import Suspect, length
 from reference_impl.replay import capillary, laws
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.forces import Contacts
 
 Formula = Callable[[Contacts], Floats]

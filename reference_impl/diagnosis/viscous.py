@@ -10,10 +10,10 @@ import numpy as np
 from reference_impl.diagnosis.diagnosis import Link, Suspect, length
 from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.replay import coverage, forces, laws
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.implicit import relative_kick
-from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.io import Run
 
 Marks = dict[str, Floats]
 

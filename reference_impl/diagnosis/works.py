@@ -12,7 +12,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.motion import fitted
 from reference_impl.diagnosis.suspects import factor, middle
 from reference_impl.motion import budget, flights, window
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run
 
 

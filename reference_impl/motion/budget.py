@@ -15,12 +15,12 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses
-from reference_impl.motion.dry import dot
 from reference_impl.motion.newton import Forces
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, io
+from reference_impl.replay.arrays import Floats, dot
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 

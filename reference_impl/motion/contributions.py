@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion.dry import dot, size
 from reference_impl.motion.newton import Forces
 from reference_impl.motion.window import Setup
 from reference_impl.replay import coverage, laws
+from reference_impl.replay.arrays import Floats, dot, size
 from reference_impl.replay.bodies import Pairs
-from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import RUPTURE
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from reference_impl.motion.touching import Touches
 from reference_impl.motion.window import Setup, Window
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, cross, dot, size
 
 
 @dataclass(frozen=True)
@@ -41,21 +41,11 @@ class Contacts:
 
     def torque_a(self, n: Floats) -> Floats:
         """Whole torque on a."""
-        return np.asarray(-self.arm_a[:, None] * np.cross(n, self.tangential) + self.rolling)
+        return np.asarray(-self.arm_a[:, None] * cross(n, self.tangential) + self.rolling)
 
     def torque_b(self, n: Floats) -> Floats:
         """Whole torque on b."""
-        return np.asarray(-self.arm_b[:, None] * np.cross(n, self.tangential) - self.rolling)
-
-
-def dot(a: Floats, b: Floats) -> Floats:
-    """Row by row."""
-    return np.asarray(np.einsum("ij,ij->i", a, b))
-
-
-def size(a: Floats) -> Floats:
-    """Length of each row."""
-    return np.asarray(np.sqrt(dot(a, a)))
+        return np.asarray(-self.arm_b[:, None] * cross(n, self.tangential) - self.rolling)
 
 
 def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Floats | None = None) -> Contacts:
@@ -70,7 +60,7 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     relative = window.v_half[t.k, t.a] - t.vb
     vn = dot(relative, t.n)
     arm_a, arm_b = ra - 0.5 * overlap, np.where(t.wall, 0.0, rb - 0.5 * overlap)
-    slip = relative - vn[:, None] * t.n - np.cross(arm_a[:, None] * wa + arm_b[:, None] * wb, t.n)
+    slip = relative - vn[:, None] * t.n - cross(arm_a[:, None] * wa + arm_b[:, None] * wb, t.n)
     elastic, damping = kn * overlap, -gamma * vn
     moved = before + slip * setup.step
     moved = moved - dot(moved, t.n)[:, None] * t.n

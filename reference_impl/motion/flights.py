@@ -17,11 +17,11 @@ from scipy.sparse.csgraph import connected_components
 
 from reference_impl.motion import impulses
 from reference_impl.motion.budget import VELOCITY
-from reference_impl.motion.dry import dot
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, io, laws
+from reference_impl.replay.arrays import Floats, cross, dot
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 
 MOST_STEPS = 2000
@@ -214,11 +214,11 @@ def forces(
         along += part["viscous_normal"] * laws.VISCOUS_NORMAL[name](gap, f.volume, ri, rj, wall, vn, eta)
     if (name := coverage.law(run, "viscous_tangential")) is not None:
         slide, roll = laws.VISCOUS_TANGENTIAL[name](gap, ri, rj, wall, eta)
-        turn = np.cross(ri[:, None] * w[f.i] + rj[:, None] * w[f.j], n)
+        turn = cross(ri[:, None] * w[f.i] + rj[:, None] * w[f.j], n)
         side = roll[:, None] * turn - slide[:, None] * (relative - vn[:, None] * n)
         side *= part["viscous_tangential"]
     force, torque = np.zeros_like(x), np.zeros_like(x)
-    arm = np.cross(n, side)
+    arm = cross(n, side)
     for who, push, spin in (
         (f.i, along[:, None] * n + side, -ri[:, None] * arm),
         (f.j, -along[:, None] * n - side, -rj[:, None] * arm),

@@ -8,9 +8,9 @@ next step on; in the first step, after which the engine adds half a kick only, t
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.arrays import Floats, Table, column
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import Lives, keys, none
 
@@ -20,9 +20,9 @@ def every(run: Run) -> int:
     return int(run.meta.get("bridges_every", 1))
 
 
-def weights(run: Run, table: pd.DataFrame) -> Floats:
+def weights(run: Run, table: Table) -> Floats:
     """Steps for which each logged force acts."""
-    k, step = every(run), table["step"].to_numpy(np.int64)
+    k, step = every(run), np.asarray(table["step"], dtype=np.int64)
     if k == 1 or not len(table):
         return np.ones(len(table))
     # of the events only those of the same steps can tell that a bridge is new
@@ -32,10 +32,9 @@ def weights(run: Run, table: pd.DataFrame) -> Floats:
     return np.asarray(np.where(new, np.where(step > 0, 0.5, 1.0) * (k - 1), k))
 
 
-def check(run: Run) -> list[Quantity]:
+def check(run: Run, table: Table) -> list[Quantity]:
     """The logged weights; bridges at their steps only."""
-    table = run.table("contacts")
     if "weight" not in table:
         return []
     own = weights(run, table)
-    return [compare("contact_weight", "itself", table["weight"].to_numpy(float), own, own, table, 0.0)]
+    return [compare("contact_weight", "itself", column(table, "weight"), own, own, table, 0.0)]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 
 COPLANAR = 1.0 - 1e-5
 """Cosine between normals from which the engine takes two triangles for one plane."""

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference_impl.motion import mesh, window
-from reference_impl.motion.dry import size
 from reference_impl.motion.wall_motion import Motion
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
 
 CHUNK = 2_000_000

@@ -25,9 +25,10 @@ from reference_impl.motion import dry, mesh, pushes, touching, wet
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
 from reference_impl.motion.window import Setup, Window, springs, windows
-from reference_impl.replay import coverage
-from reference_impl.replay.compare import Floats, Quantity, compare
-from reference_impl.replay.io import Run, vectors
+from reference_impl.replay import arrays, coverage
+from reference_impl.replay.arrays import Floats, vectors
+from reference_impl.replay.compare import Quantity, compare
+from reference_impl.replay.io import Run
 
 TOLERANCE = 1e-9
 STANDARD_WEIGHT = 9.81
@@ -89,7 +90,7 @@ def _window(
     of_log = [log.of(window.steps[t.k], t.a, t.b) for t, (_, log) in zip(found, parts, strict=True)]
     logged, there = (np.concatenate([of[n] for of in of_log]) for n in (0, 1))
     # a head-on contact has only rounding for a spring; one that slides has that of the wall's place
-    scale = np.maximum(dry.size(start) + dry.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
+    scale = np.maximum(arrays.size(start) + arrays.size(contact.slip) * setup.step, 1e-9 * setup.radius[touches.a])
     law = setup.dry  # between two walls there is none
     slid = np.divide(law.friction * law.normal, law.tangential, out=np.zeros_like(law.normal), where=law.tangential > 0)
     scale[touches.wall] += float(slid.max()) * rounding(setup) / SCALES["contact_spring"][1]
@@ -138,7 +139,9 @@ def _springs(
             before[at] = _beside(setup, log, plane, step[at] - 1, t.a[at], t.b[at])[0]
     elif not setup.moist and fresh.any():
         trial = dry.contacts(setup, window, t, before, given)
-        off = dry.size(trial.spring - now) > 1e-9 * (dry.size(trial.spring) + dry.size(trial.slip) * setup.step)
+        off = arrays.size(trial.spring - now) > 1e-9 * (
+            arrays.size(trial.spring) + arrays.size(trial.slip) * setup.step
+        )
         left = fresh & there & off
         counts["springs_left_over"] += int(left.sum())
         given = given | left
@@ -175,11 +178,11 @@ def _sums(
     np.add.at(doubt, (t.k, t.a), c.doubt)
     np.add.at(doubt, (t.k[~t.wall], t.b[~t.wall]), c.doubt[~t.wall])
     terms = [(t.k, t.a, t.b, t.wall, c.force(t.n), c.torque_a(t.n), c.torque_b(t.n))]
-    weights = [np.abs(c.elastic) + np.abs(c.damping) + dry.size(c.tangential)]
+    weights = [np.abs(c.elastic) + np.abs(c.damping) + arrays.size(c.tangential)]
     if w is not None:
         force_a, torque_a, torque_b = (w.weight[:, None] * part for part in (w.force(), *w.torques(setup)))
         terms.append((w.k, w.a, w.b, w.wall, force_a, torque_a, torque_b))
-        weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + dry.size(w.tangential)))
+        weights.append(w.weight * (np.abs(w.capillary) + np.abs(w.normal) + arrays.size(w.tangential)))
     for (k, a, b, wall, f, ta, tb), weight in zip(terms, weights, strict=True):
         pair = np.flatnonzero(~wall)
         for at, who, sign, turn in ((np.arange(len(k)), a, 1.0, ta), (pair, b, -1.0, tb)):
@@ -270,7 +273,7 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     kick = halves[0] + halves[1]
     drift = w.x[at + 1, who] - w.x[at, who]
     middle = dt * w.v[at, who] + 0.5 * dt**2 / m[:, None] * w.force[at, who]
-    speed = np.max([dry.size(v) for v in (w.v[at, who], w.v[at + 1, who], *halves)], axis=0)
+    speed = np.max([arrays.size(v) for v in (w.v[at, who], w.v[at + 1, who], *halves)], axis=0)
     return {
         "newton_force": (m[:, None] * dv / dt, own, scale, rows),
         "newton_torque": (inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup), rows),
@@ -284,7 +287,7 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
     b, w = f.bridges, f.window
     assert b is not None
     x, v = vectors(b.table, "xi"), vectors(b.table, "vi")
-    radius, speed = setup.radius[b.a], np.maximum(dry.size(w.v_half[b.k, b.a]), 1e-3)
+    radius, speed = setup.radius[b.a], np.maximum(arrays.size(w.v_half[b.k, b.a]), 1e-3)
     found = {
         "window_position": (x, w.x[b.k, b.a], radius, b.table),
         "window_velocity": (v, w.v_half[b.k, b.a], speed, b.table),
@@ -293,7 +296,7 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
         at = np.flatnonzero(b.wall)
         rows = b.table.iloc[at].reset_index(drop=True)
         found["wall_closest_point"] = (vectors(rows, "xj"), b.point[at], radius[at], rows)
-        found["wall_velocity"] = (vectors(rows, "vj"), b.vb[at], np.maximum(dry.size(b.vb[at]), 1e-3), rows)
+        found["wall_velocity"] = (vectors(rows, "vj"), b.vb[at], np.maximum(arrays.size(b.vb[at]), 1e-3), rows)
     return found
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from reference_impl.motion.wet import Bridges
 from reference_impl.motion.window import Setup, Window
-from reference_impl.replay.compare import Floats
-from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.arrays import Floats, vectors
+from reference_impl.replay.io import Run
 from reference_impl.replay.laws import SPHERE
 from reference_impl.replay.lives import RUPTURE
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from reference_impl.motion import mesh
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.window import Setup, Wall, Window
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 
 CHUNK = 4_000_000
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from reference_impl.motion.window import Setup, Wall, slide_steps
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 
 
 class Motion:

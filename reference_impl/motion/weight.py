@@ -12,8 +12,8 @@ import pandas as pd
 
 from reference_impl.motion import window
 from reference_impl.replay import coverage, laws, plans
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, of_bridges
-from reference_impl.replay.compare import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION
 from reference_impl.replay.stream import END

@@ -12,13 +12,12 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses, nearest
-from reference_impl.motion.dry import dot, size
 from reference_impl.motion.window import Setup, Window
 from reference_impl.replay import capillary, coverage, laws
+from reference_impl.replay.arrays import Floats, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.compare import Floats
 from reference_impl.replay.implicit import relative_kick
-from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.io import Run
 
 DEFAULT = {"capillary": "rabinovich", "viscous_normal": "pitois", "viscous_tangential": "goldman"}
 """Laws by which an effect that is off is judged for what it would have done."""
@@ -55,7 +54,7 @@ class Bridges:
 
     def torques(self, setup: Setup) -> tuple[Floats, Floats]:
         """Torques on a and on b (zero at a wall)."""
-        turn = np.cross(self.n, self.tangential) * self.acting["viscous_tangential"]
+        turn = cross(self.n, self.tangential) * self.acting["viscous_tangential"]
         rb = np.where(self.wall, 0.0, setup.radius[np.where(self.wall, 0, self.b)])
         return -setup.radius[self.a][:, None] * turn, -rb[:, None] * turn
 
@@ -83,7 +82,7 @@ def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
     relative = window.v_half[k, a] - vb
     spin = setup.radius[a][:, None] * window.w_half[k, a] + rb[:, None] * window.w_half[k, other]
     pull, normal, side, acting = _terms(run, table, gap, n, relative, spin)
-    slip = relative - dot(relative, n)[:, None] * n - np.cross(spin, n)
+    slip = relative - dot(relative, n)[:, None] * n - cross(spin, n)
     weight = impulses.weights(run, table)
     return Bridges(table, k, a, b, wall, n, gap, point, vb, relative, slip, pull, normal, side, weight, acting)
 
@@ -110,6 +109,6 @@ def _terms(
     if use["viscous_tangential"] in laws.VISCOUS_TANGENTIAL:
         slide, roll = laws.VISCOUS_TANGENTIAL[use["viscous_tangential"]](gap, p.ri, p.rj, p.wall, eta)
         moved = relative + push
-        sideways, turn = moved - dot(moved, n)[:, None] * n, np.cross(spin + spin_push, n)
+        sideways, turn = moved - dot(moved, n)[:, None] * n, cross(spin + spin_push, n)
         side = (roll[:, None] * turn - slide[:, None] * sideways) / (1.0 + (slide + 2.5 * roll) * kick)[:, None]
     return pull, normal, side, acting

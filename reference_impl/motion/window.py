@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay.compare import Floats
-from reference_impl.replay.io import ReplayError, masses, vectors
+from reference_impl.replay.arrays import Floats, vectors
+from reference_impl.replay.io import ReplayError, masses
 from reference_impl.replay.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")

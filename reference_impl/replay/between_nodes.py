@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay import coverage
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs, shapes
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.transfer import exact_ratios, own_ratio
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay import laws
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, Table
 from reference_impl.replay.io import ReplayError, Run, where
 
 
@@ -88,10 +88,10 @@ def bodies(run: Run) -> Bodies:
     return found
 
 
-def pairs(table: pd.DataFrame, fixed: Bodies) -> Pairs:
+def pairs(table: Table, fixed: Bodies) -> Pairs:
     """The partners of each row of a log."""
-    wall = table["partner_kind"].to_numpy() != laws.SPHERE
-    i, j = table["i"].to_numpy(), table["j"].to_numpy()
+    wall = np.asarray(table["partner_kind"]) != laws.SPHERE
+    i, j = (np.asarray(table[name], dtype=np.int64) for name in "ij")
     sphere_j, part = np.where(wall, len(fixed.radius) - 1, j), np.where(wall, j, len(fixed.half_width) - 1)
     ri = fixed.radius[i]
     width = np.where(wall, fixed.half_width[part], np.inf)
@@ -119,10 +119,9 @@ def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Float
     return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + table["triangle"].to_numpy(), p.sphere_j)
 
 
-def within(path: Path, numbers: Floats, there: Floats, what: str) -> None:
-    """Refuse numbers at which an array of `Bodies` has nothing."""
-    inside = np.where((numbers >= 0) & (numbers < len(there)), numbers, -1)
-    refuse(path, numbers[np.isnan(there[inside])], what)
+def within(path: Path, numbers: Floats, there: Floats, what: str, rows: Floats | bool = True) -> None:
+    """Refuse numbers in some rows at which an array of `Bodies` has nothing, as at its last place."""
+    refuse(path, numbers[(np.isnan(there.take(numbers, mode="clip")) | (numbers < 0)) & rows], what)
 
 
 def refuse(path: Path, strange: Floats, what: str) -> None:
@@ -134,14 +133,18 @@ def refuse(path: Path, strange: Floats, what: str) -> None:
 
 def known(run: Run, names: tuple[str, ...]) -> None:
     """Refuse logs that name bodies which the start does not have."""
-    fixed = bodies(run)
     for name in names:
-        table, path = run.table(name), where(run.folder, name)
-        wall = table["partner_kind"] != laws.SPHERE
-        for column, rows, there, what in (
-            ("i", slice(None), fixed.radius, "sphere"),
-            ("j", ~wall, fixed.radius, "sphere"),
-            ("j", wall, fixed.half_width, "wall part"),
-            ("triangle", wall, fixed.area, "triangle"),
-        ):
-            within(path, table[column][rows].to_numpy(), there, what)
+        all_known(run, name, run.table(name))
+
+
+def all_known(run: Run, name: str, table: Table) -> None:
+    """The same of some rows of a log."""
+    fixed, path = bodies(run), where(run.folder, name)
+    wall = np.asarray(table["partner_kind"]) != laws.SPHERE
+    for column, rows, there, what in (
+        ("i", True, fixed.radius, "sphere"),
+        ("j", ~wall, fixed.radius, "sphere"),
+        ("j", wall, fixed.half_width, "wall part"),
+        ("triangle", wall, fixed.area, "triangle"),
+    ):
+        within(path, np.asarray(table[column]), there, what, rows)

@@ -16,8 +16,8 @@ from numba import njit
 from numba.extending import register_jitable
 
 from reference_impl.replay import laws
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, Pairs, holders, shapes
-from reference_impl.replay.compare import Floats
 from reference_impl.replay.drops import Falling
 from reference_impl.replay.lives import Lives
 from reference_impl.replay.transfer import Tables

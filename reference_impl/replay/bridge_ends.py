@@ -11,8 +11,9 @@ import pandas as pd
 
 from reference_impl.motion import nearest
 from reference_impl.replay import io, laws
+from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 
 STRANGE = 1e300
@@ -98,7 +99,7 @@ def check(run: Run) -> list[Quantity]:
     if not known:
         return []
     events, shots = of_events(run), of_snapshots(run)
-    logged = io.vectors(shots.table, "xj")
+    logged = vectors(shots.table, "xj")
     return [
         _parts(run),
         events.triangle("event_triangle"),

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-Floats = NDArray[Any]
+from reference_impl.replay.arrays import Floats, Table
+from reference_impl.replay.arrays import size as length
+
 TOLERANCE = 1e-9
 KEPT = 1 << 18
 """Deviations that are kept one by one, for an exact median."""
@@ -28,11 +29,13 @@ class Deviations:
 
     each: Floats
     classes: Floats | None = None
+    classed: int = 0
+    """Records in the histogram."""
 
     @property
     def count(self) -> int:
         """Number of records."""
-        return len(self.each) if self.classes is None else int(self.classes.sum())
+        return len(self.each) + self.classed
 
     @property
     def median(self) -> float:
@@ -42,20 +45,25 @@ class Deviations:
         at = int(np.searchsorted(np.cumsum(self.classes), (self.count + 1) // 2))
         return float(np.array([at << DROPPED_BITS], np.uint32).view(np.float32)[0])
 
-    @property
-    def histogram(self) -> Floats:
-        """Records in each class."""
-        if self.classes is not None:
-            return self.classes
-        bits = np.minimum(self.each, 1e30).astype(np.float32).view(np.uint32) >> DROPPED_BITS
-        return np.bincount(bits, minlength=1 << (32 - DROPPED_BITS - 1))
-
 
 def gathered(parts: Sequence[Deviations]) -> Deviations:
-    """Those of all parts; depends on their values alone, not on where they were cut."""
-    if sum(part.count for part in parts) <= KEPT:
+    """Those of all parts; depends on their values alone, not on where they were cut. The first's histogram goes on in it."""
+    count = sum(part.count for part in parts)
+    if count <= KEPT:
         return Deviations(np.concatenate([np.zeros(0), *(part.each for part in parts)]))
-    return Deviations(np.zeros(0), sum(part.histogram for part in parts))  # type: ignore[arg-type]
+    classes = parts[0].classes
+    classes = np.zeros(1 << (32 - DROPPED_BITS - 1), np.int64) if classes is None else classes
+    for part in parts:
+        if part.classes is not None and part.classes is not classes:
+            classes += part.classes
+        _class(part.each, classes)
+    return Deviations(np.zeros(0), classes, count)
+
+
+def _class(each: Floats, classes: Floats) -> None:
+    """Add deviations to a histogram."""
+    more = np.bincount(np.minimum(each, 1e30).astype(np.float32).view(np.uint32) >> DROPPED_BITS)
+    classes[: len(more)] += more  # most are small: all that is above stays untouched
 
 
 @dataclass
@@ -67,7 +75,8 @@ class Quantity:
     count: int
     largest: float
     tolerance: float
-    worst: dict[str, Any] = field(default_factory=dict)
+    row: dict[str, Any] = field(default_factory=dict)
+    """The worst record, as numpy's or Python's values."""
     sample_of: int | None = None
     """Number of records of which `count` were taken; None where all were."""
     deviations: Deviations = field(default_factory=lambda: Deviations(np.zeros(0)), repr=False)
@@ -78,6 +87,11 @@ class Quantity:
     def median(self) -> float:
         """Of all deviations."""
         return self.deviations.median
+
+    @property
+    def worst(self) -> dict[str, Any]:
+        """The worst record as JSON values."""
+        return plain(self.row)
 
     @property
     def ok(self) -> bool:
@@ -111,31 +125,30 @@ def number(value: Any) -> Any:
 
 
 def compare(
-    name: str, scale: str, logged: Floats, own: Floats, size: Floats, rows: pd.DataFrame, tolerance: float = TOLERANCE
+    name: str, scale: str, logged: Floats, own: Floats, size: Floats, rows: Table, tolerance: float = TOLERANCE
 ) -> Quantity:
     """|logged − own|/size row by row; vectors (n, 3) by the length of the difference. A value that is not finite is infinite."""
     if len(logged) == 0:
         return Quantity(name, scale, 0, 0.0, tolerance)
     apart = logged - own
-    difference = np.abs(apart) if logged.ndim == 1 else np.sqrt((apart**2).sum(axis=1))
+    difference = np.abs(apart) if logged.ndim == 1 else length(apart)
     with np.errstate(divide="ignore", invalid="ignore"):
-        deviation = np.where(difference == 0.0, 0.0, difference / size)
-    deviation = np.where(np.isfinite(deviation), deviation, 1e300)
+        deviation = difference / size
+    if not (finite := np.isfinite(deviation)).all():
+        deviation = np.where(finite, deviation, np.where(difference == 0.0, 0.0, 1e300))
     at = int(np.argmax(deviation))
     largest, first = float(deviation[at]), None
     if largest > tolerance and "step" in rows:
-        first = int(rows["step"].to_numpy()[np.argmax(deviation > tolerance)])
-    # pandas is slow to make a row of many columns
-    worst = plain({name: column.to_numpy()[at] for name, column in rows.items()})
-    worst["reference"] = number(own[at].tolist())
-    worst["logged"] = number(logged[at].tolist())
-    return Quantity(name, scale, len(logged), largest, tolerance, worst, deviations=Deviations(deviation), first=first)
+        first = int(np.asarray(rows["step"])[np.argmax(deviation > tolerance)])
+    row = {str(name): np.asarray(column)[at] for name, column in rows.items()}  # pandas is slow to make a row
+    row |= {"reference": own[at].tolist(), "logged": logged[at].tolist()}
+    return Quantity(name, scale, len(logged), largest, tolerance, row, deviations=Deviations(deviation), first=first)
 
 
 def merged(parts: Sequence[Quantity]) -> Quantity:
     """One quantity over records that were compared part by part."""
     worst = max(parts, key=lambda q: q.largest)
-    if not worst.worst:  # the first of equals may be a part without records
-        worst = next((q for q in parts if q.worst), worst)
+    if not worst.row:  # the first of equals may be a part without records
+        worst = next((q for q in parts if q.row), worst)
     every, first = gathered([q.deviations for q in parts]), [q.first for q in parts if q.first is not None]
     return replace(worst, count=every.count, deviations=every, first=min(first, default=None))

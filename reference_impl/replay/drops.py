@@ -18,8 +18,9 @@ import pandas as pd
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay import coverage, io, laws
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, within
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 
 NOTHING = 3

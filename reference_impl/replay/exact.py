@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.bridge import bridge
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.compare import Quantity, compare
 
 FORCES, RUPTURES = 60, 24
 """Records solved per run."""

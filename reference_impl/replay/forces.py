@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from reference_impl.replay import capillary, coverage, laws, standing
+from reference_impl.replay.arrays import Floats, Table, apart, column, cross, dot, size, vectors
 from reference_impl.replay.bodies import bodies, pairs
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.implicit import relative_kick
-from reference_impl.replay.io import Run, vectors
+from reference_impl.replay.io import Run
 from reference_impl.replay.lives import Lives
 
 TINY = 1e-300
@@ -22,7 +24,8 @@ TINY = 1e-300
 class Contacts:
     """The contact log as arrays: bodies (at a wall radius_j is a dummy), and motion along n and across."""
 
-    table: pd.DataFrame
+    table: Any
+    """A frame or `Columns`."""
     wall: Floats
     ri: Floats
     rj: Floats
@@ -36,9 +39,15 @@ class Contacts:
     sideways: Floats
     spin: Floats
 
+    @cached_property
+    def push(self) -> tuple[Floats, Floats, Floats]:
+        """What all other forces change in the step, as logged: v_i - v_j, that along n, and how much."""
+        push = vectors(self.table, "push")
+        return push, dot(push, self.n), size(push)
+
     def column(self, name: str) -> Floats:
         """A logged column."""
-        return self.table[name].to_numpy(float)
+        return column(self.table, name)
 
 
 @dataclass(frozen=True)
@@ -50,19 +59,19 @@ class Term:
     found: list[Quantity]
 
 
-def contacts(run: Run) -> Contacts:
-    """Geometry and motion of every logged contact."""
-    table = run.table("contacts")
+def contacts(run: Run, rows: Table | None = None) -> Contacts:
+    """Geometry and motion of every logged contact, or of some rows of the log."""
+    table = run.table("contacts") if rows is None else rows
     p = pairs(table, bodies(run))
     arm = np.where(p.wall, 0.0, p.rj)
-    apart = vectors(table, "xi") - vectors(table, "xj")
-    distance = np.sqrt((apart**2).sum(axis=1))
-    n = apart / distance[:, None]
-    relative = vectors(table, "vi") - vectors(table, "vj")
-    vn = (relative * n).sum(axis=1)
+    way = apart(table, "xi", "xj")
+    distance = size(way)
+    n = way / distance[:, None]
+    relative = apart(table, "vi", "vj")
+    vn = dot(relative, n)
     return Contacts(
-        table, p.wall, p.ri, p.rj, p.ti, p.tj, table["volume"].to_numpy(float), n, distance - p.ri - arm,
-        speed=np.sqrt((relative**2).sum(axis=1)), vn=vn, sideways=relative - vn[:, None] * n,
+        table, p.wall, p.ri, p.rj, p.ti, p.tj, column(table, "volume"), n, distance - p.ri - arm,
+        speed=size(relative), vn=vn, sideways=relative - vn[:, None] * n,
         spin=p.ri[:, None] * vectors(table, "wi") + arm[:, None] * vectors(table, "wj"),
     )  # fmt: skip
 
@@ -72,14 +81,17 @@ def capillary_term(run: Run, c: Contacts) -> Term:
     name, sigma, logged = coverage.law(run, "capillary"), run.meta["surface_tension"], c.column("capillary")
     if coverage.solved(run, "capillary") or not coverage.known(run, "capillary"):
         return Term(logged, np.abs(logged), [])  # of the exact bridge see sampled.py
-    own, least = np.zeros(len(c.table)), np.full(len(c.table), TINY)
+    own = np.zeros(len(c.table))
+    whole = own + TINY
     if name is not None:
         own = capillary.LAWS[name](c.gap, c.volume, c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
-        # some fits pass through zero
-        least = 1e-3 * capillary.limit_at_touch(c.ri, c.rj, c.wall, c.ti, c.tj, sigma)
-    size = np.maximum(np.abs(own), least)
+        whole = np.abs(own)
+        # some fits pass through zero; of the others two cosines are spared
+        low = np.flatnonzero(~(whole > 2e-3 * np.pi * sigma * capillary.limit_radius(c.ri, c.rj, c.wall)))
+        ri, rj, wall, ti, tj = (values[low] for values in (c.ri, c.rj, c.wall, c.ti, c.tj))
+        whole[low] = np.maximum(whole[low], 1e-3 * capillary.limit_at_touch(ri, rj, wall, ti, tj, sigma))
     scale = "itself, or 1e-3 of the small-volume limit at touch"
-    return Term(own, np.abs(own), [compare("capillary", scale, logged, own, size, c.table)])
+    return Term(own, np.abs(own), [compare("capillary", scale, logged, own, whole, c.table)])
 
 
 def normal_term(run: Run, c: Contacts) -> Term:
@@ -91,51 +103,49 @@ def normal_term(run: Run, c: Contacts) -> Term:
     if not coverage.known(run, "viscous_normal"):
         return Term(logged, np.abs(logged), [])
     zero = np.zeros(len(c.table))
-    own, bare, size, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
+    own, bare, whole, bare_size, factor = zero, zero, zero + TINY, zero + TINY, 1.0 + zero
     if name is not None:
-        law, eta, push = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], vectors(c.table, "push")
+        law, eta, (_, along, pushed) = laws.VISCOUS_NORMAL[name], run.meta["viscosity"], c.push
         bare = law(c.gap, c.volume, c.ri, c.rj, c.wall, c.vn, eta)
         bare_size = np.abs(law(c.gap, c.volume, c.ri, c.rj, c.wall, np.maximum(c.speed, TINY), eta))
         drag = -law(c.gap, c.volume, c.ri, c.rj, c.wall, 1.0 + zero, eta)
         factor = 1.0 / (1.0 + drag * relative_kick(run, c.table))
-        own = -drag * (c.vn + (push * c.n).sum(axis=1)) * factor
-        size = drag * factor * np.maximum(c.speed + np.sqrt((push**2).sum(axis=1)), TINY)
+        own = -drag * (c.vn + along) * factor
+        whole = drag * factor * np.maximum(c.speed + pushed, TINY)
     found = [
         compare("viscous_law", "its value at |v|", c.column("viscous_law"), bare, bare_size, c.table),
         compare("factor_normal", "itself", c.column("factor_normal"), factor, factor, c.table),
-        compare("viscous_normal", "its value at |v|", logged, own, size, c.table),
+        compare("viscous_normal", "its value at |v|", logged, own, whole, c.table),
     ]
-    return Term(own, size, found)
+    return Term(own, whole, found)
 
 
 def tangential_term(run: Run, c: Contacts) -> Term:
     """Sliding and spin parts; errors against their sizes at the full speeds. Semi-implicit as in `normal_term`."""
     name, logged = coverage.law(run, "viscous_tangential"), vectors(c.table, "viscous_tangential")
     if not coverage.known(run, "viscous_tangential"):
-        return Term(logged, np.sqrt((logged**2).sum(axis=1)), [])
-    own, size, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
+        return Term(logged, size(logged), [])
+    own, whole, factor = np.zeros((len(c.table), 3)), np.full(len(c.table), TINY), np.ones(len(c.table))
     if name is not None:
         slide, roll = laws.VISCOUS_TANGENTIAL[name](c.gap, c.ri, c.rj, c.wall, run.meta["viscosity"])
-        push, spin_push = vectors(c.table, "push"), vectors(c.table, "spin_push")
+        (push, along, pushed), spin_push = c.push, vectors(c.table, "spin_push")
         factor = 1.0 / (1.0 + (slide + 2.5 * roll) * relative_kick(run, c.table))
-        slip = c.sideways + push - (push * c.n).sum(axis=1)[:, None] * c.n
-        turn = np.cross(c.spin + spin_push, c.n)
+        slip = c.sideways + push - along[:, None] * c.n
+        turn = cross(c.spin + spin_push, c.n)
         own = -factor[:, None] * (slide[:, None] * slip - roll[:, None] * turn)
-        pulled = c.speed + np.sqrt((push**2).sum(axis=1))
-        turning = np.sqrt((c.spin**2).sum(axis=1)) + np.sqrt((spin_push**2).sum(axis=1))
-        size = factor * (np.abs(slide) * pulled + np.abs(roll) * turning)
+        pulled, turning = c.speed + pushed, size(c.spin) + size(spin_push)
+        whole = factor * (np.abs(slide) * pulled + np.abs(roll) * turning)
     found = [
         compare("factor_tangential", "itself", c.column("factor_tangential"), factor, factor, c.table),
-        compare("viscous_tangential", "its value at |v|", logged, own, size, c.table),
+        compare("viscous_tangential", "its value at |v|", logged, own, whole, c.table),
     ]
-    return Term(own, size, found)
+    return Term(own, whole, found)
 
 
 def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
     """Limits of all bridges, and the checks of the contact log against the event log."""
-    own = standing.formed(run, lives)
+    volume, static = lives.formed_with(*standing.when(run, c.table))
     name, logged = coverage.law(run, "rupture"), c.column("rupture_distance")
-    static = own["rupture_distance"].to_numpy(float)
     if name in laws.RUPTURE:
         static = laws.RUPTURE[name](c.volume, c.ri, c.rj, c.wall, c.ti, c.tj)
     limit, found = logged, []
@@ -144,14 +154,14 @@ def rupture_terms(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
         if coverage.law(run, "dynamic_rupture"):
             limit = static * laws.pitois_factor(c.speed, run.meta["viscosity"], run.meta["surface_tension"])
         found = [compare("rupture_limit", "itself", logged, limit, limit, c.table)]
-    return [*found, *standing.check(run, static, limit, c.gap, own)]
+    return [*found, *standing.check(c.table, static, limit, c.gap, volume)]
 
 
 def check(run: Run, c: Contacts, lives: Lives) -> list[Quantity]:
     """Separation, rupture distance, each force, total, torques of a part of the contact log."""
     normal, pull, drag = normal_term(run, c), capillary_term(run, c), tangential_term(run, c)
     force = (normal.value - pull.value)[:, None] * c.n + drag.value
-    turn = np.cross(c.n, drag.value)
+    turn = cross(c.n, drag.value)
     # S is a difference of lengths and loses digits near contact: components are held against the whole force
     whole = np.maximum(pull.size + normal.size + drag.size, TINY)
     arm, scale = np.where(c.wall, 1.0, c.rj), "r times the tangential size"

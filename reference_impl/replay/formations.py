@@ -17,8 +17,9 @@ from scipy.spatial import cKDTree
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import io, laws
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, holders, pairs
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
 

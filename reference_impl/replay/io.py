@@ -12,14 +12,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from pyarrow import parquet
 
-Floats = NDArray[Any]
+from reference_impl.replay.arrays import Table
 
 
 class ReplayError(Exception):
@@ -140,9 +139,12 @@ TEXT = ("mesh", "holder")
 MAY_BE_INFINITE = ("half_width",)
 
 
-def numbers(path: Path, table: pd.DataFrame) -> pd.DataFrame:
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def numbers(path: Path, table: AnyTable) -> AnyTable:
     """The table, refused where a column holds anything but finite numbers."""
-    for name in [column for column in table if column not in TEXT]:
+    for name in (str(column) for column in table if column not in TEXT):
         values = table[name]
         if values.dtype.kind not in "iuf" or (name not in MAY_BE_INFINITE and not np.isfinite(values).all()):
             raise ReplayError(
@@ -212,11 +214,6 @@ def clear() -> None:
     """Take the line of `note` away."""
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
-
-
-def vectors(table: pd.DataFrame, name: str) -> Floats:
-    """Three columns of a vector as an array (n, 3), each column in one piece of memory."""
-    return np.array([table[f"{name}_{axis}"].to_numpy() for axis in "xyz"], dtype=np.float64).T
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:

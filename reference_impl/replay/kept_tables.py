@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay import io, liquid, plans
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys, none
 

@@ -48,11 +48,11 @@ def goldman(s: Floats, ri: Floats, rj: Floats, wall: Flags, eta: float) -> tuple
     """Coefficients of the sliding and of the spin part of the tangential viscous force (E 28, 29)."""
     a = reduced_radius(ri, rj, wall)
     h = least_gap(s, ri, rj, wall)
-    stokes = 6.0 * np.pi * eta * a
-    slide = stokes * (8.0 / 15.0 * np.log(a / h) + 0.9588)
-    near = 2.0 / 15.0 * np.log(a / h) - 0.2526
+    stokes, log = 6.0 * np.pi * eta * a, np.log(a / h)
+    slide = stokes * (8.0 / 15.0 * log + 0.9588)
+    near = 2.0 / 15.0 * log - 0.2526
     q = a / (h + a)
-    far = (1.0 / 8.0) * q**4 * (1.0 - 3.0 / 8.0 * q)
+    far = (1.0 / 8.0) * (q**2) ** 2 * (1.0 - 3.0 / 8.0 * q)
     return slide, stokes * np.where(h < a / 10.0, near, far)
 
 

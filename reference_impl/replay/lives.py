@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from reference_impl.replay import laws
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats, Table
 
 FORMATION, RUPTURE = 0, 1
 
 
-def keys(table: pd.DataFrame) -> Floats:
+def keys(table: Table) -> Floats:
     """One number for the ends of each row's bridge; j's of a wall and of a sphere are told apart."""
-    wall = (table["partner_kind"].to_numpy() != laws.SPHERE).astype(np.int64)
-    return (wall << 62) | (table["i"].to_numpy(np.int64) << 31) | table["j"].to_numpy(np.int64)
+    wall = (np.asarray(table["partner_kind"]) != laws.SPHERE).astype(np.int64)
+    i, j = (np.asarray(table[name], dtype=np.int64) for name in "ij")
+    return (wall << 62) | (i << 31) | j
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,7 @@ class Lives:
         self._span = max(int(step.max(initial=start)) - start, 0) + 2
         self._code = rank * self._span + np.maximum(self.all.step[self._order] - start, 0)
         self._ends = np.append(new[1:], True)
+        self._last, self._formed = np.flatnonzero(self._ends), self.formation[self._order]
         previous = np.full(len(sorted_key), -1)
         previous[1:] = np.where(new[1:], -1, self._order[:-1])
         previous = np.where((previous >= 0) & self.formation[previous], previous, -1)
@@ -74,6 +77,21 @@ class Lives:
         self.previous = before_of[len(before) :]
         """Of each event the formation of its bridge in `all`, -1 where none stood."""
 
+    @cached_property
+    def _in_order(self) -> tuple[Floats, Floats]:
+        """Volume and static rupture distance in the order of the keys, and NaN for no bridge."""
+        volume, distance = (np.append(v[self._order], np.nan) for v in (self.all.volume, self.all.rupture_distance))
+        return volume, distance
+
+    def formed_with(self, key: Floats, step: Floats, strictly: bool) -> tuple[Floats, Floats]:
+        """Volume and static rupture distance at the formation of each bridge that `at` finds; NaN where none stands."""
+        if not len(self._keys):
+            return np.full(len(key), np.nan), np.full(len(key), np.nan)
+        place, there = self._places(key, step, strictly)
+        place = np.where(there, place, -1)
+        volume, distance = self._in_order
+        return volume[place], distance[place]
+
     def at(self, key: Floats, step: Floats, strictly: bool) -> Floats:
         """Place in `all` of the formation of each bridge that stands at a step, -1 where none does.
 
@@ -81,12 +99,23 @@ class Lives:
         """
         if not len(self._keys):
             return np.full(len(key), -1)
+        place, there = self._places(key, step, strictly)
+        return np.where(there, self._order[place], -1)
+
+    def _places(self, key: Floats, step: Floats, strictly: bool) -> tuple[Floats, Floats]:
+        """The last of each bridge's records up to a step, in the order of the keys, and whether it is a formation."""
         rank = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
-        when = np.minimum(step - self.start, self._span - 1)
-        place = np.searchsorted(self._code, rank * self._span + when, "left" if strictly else "right") - 1
-        found = self._order[np.maximum(place, 0)]
-        there = (place >= 0) & (self.all.key[found] == key) & self.formation[found]
-        return np.where(there, found, -1)
+        first = rank * self._span
+        until = first + np.minimum(step - self.start, self._span - 1) + (0 if strictly else 1)
+        place = self._last[rank]
+        # back from the bridge's last record: it has few in a part of the log
+        late = np.flatnonzero(self._code[place] >= until)
+        while len(late):
+            place[late] -= 1
+            late = late[(place[late] >= 0) & (self._code[place[late]] >= until[late])]
+        place_or_0 = np.maximum(place, 0)
+        there = (place >= 0) & (self._code[place_or_0] >= first) & (self._keys[rank] == key) & self._formed[place_or_0]
+        return place_or_0, there
 
     def standing(self, step: int | None = None) -> Standing:
         """The bridges that stand after a step (None: at the end)."""

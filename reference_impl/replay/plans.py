@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from reference_impl.replay import io
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
 
 AGAIN = "run the case again"

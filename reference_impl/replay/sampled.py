@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.replay import between_nodes, coverage, exact, forces
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Pairs, bodies, pairs, shapes
-from reference_impl.replay.compare import Floats, Quantity
+from reference_impl.replay.compare import Quantity
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import RUPTURE
@@ -55,7 +56,7 @@ class Samples:
         self.contacts += len(c.table)
         if coverage.solved(self.run, "capillary"):
             part = np.maximum(c.gap, 0.0) / c.column("rupture_distance")
-            self._pulls.append((c.table["partner_kind"].to_numpy(np.int8), part, c.volume.copy()))
+            self._pulls.append((np.asarray(c.table["partner_kind"], dtype=np.int8), part, c.volume.copy()))
 
     def _rows(self, name: str, rows: Any) -> pd.DataFrame:
         return taken(where(self.run.folder, name), name, np.asarray(rows, np.int64))

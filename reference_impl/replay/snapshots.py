@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies, pairs, shapes
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import Lives, keys
 from reference_impl.replay.transfer import Tables

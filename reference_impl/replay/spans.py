@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pandas as pd
 
 from reference_impl.motion import budget, contributions, flights, impulses, weight, window
 from reference_impl.replay import (
@@ -26,18 +25,19 @@ from reference_impl.replay import (
     snapshots,
     whole,
 )
-from reference_impl.replay.bodies import bodies, holders, known, pairs
+from reference_impl.replay.arrays import Columns, Floats
+from reference_impl.replay.bodies import all_known, bodies, holders, known, pairs
 from reference_impl.replay.booking import WORTH_COMPILING, book
-from reference_impl.replay.compare import Floats, Quantity, merged
+from reference_impl.replay.compare import Quantity, merged
 from reference_impl.replay.io import Run, note, where
 from reference_impl.replay.lives import Lives, none
-from reference_impl.replay.stream import END, Rows
+from reference_impl.replay.stream import BATCH, END, Rows
 from reference_impl.replay.transfer import Tables
 
 SIZE = 200_000
 """Events of a part; it holds outputs of about as many spheres at most."""
-PIECE = 200_000
-"""Contacts of a part are gone through in pieces of so many."""
+PIECE = 32_768
+"""Contacts of a part are gone through in pieces of so many at most: their columns stay in a processor's second cache."""
 PLACE = ["step", "id", "x", "y", "z"]
 LOGS = {"events": None, "contacts": None, "bridges": None, "films": None, "wall_films": None,
         "trajectory": [*PLACE, *budget.VELOCITY], "window_states": PLACE}  # fmt: skip
@@ -98,7 +98,8 @@ def ends(logs: dict[str, Rows], outputs: Floats, spheres: int, size: int) -> Ite
 def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     """Read and compare all logs of a run."""
     paths = {name: where(run.folder, name) for name in LOGS}
-    logs = {name: Rows(path, name, LOGS[name]) for name, path in paths.items() if path.exists()}
+    batch = {"contacts": PIECE}
+    logs = {name: Rows(path, name, LOGS[name], batch.get(name, BATCH)) for name, path in paths.items() if path.exists()}
     fixed, last = bodies(run), int(run.table("ledger")["step"].max())
     held, outputs, found, samples = fixed.liquid(), plans.plan(run.folder).outputs, Found(), sampled.Samples(run)
     by_log, falling = formations.Held(run), drops.Falling(run)
@@ -166,16 +167,15 @@ def _part(run: Run, logs: dict[str, Rows], step: int) -> Run:
 def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Samples, found: Found) -> None:
     """The contacts of a part in pieces; none is a piece too, so that every quantity has its row."""
     row, pieces = log.taken, log.parts(step, PIECE)
+    note(f"contacts: {log.taken}")
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
-        note(f"contacts: {log.taken}")
-        piece = replace(part, tables={**part.tables, "contacts": rows.reset_index(drop=True)})
-        known(piece, ("contacts",))
-        c = forces.contacts(piece)
-        found.add("forces", [*forces.check(piece, c, lives), *impulses.check(piece)], "contacts")
+        all_known(part, "contacts", rows)
+        c = forces.contacts(part, rows)
+        found.add("forces", [*forces.check(part, c, lives), *impulses.check(part, rows)], "contacts")
         samples.add_contacts(c, row)
         row = log.taken
 
 
-def _or_none(log: Rows, pieces: Iterator[pd.DataFrame]) -> Iterator[pd.DataFrame]:
-    yield log.until(-1)
+def _or_none(log: Rows, pieces: Iterator[Columns]) -> Iterator[Columns]:
+    yield log.none
     yield from pieces

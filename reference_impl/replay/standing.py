@@ -6,29 +6,36 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.motion import impulses
-from reference_impl.replay.compare import Floats, Quantity, compare
+from reference_impl.replay.arrays import Floats, Table, column
+from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import Lives, keys, none
 
 
-def formed(run: Run, lives: Lives | None = None) -> pd.DataFrame:
+def when(run: Run, table: Table) -> tuple[Floats, Floats, bool]:
+    """Which bridge each row of the contact log is of, as `Lives` is asked for it.
+
+    A bridge acts from the step after its formation to the step before its rupture; where bridges act every few steps, from its
+    formation on.
+    """
+    return keys(table), np.asarray(table["step"], dtype=np.int64), impulses.every(run) == 1
+
+
+def formed(run: Run) -> pd.DataFrame:
     """Volume, static rupture distance, step and event of formation by the event log for every row of the contact log.
 
-    NaN where no bridge stands. A bridge acts from the step after its formation to the step before its rupture; where bridges act
-    every few steps, from its formation on. Without `lives` of a part of the log those of all events are taken.
+    NaN where no bridge stands. Of the events that are in memory.
     """
-    contacts = run.table("contacts")
-    lives = lives or Lives(none(), run.table("events"), 0, -1)
-    at = lives.at(keys(contacts), contacts["step"].to_numpy(np.int64), strictly=impulses.every(run) == 1)
+    lives = Lives(none(), run.table("events"), 0, -1)
+    at = lives.at(*when(run, run.table("contacts")))
     columns = {"volume": lives.all.volume, "rupture_distance": lives.all.rupture_distance,
                "formed": lives.all.step, "event": lives.all.row}  # fmt: skip
     return pd.DataFrame({name: np.append(v.astype(float), np.nan)[at] for name, v in columns.items()})
 
 
-def check(run: Run, static: Floats, limit: Floats, gap: Floats, own: pd.DataFrame) -> list[Quantity]:
+def check(table: Table, static: Floats, limit: Floats, gap: Floats, formed_with: Floats) -> list[Quantity]:
     """Volumes bit for bit as at formation, and no bridge beyond both its rupture distances."""
-    table = run.table("contacts")
-    volume, formed_with = table["volume"].to_numpy(float), own["volume"].to_numpy(float)
+    volume = column(table, "volume")
     beyond = (gap >= np.maximum(static, limit) * (1.0 + 1e-9)).astype(float)
     none, one = np.zeros(len(table)), np.ones(len(table))
     return [

@@ -11,7 +11,7 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import parquet
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Columns, Floats, joined
 from reference_impl.replay.io import NEEDED, ReplayError, complete, numbers, readable
 
 BATCH = 1 << 17
@@ -20,19 +20,31 @@ END = np.iinfo(np.int64).max
 """A step after the last."""
 
 
+def _columns(rows: pa.RecordBatch | pa.Table) -> Columns:
+    """What was decoded, where it is; what pandas wrote as its index is no column."""
+    there = zip(rows.schema.names, rows.columns, strict=True)
+    return Columns({name: _array(values) for name, values in there if not name.startswith("__index_level_")})
+
+
+def _array(values: Any) -> Floats:
+    return np.asarray(
+        values.to_numpy() if isinstance(values, pa.ChunkedArray) else values.to_numpy(zero_copy_only=False)
+    )
+
+
 class Rows:
     """One table, from its start to its end; every row is given once."""
 
-    def __init__(self, path: Path, name: str, columns: list[str] | None = None) -> None:
+    def __init__(self, path: Path, name: str, columns: list[str] | None = None, batch: int = BATCH) -> None:
         self.path, self.taken, self._last = path, 0, -1
-        self._ready: list[pd.DataFrame] = []
+        self._ready: list[Columns] = []
         with readable(path):
             file = parquet.ParquetFile(path)
             complete(path, file.schema_arrow.names, NEEDED[name])
             # one group of rows after the other: a reader keeps what it has read of those it was asked for
             groups = range(file.num_row_groups)
-            self._batches = (b for k in groups for b in file.iter_batches(BATCH, row_groups=[k], columns=columns))
-            self._none = file.schema_arrow.empty_table().select(columns or file.schema_arrow.names).to_pandas()
+            self._batches = (b for k in groups for b in file.iter_batches(batch, [k], columns, use_threads=False))
+            self.none = _columns(file.schema_arrow.empty_table().select(columns or file.schema_arrow.names))
 
     def _more(self) -> bool:
         """Decode the next batch; False at the end."""
@@ -40,8 +52,9 @@ class Rows:
             batch = next(self._batches, None)
         if batch is None:
             return False
-        rows = numbers(self.path, pa.Table.from_batches([batch]).to_pandas(split_blocks=True))
-        steps = rows["step"].to_numpy()
+        rows = _columns(batch)
+        numbers(self.path, rows)
+        steps = rows["step"]
         if len(rows) and (steps[0] < self._last or (np.diff(steps) < 0).any()):
             raise ReplayError(f"{self.path} is not in the order of its steps; expected what the driver wrote: "
                               "run the case again")  # fmt: skip
@@ -55,7 +68,7 @@ class Rows:
             pass
         for rows in self._ready:
             if count <= len(rows):
-                last = int(rows["step"].iloc[count - 1])
+                last = int(rows["step"][count - 1])
                 return last if last < self._last or self._more_after(last) else END
             count -= len(rows)
         return END
@@ -66,7 +79,7 @@ class Rows:
             pass
         return self._last > step
 
-    def parts(self, step: int, most: int) -> Iterator[pd.DataFrame]:
+    def parts(self, step: int, most: int) -> Iterator[Columns]:
         """The rows up to a step, at most `most` at once."""
         while True:
             while not self._ready and self._more():
@@ -74,20 +87,19 @@ class Rows:
             if not self._ready:
                 return
             rows = self._ready[0]
-            end = min(int(np.searchsorted(rows["step"].to_numpy(), step, "right")), most)
+            end = min(int(np.searchsorted(rows["step"], step, "right")), most)
             if end == 0:
                 return
             if end == len(rows):
                 self._ready.pop(0)
             else:
-                self._ready[0] = rows.iloc[end:]
+                self._ready[0] = rows.cut(end, len(rows))
             self.taken += end
-            yield rows.iloc[:end]
+            yield rows.cut(0, end)
 
     def until(self, step: int) -> pd.DataFrame:
         """All rows up to a step."""
-        found = list(self.parts(step, BATCH)) or [self._none]
-        return pd.concat(found, ignore_index=True) if len(found) > 1 else found[0].reset_index(drop=True)
+        return joined(list(self.parts(step, BATCH)) or [self.none]).frame()
 
 
 def taken(path: Path, name: str, rows: Floats) -> pd.DataFrame:

@@ -14,8 +14,9 @@ import pandas as pd
 from pyarrow import parquet
 
 from reference_impl.replay import io
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import refuse
-from reference_impl.replay.compare import TOLERANCE, Floats, Quantity, compare
+from reference_impl.replay.compare import TOLERANCE, Quantity, compare
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.plans import AGAIN, Plan, plan
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from reference_impl.diagnosis.held import Held
 from reference_impl.motion.window import dashpot, slide_steps, way_of
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import columns, masses
 
 SETUP, RUN, DATA = "setup.liggghts", "run.liggghts", "particles.data"

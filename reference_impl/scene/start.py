@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from reference_impl.diagnosis.held import Held
 from reference_impl.replay import io
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.scene import amounts
 from reference_impl.scene.stl import ROOM
 from reference_impl.scene.tower import Heights, Plan

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.scene.configuration import number, pitch_m, screen, width_m
 
 MOTION = {

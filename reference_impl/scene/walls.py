@@ -10,7 +10,7 @@ import numpy as np
 
 from reference_impl.diagnosis.held import Held
 from reference_impl.replay import io
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.scene import stl
 from reference_impl.scene.numbers import MARGIN
 from reference_impl.scene.stl import ROOM

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
 
 SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"

@@ -8,7 +8,7 @@ from itertools import permutations, product
 import numpy as np
 
 from reference_impl.diagnosis.diagnosis import Suspect
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 
 UNITS = {1e3: "mm for m", 1e-3: "m for mm", 1e6: "µm for m", 1e9: "mm³ for m³"}
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from reference_impl.motion.window import way_of
 from reference_impl.replay import capillary, exact, io, plans
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.coverage import EXACT
 from reference_impl.replay.lives import Lives, keys, none
 from reference_impl.replay.stream import Rows

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.shown import drawn, scenes, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from reference_impl.replay import io
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.formations import thickness
 from reference_impl.replay.stream import Rows
 from reference_impl.shown.logs import Logs, Moment

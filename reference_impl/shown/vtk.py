@@ -17,7 +17,8 @@ import pandas as pd
 
 from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis.diagnosis import Link, Suspect
-from reference_impl.replay.compare import Floats, Quantity, compare, merged
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.compare import Quantity, compare, merged
 from reference_impl.replay.exact import FORCE_TOLERANCE
 from reference_impl.replay.formations import thickness
 from reference_impl.scene import stl

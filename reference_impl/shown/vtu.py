@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError
 
 TYPES = {

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
 
 NAMES = ("liquid_by_wall", "contact_statistics")

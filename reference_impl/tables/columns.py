@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, column, of_factor
-from reference_impl.replay.compare import TOLERANCE, Floats
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.compare import TOLERANCE
 from reference_impl.replay.io import ReplayError
 
 SHIFTS = (1, -1, 2, -2, 3, -3)

@@ -17,7 +17,7 @@ import pandas as pd
 
 from reference_impl.motion.window import enters
 from reference_impl.replay import io, plans
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import Rows
 

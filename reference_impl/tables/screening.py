@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.tables.own import ALL_THERE, Bodies, Output, Own, accounted, outputs, slug
 
 FEED_BIN, BIN = "feed_bin", "collecting_bin"

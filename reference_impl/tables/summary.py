@@ -16,7 +16,7 @@ from reference_impl.diagnosis.held import MISSING, NONE, Held
 from reference_impl.motion.budget import WORKS
 from reference_impl.motion.window import enters
 from reference_impl.replay import io, plans
-from reference_impl.replay.compare import Floats
+from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import ReplayError, where
 from reference_impl.replay.stream import BATCH, Rows
 from reference_impl.tables.own import Own

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import shutil
 from pathlib import Path
@@ -15,7 +16,7 @@ from pyarrow import parquet
 
 from reference_impl.diagnosis import chain, looked
 from reference_impl.replay import bodies, booking, compare, io, spans, transfer
-from reference_impl.replay.lives import Lives, none
+from reference_impl.replay.lives import Lives, keys, none
 from reference_impl.replay.replay import replay
 from tests.reference_impl import planted_log
 
@@ -109,6 +110,26 @@ def test_of_a_part_of_a_log_only_standing_bridges_go_on() -> None:
         return sum(map(len, chain.broken_lives(part).values()))  # type: ignore[arg-type]
 
     assert (missing(standing=False), missing(standing=True)) == (0, 1)
+
+
+def test_each_bridge_is_found_as_one_after_the_other_says() -> None:
+    """Lives of many bridges, asked at every step, before its events and after them; sphere 9 has none."""
+    random, stands, rows = np.random.default_rng(3), np.zeros(6, bool), []
+    for step in range(40):
+        for j in np.flatnonzero(random.random(6) < 0.3):
+            rows.append([step, int(stands[j]), 0, 1, j + 2, 1e-3 * len(rows), 1.0])
+            stands[j] ^= True
+    names = ["step", "kind", "partner_kind", "i", "j", "volume", "rupture_distance"]
+    events = pd.DataFrame(rows, columns=names)
+    first, then = events[events["step"] < 15], events[events["step"] >= 15]
+    earlier = Lives(none(), first, 0, -1)
+    lives = Lives(earlier.standing(), then, len(first), 14)
+    for step, j, strictly in itertools.product(range(15, 45), [*range(2, 8), 9], (True, False)):
+        mine = events[(events["j"] == j) & (events["step"] < step + (not strictly))]
+        want = mine["volume"].iloc[-1] if len(mine) and mine["kind"].iloc[-1] == 0 else np.nan
+        asked = keys(pd.DataFrame({"partner_kind": [0], "i": [1], "j": [j]})), np.array([step]), strictly
+        assert np.array_equal(lives.formed_with(*asked)[0], [want], equal_nan=True)
+        assert np.array_equal(np.append(lives.all.volume, np.nan)[lives.at(*asked)], [want], equal_nan=True)
 
 
 def test_a_log_out_of_order_is_refused(heap_dir: Path, tmp_path: Path) -> None:

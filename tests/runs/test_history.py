@@ -47,6 +47,19 @@ def test_blocks_give_the_whole(tmp_path: Path, block: int) -> None:
         )
 
 
+@pytest.mark.parametrize("far", [0, 1 << 40])
+def test_records_are_put_in_order(far: int) -> None:
+    """By one number made of all columns, and by these one after the other where that would be too large."""
+    random = np.random.default_rng(2)
+    records = np.zeros(1000, RAW["events"])
+    for name in tables.SORT["events"]:
+        records[name] = random.integers(0, 4, 1000)
+    records["step"] += far * random.integers(0, 2, 1000)
+    records["j"][0], records["i"][0], records["speed"] = 2**31 - 1, 2**31 - 1, random.random(1000)
+    wanted = np.lexsort([records[name] for name in reversed(tables.SORT["events"])])
+    assert (tables.in_order(records, tables.SORT["events"]) == records[wanted]).all()
+
+
 def test_empty_logs_give_empty_tables(tmp_path: Path) -> None:
     """With all columns."""
     for name in tables.SORT:
