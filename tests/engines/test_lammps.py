@@ -83,7 +83,8 @@ def test_without_friction_liggghts_and_lammps_end_at_the_same_places(tmp_path: P
 def test_bodies_drawn_apart_feel_the_law(tmp_path: Path) -> None:
     """The compiled law called by its address from LAMMPS against the equation typed anew in the reference, at every step."""
     pair = pairs()[1]
-    log, events = forces._drawn(pair, "paper", tmp_path, "lammps")
+    log, _ = forces.pulled(pair, "paper", tmp_path, "lammps")
+    events = read_table(tmp_path / "history" / "events.parquet")
     apart = log[log["separation"] > 0]
     assert len(apart) > 1000
     assert apart["capillary"].to_numpy() == pytest.approx(pair.paper(apart["separation"].to_numpy()), rel=1e-9)

@@ -36,21 +36,28 @@ void Booking::count(const Event &e) {
   if (mine(e)) (e.kind == FORMATION ? standing_.formations : standing_.ruptures)++;
 }
 
-std::map<int, double> Booking::of_walls(const std::function<double(const Event &)> &part) const {
-  std::map<int, double> sums;
+std::vector<Booking::AtWall> Booking::of_walls(const std::function<double(const Event &)> &part) {
+  std::vector<AtWall> sums;
   if (!at_walls_) return sums;
-  for (const Event &e : events)
-    if (e.partner_kind != SPHERE && mine(e)) sums[e.triangle] += part(e);
-  if (world_.ranks.alone()) return sums;
-  struct Sum {
-    int64_t triangle;
-    double volume;
+  place_.resize(films_.wall.size(), -1);
+  const auto add = [&](int triangle, double volume) {
+    if (place_[triangle] < 0) {
+      place_[triangle] = int(sums.size());
+      sums.push_back(AtWall{triangle, 0.0});
+    }
+    sums[place_[triangle]].volume += volume;
   };
-  std::vector<Sum> own;
-  for (const auto &[triangle, volume] : sums) own.push_back(Sum{triangle, volume});
+  const auto taken = [&] {
+    for (const AtWall &sum : sums) place_[sum.triangle] = -1;
+    return std::move(sums);
+  };
+  for (const Event &e : events)
+    if (e.partner_kind != SPHERE && mine(e)) add(e.triangle, part(e));
+  if (world_.ranks.alone()) return taken();
+  const std::vector<AtWall> all = world_.ranks.gathered(taken());
   sums.clear();
-  for (const Sum &sum : world_.ranks.gathered(own)) sums[int(sum.triangle)] += sum.volume;
-  return sums;
+  for (const AtWall &sum : all) add(int(sum.triangle), sum.volume);
+  return taken();
 }
 
 // Where more is asked of a holder than it has, each gets its share. What is granted to a sphere that is not here is not known, and
@@ -68,8 +75,8 @@ void Booking::grant() {
   };
   std::unordered_map<int, double> granted, granted_wall;  // from the films at the start of the step
   for (const auto &[id, volume] : asked) granted[id] = part_of(films_.of(id), volume);
-  for (const auto &[triangle, volume] : of_walls([](const Event &e) { return e.kind == FORMATION ? e.share_j : 0.0; }))
-    granted_wall[triangle] = part_of(films_.wall[triangle], volume);
+  for (const AtWall &sum : of_walls([](const Event &e) { return e.kind == FORMATION ? e.share_j : 0.0; }))
+    granted_wall[int(sum.triangle)] = part_of(films_.wall[sum.triangle], sum.volume);
   for (Event &e : events)
     if (e.kind == FORMATION) {
       e.share_i *= granted[e.i];
@@ -120,7 +127,7 @@ void Booking::book_all() {
     films_.add(e.i, sign(e) * e.share_i);
     if (e.partner_kind == SPHERE) films_.add(e.j, sign(e) * e.share_j);
   }
-  for (const auto &[triangle, volume] : gained) films_.add_to_wall(triangle, volume);
+  for (const AtWall &sum : gained) films_.add_to_wall(int(sum.triangle), sum.volume);
   for (Event &e : events) {
     e.film_i_after = films_.of(e.i);
     e.film_j_after = other_film(e);

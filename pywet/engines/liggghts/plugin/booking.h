@@ -2,7 +2,6 @@
 // change by what all of them have together.
 #pragma once
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -34,8 +33,13 @@ class Booking {
   bool at_walls_ = false;                // any of them, on any rank
 
   bool mine(const Event &e) const;       // decided and written here
-  // A part of the events at walls, of all ranks together, by triangle; every rank takes part.
-  std::map<int, double> of_walls(const std::function<double(const Event &)> &part) const;
+  struct AtWall {
+    int64_t triangle;
+    double volume;
+  };
+  std::vector<int> place_;               // of a triangle in the sums that are made; -1: in none
+  // A part of the events at walls, of all ranks together; every rank takes part.
+  std::vector<AtWall> of_walls(const std::function<double(const Event &)> &part);
   void grant();                          // what formations draw
   void count(const Event &e);
   void book_all();
