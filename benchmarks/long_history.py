@@ -112,7 +112,7 @@ def booked(run: io.Run, tables: transfer.Tables, made: np.ndarray, alive: lives.
     """Give events their volumes, and where liquid goes; films just touch, and each rupture is just beyond its limit."""
     table, fixed, law = to_frame(made), bodies(run), laws.RUPTURE[str(coverage.law(run, "rupture"))]
     p = pairs(table, fixed)
-    own, _ = booking.book(table, p, fixed, tables, alive, held, True, np.zeros(0, np.int64), True)
+    own, _ = booking.book(table, p, fixed, tables, alive, held, True, np.zeros(0, np.int64))
     for name, values in own._asdict().items():
         made[name] = values
     made["rupture_distance"] = law(own.volume, p.ri, p.rj, p.wall, p.ti, p.tj)

@@ -6,17 +6,17 @@ Rows of any steps are taken together; a triangle is looked at in full only where
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
+from numba import njit
 
 from reference_impl.motion import mesh, window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
 
-CHUNK = 2_000_000
-"""Pairs of a row and a triangle that are looked at together."""
 SAME = 1e-9
 """Part of the distance within which two triangles are as near: beside an edge either may be the one that is meant."""
 
@@ -31,6 +31,10 @@ class Closest:
     least: Floats
     """The least of given values over the triangles that are as near."""
 
+    def of(self, rows: Floats) -> Closest:
+        """Some of them."""
+        return Closest(*(getattr(self, f.name)[rows] for f in fields(self)))
+
 
 class Parts:
     """All wall parts of a run."""
@@ -41,11 +45,10 @@ class Parts:
         self.order = np.argsort(part, kind="stable")
         count = int(part.max(initial=-1)) + 1
         self.first = np.searchsorted(part[self.order], np.arange(count + 1))
-        self.middle = corners.mean(axis=1)
-        self.extent = np.sqrt(((corners - self.middle[:, None]) ** 2).sum(axis=2)).max(axis=1, initial=0.0)
+        self.bounds = np.stack([corners.min(axis=1, initial=np.inf), corners.max(axis=1, initial=-np.inf)], axis=1)
         self.low, self.high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-        np.minimum.at(self.low, part, corners.min(axis=1, initial=np.inf))
-        np.maximum.at(self.high, part, corners.max(axis=1, initial=-np.inf))
+        np.minimum.at(self.low, part, self.bounds[:, 0])
+        np.maximum.at(self.high, part, self.bounds[:, 1])
         self.wall = np.zeros(count, np.int64)
         for n, wall in enumerate(setup.walls):
             self.wall[part[wall.first : wall.last]] = n
@@ -92,37 +95,23 @@ class Parts:
         return (np.concatenate([none, *(f[0] for f in found)]), np.concatenate([none, *(f[1] for f in found)]))
 
     def closest(
-        self, step: Floats, x: Floats, part: Floats, values: Floats | None = None, which: Floats | None = None
-    ) -> Closest:
-        """Closest points of parts to points x, row by row; `values` of all triangles, of which row k takes those in which[k]."""
-        which = np.zeros(len(x), np.int64) if which is None else which
-        values = np.zeros((1, len(self.middle))) if values is None else values
-        y, many = self.rest(step, x, part), self.first[part + 1] - self.first[part]
-        distance, point, triangle = np.zeros(len(x)), np.zeros((len(x), 3)), np.zeros(len(x), np.int64)
-        least = np.zeros(len(x))
-        cuts = np.searchsorted(np.cumsum(many), np.arange(CHUNK, many.sum(), CHUNK))
-        for rows in np.split(np.arange(len(x)), np.unique(cuts)):
-            if len(rows):
-                d, q, t, row = self._closest(y[rows], part[rows], many[rows])
-                first = np.searchsorted(row, np.arange(len(rows)))
-                distance[rows], triangle[rows] = np.minimum.reduceat(d, first), t[first]
-                point[rows] = q[np.lexsort((d, row))[first]]
-                least[rows] = np.minimum.reduceat(values[which[rows][row], t], first)
-        return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
+        self, step: Floats, x: Floats, part: Floats, values: Floats | None = None, which: Floats | None = None,
+        reach: Floats | None = None,
+    ) -> Closest:  # fmt: skip
+        """Closest points of parts to points x, row by row; `values` of all triangles, of which row k takes those in which[k].
 
-    def _closest(self, y: Floats, part: Floats, many: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Distances, points and triangles that are closest, with the rows that they belong to: one of each row or more."""
-        row, start = np.repeat(np.arange(len(y)), many), np.cumsum(many) - many
-        t = self.order[np.repeat(self.first[part], many) + np.arange(len(row)) - np.repeat(start, many)]
-        apart = size(y[row] - self.middle[t])
-        # the middle belongs to the triangle, so nothing farther than it can be closest
-        keep = apart - self.extent[t] <= np.minimum.reduceat(apart, start)[row] * (1.0 + 1e-12)
-        row, t = row[keep], t[keep]
-        q = mesh.closest_point(y[row], self.setup.corners[t])
-        d = size(y[row] - q)
-        first = np.searchsorted(row, np.arange(len(y)))
-        near = d <= np.minimum.reduceat(d, first)[row] * (1.0 + SAME)
-        return d[near], q[near], t[near], row[near]
+        What is farther than `reach` is not looked for: triangle -1.
+        """
+        which = np.zeros(len(x), np.int64) if which is None else which
+        values = np.zeros((1, len(self.bounds))) if values is None else values
+        y, distance = self.rest(step, x, part), np.full(len(x), np.inf) if reach is None else reach * (1.0 + SAME)
+        point, triangle, least = np.full((len(x), 3), np.nan), np.zeros(len(x), np.int64), np.zeros(len(x))
+        shape, scratch = (
+            (self.first, self.order, self.setup.corners, self.bounds),
+            (np.zeros(len(self.bounds)), np.zeros(3)),
+        )
+        _closest(y, part, shape, values, which, scratch, (distance, point, triangle, least))
+        return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
 
     def to(self, step: Floats, x: Floats, triangle: Floats) -> tuple[Floats, Floats]:
         """Distance of points from triangles, and the closest point in the world."""
@@ -130,6 +119,33 @@ class Parts:
         y = self.rest(step, x, part)
         q = mesh.closest_point(y, self.setup.corners[triangle])
         return size(y - q), self.rest(step, q, part, back=True)
+
+
+@njit(cache=True, error_model="numpy")
+def _closest(y: Any, part: Any, shape: Any, values: Any, which: Any, scratch: Any, found: Any) -> None:
+    """Row by row, points y as the meshes at rest see them."""
+    first, order, corners, bounds = shape
+    apart, q = scratch
+    distance, point, triangle, least = found
+    for n in range(len(y)):
+        best, start, end = distance[n], first[part[n]], first[part[n] + 1]
+        for k in range(start, end):
+            t, to_bounds = order[k], 0.0
+            for axis in range(3):
+                off = max(bounds[t, 0, axis] - y[n, axis], y[n, axis] - bounds[t, 1, axis], 0.0)
+                to_bounds += off * off
+            apart[k] = np.inf
+            if to_bounds > (best * (1.0 + 2.0 * SAME)) ** 2:
+                continue
+            apart[k] = np.sqrt(mesh.closest_on(y[n], corners[t], q))
+            if apart[k] < best:
+                best = apart[k]
+                point[n, 0], point[n, 1], point[n, 2] = q[0], q[1], q[2]
+        distance[n], triangle[n], least[n] = best, -1, np.inf
+        for k in range(start, end):
+            if apart[k] <= best * (1.0 + SAME):
+                triangle[n] = order[k] if triangle[n] < 0 else triangle[n]
+                least[n] = min(least[n], values[which[n], order[k]])
 
 
 def parts(run: Run) -> Parts:

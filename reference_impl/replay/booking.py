@@ -1,19 +1,16 @@
 """The life of the liquid, recomputed from the start films and the order of events alone.
 
 All events of a step draw on the films at its start and are booked at its end, its drops after them. The loop is plain Python over
-arrays; for a long log numba compiles it as it stands, which changes no bit (tested).
+arrays, which numba compiles as it stands: that changes no bit (tested).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numba import njit
-from numba.extending import register_jitable
 
 from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats
@@ -21,9 +18,6 @@ from reference_impl.replay.bodies import Bodies, Pairs, holders, shapes
 from reference_impl.replay.drops import Falling
 from reference_impl.replay.lives import Lives
 from reference_impl.replay.transfer import Tables
-
-WORTH_COMPILING = 1_000_000
-"""Events from which the seconds of compilation are less than what they save."""
 
 
 class Columns(NamedTuple):
@@ -108,7 +102,7 @@ def row_of(tables: Tables, p: Pairs, fixed: Bodies) -> Floats:
 
 def book(
     events: pd.DataFrame, p: Pairs, fixed: Bodies, tables: Tables, lives: Lives, held: Floats, draws: bool,
-    outputs: Floats, compiled: bool, drops: Falling | None = None,
+    outputs: Floats, drops: Falling | None = None,
 ) -> tuple[Columns, Floats]:  # fmt: skip
     """Recompute a part of the log: changes `held` (liquid of all holders) and the own volumes of `lives`.
 
@@ -120,24 +114,61 @@ def book(
         np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :], *asks(events, p, fixed, not draws),
         lives.previous, row_of(tables, p, fixed), laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3,
     )  # fmt: skip
-    ratios, asked, loop, done = packed(tables), np.zeros(len(held)), _loop(compiled), 0
+    ratios, asked, done = packed(tables), np.zeros(len(held)), 0
     falls = drops.steps if drops else outputs[:0]
     for step in np.union1d(outputs, falls):
         until = int(np.searchsorted(entries.step, step, "right"))
-        loop(entries, ratios, held, asked, own, out, done, until)
+        _book(entries, ratios, held, asked, own, out, done, until)
         done = until
         if drops and step in falls:
             drops.book(int(step), held)
         shots[outputs == step] = held
-    loop(entries, ratios, held, asked, own, out, done, n)
+    _book(entries, ratios, held, asked, own, out, done, n)
     return out, shots
 
 
-@cache
-def _loop(compiled: bool) -> Callable[..., None]:
-    return njit(_book) if compiled else _book  # type: ignore[no-any-return]
+@njit(cache=True, error_model="numpy")
+def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
+    """What a formation asks of one side; drawn dry, a film may be below zero by its last digit."""
+    film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
+    if side.given[n] == side.given[n]:
+        share[n] = side.given[n]
+    elif side.wall[n]:
+        share[n] = film / side.divisor[n] * side.factor[n]
+    else:
+        share[n] = film * side.factor[n] / side.divisor[n]
+    asked[holder] += share[n]
 
 
+@njit(cache=True, error_model="numpy")
+def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
+    """Each its part where more is asked of a film in a step than it holds."""
+    there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
+    if want > there:
+        share[n] *= there / want
+
+
+@njit(cache=True, error_model="numpy")
+def _ratio(table: Ratios, row: int, v_star: float) -> float:
+    """Linear between the nodes, constant beyond."""
+    if row < 0 or v_star != v_star:
+        return np.nan
+    low, high = table.first[row], table.first[row + 1] - 1
+    if v_star <= table.nodes[low]:
+        return table.values[low]
+    if v_star >= table.nodes[high]:
+        return table.values[high]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table.nodes[middle] <= v_star:
+            low = middle
+        else:
+            high = middle
+    slope = (table.values[high] - table.values[low]) / (table.nodes[high] - table.nodes[low])
+    return slope * (v_star - table.nodes[low]) + table.values[low]
+
+
+@njit(cache=True, error_model="numpy")
 def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Columns, start: int, last: int) -> None:
     """Some events step by step; the last places of `own` become the volumes of the events."""
     before = len(own) - len(e.step)
@@ -169,44 +200,3 @@ def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Colum
         for n in range(start, end):
             out.film_i_after[n], out.film_j_after[n] = held[e.i.holder[n]], held[e.j.holder[n]]
         start = end
-
-
-@register_jitable
-def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """What a formation asks of one side; drawn dry, a film may be below zero by its last digit."""
-    film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
-    if side.given[n] == side.given[n]:
-        share[n] = side.given[n]
-    elif side.wall[n]:
-        share[n] = film / side.divisor[n] * side.factor[n]
-    else:
-        share[n] = film * side.factor[n] / side.divisor[n]
-    asked[holder] += share[n]
-
-
-@register_jitable
-def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
-    """Each its part where more is asked of a film in a step than it holds."""
-    there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
-    if want > there:
-        share[n] *= there / want
-
-
-@register_jitable
-def _ratio(table: Ratios, row: int, v_star: float) -> float:
-    """Linear between the nodes, constant beyond."""
-    if row < 0 or v_star != v_star:
-        return np.nan
-    low, high = table.first[row], table.first[row + 1] - 1
-    if v_star <= table.nodes[low]:
-        return table.values[low]
-    if v_star >= table.nodes[high]:
-        return table.values[high]
-    while high - low > 1:
-        middle = (low + high) // 2
-        if table.nodes[middle] <= v_star:
-            low = middle
-        else:
-            high = middle
-    slope = (table.values[high] - table.values[low]) / (table.nodes[high] - table.nodes[low])
-    return slope * (v_star - table.nodes[low]) + table.values[low]

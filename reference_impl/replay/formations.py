@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import io, laws
-from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import bodies, holders, pairs
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
@@ -208,7 +208,8 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     if not len(table):
         return table
     step, wall = table["step"], table["partner_kind"] != laws.SPHERE
-    fixed, events, shed = bodies(run), run.table("events"), run.shed
+    fixed = bodies(run)
+    events, shed = (rows[rows["step"].isin(step)] for rows in (run.table("events"), run.shed))
     # drops come after the formations of their step
     moved = np.concatenate(
         [_place(events["step"], h) for h in sides_of(events, run)]
@@ -295,22 +296,23 @@ def _of_spheres(frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
     near = [np.zeros((0, 3), np.int64)]
     for k, x in enumerate(frames.x):
         found = cKDTree(x).query_pairs(2.0 * float((radius + layer[k]).max()), output_type="ndarray")
-        near.append(np.column_stack([np.full(len(found), k), np.sort(found, axis=1)]))
+        gap = size(x[found[:, 0]] - x[found[:, 1]]) - radius[found].sum(axis=1)
+        found = found[gap < layer[k][found].sum(axis=1) - ROOM * radius[found[:, 0]]]
+        near.append(np.column_stack([np.full(len(found), k), found]))
     k, a, b = np.concatenate(near).T
-    d = frames.x[k, a] - frames.x[k, b]
-    gap = np.sqrt((d**2).sum(axis=1)) - radius[a] - radius[b]
+    gap = size(frames.x[k, a] - frames.x[k, b]) - radius[a] - radius[b]
     films = layer[k, a] + layer[k, b]
     drawn = laws.drawn_from_sphere(laws.SPHERE, frames.film[k, a], radius[a], radius[b], 0.0)
     drawn = drawn + laws.drawn_from_sphere(laws.SPHERE, frames.film[k, b], radius[b], radius[a], 0.0)
     r = laws.harmonic_radius(radius[a], radius[b], np.zeros(len(a), dtype=bool))
-    touch = (gap < films - ROOM * radius[a]) & (drawn > SMALLEST * r**3)
+    touch = drawn > SMALLEST * r**3
     return _table(touch, frames.step[k], 0 * k, frames.ids[a], frames.ids[b], 0 * k - 1, gap, films, layer[k, a])
 
 
 def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
     """Spheres and wall parts; of several triangles as near the one with the least film counts."""
     parts, fixed = nearest.parts(run), bodies(run)
-    thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.middle)]
+    thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.bounds)]
     most = np.zeros((len(frames.step), len(parts)))
     np.maximum.at(most.T, parts.setup.part, thick.T)
     pairs_of = [np.zeros((3, 0), np.int64)]
@@ -318,7 +320,9 @@ def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.Dat
         a, part = parts.near(int(step), frames.x[k], radius + layer[k], most[k])
         pairs_of.append(np.stack([np.full(len(a), k), a, part]))
     k, a, part = np.concatenate(pairs_of, axis=1)
-    near = parts.closest(frames.step[k], frames.x[k, a], part, thick, k)
+    near = parts.closest(frames.step[k], frames.x[k, a], part, thick, k, radius[a] + layer[k, a] + most[k, part])
+    close = near.triangle >= 0
+    k, a, part, near = k[close], a[close], part[close], near.of(close)
     r, width = radius[a], fixed.half_width[part]
     wire = width < r
     kind, width = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL), np.where(wire, width, 0.0)

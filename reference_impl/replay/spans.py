@@ -27,7 +27,7 @@ from reference_impl.replay import (
 )
 from reference_impl.replay.arrays import Columns, Floats
 from reference_impl.replay.bodies import all_known, bodies, holders, known, pairs
-from reference_impl.replay.booking import WORTH_COMPILING, book
+from reference_impl.replay.booking import book
 from reference_impl.replay.compare import Quantity, merged
 from reference_impl.replay.io import Run, note, where
 from reference_impl.replay.lives import Lives, none
@@ -109,7 +109,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     run.known["budget"] = works
     energy, flying = budget.judged(run), flights.judged(run)
     last_row = np.full(len(held), -1)
-    before, start, compiled = none(), -1, whole.rows(where(run.folder, "events")) > WORTH_COMPILING
+    before, start = none(), -1
     for step in ends(logs, outputs, len(run.table("spheres")), size):
         began = time.process_time()
         part = _part(run, logs, step)
@@ -120,7 +120,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         p = pairs(events, fixed)
         falling.start(part, step)
         draws = coverage.known(run, "formation")
-        own, shots = book(events, p, fixed, tables, lives, held, draws, inside, compiled, falling)
+        own, shots = book(events, p, fixed, tables, lives, held, draws, inside, falling)
         carried.add(part, step)
         found.add("liquid", liquid.check(part, own, lives))
         found.add("drops", falling.check(liquid.mean_film(run)))

@@ -7,12 +7,13 @@ Gauss quadrature.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
@@ -56,8 +57,7 @@ class Tables:
         return self._rows
 
 
-@dataclass(frozen=True)
-class Shape:
+class Shape(NamedTuple):
     """Two bodies in units of r_i: radius of j, contact angles, and whether j's cap lies inside the parabola."""
 
     rj: float
@@ -69,28 +69,35 @@ class Shape:
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
+@njit(cache=True, error_model="numpy")
 def _turned(a: float, b: float, c: float, low: float, high: float) -> float:
     """pi times the integral of Y^2; five Gauss points are exact for a fourth-degree polynomial."""
-    x = low + (high - low) * (NODES + 1.0) / 2.0
-    return float(np.pi * (high - low) / 2.0 * np.sum(WEIGHTS * (a * x**2 + b * x + c) ** 2))
+    total = 0.0
+    for node, weight in zip(NODES, WEIGHTS):  # noqa: B905 - numba knows no `strict`
+        x = low + (high - low) * (node + 1.0) / 2.0
+        total += weight * (a * x**2 + b * x + c) ** 2
+    return np.pi * (high - low) / 2.0 * total
 
 
+@njit(cache=True, error_model="numpy")
 def _cap(y: float, d: float) -> float:
     return np.pi / 6.0 * (3.0 * y**2 * d + d**3)
 
 
-def parts(u: Floats, shape: Shape, gap: float) -> tuple[float, float, float, float]:
+@njit(cache=True, error_model="numpy")
+def parts(u: Any, shape: Any, gap: float) -> tuple[float, float, float, float]:
     """V_i, V_j, neck position and length of the parabola."""
     a, b, c, di, dj = u
     length = di + dj + gap
-    neck = float(np.clip(-b / (2.0 * a), 0.0, length)) if a > 0 else 0.0
+    neck = min(max(-b / (2.0 * a), 0.0), length) if a > 0 else 0.0
     end = a * length**2 + b * length + c
     vi = _turned(a, b, c, 0.0, neck) - _cap(c, di)
     vj = _turned(a, b, c, neck, length) - (_cap(end, dj) if shape.cap_j else 0.0)
     return vi, vj, neck, length
 
 
-def equations(u: Floats, shape: Shape, gap: float, volume: float) -> Floats:
+@njit(cache=True, error_model="numpy")
+def equations(u: Any, shape: Any, gap: float, volume: float) -> Any:
     """The five equations, each scaled to order one."""
     a, b, c, di, dj = u
     vi, vj, _, length = parts(u, shape, gap)
@@ -100,8 +107,8 @@ def equations(u: Floats, shape: Shape, gap: float, volume: float) -> Floats:
         [
             (c**2 - (2.0 * di - di**2)) / size**2,
             (end**2 - (2.0 * shape.rj * dj - dj**2)) / size**2,
-            np.pi / 2 + np.arctan(b) - np.arcsin(np.clip(c, -1, 1)) - shape.ti,
-            np.pi / 2 - np.arctan(slope) - np.arcsin(np.clip(end / shape.rj, -1, 1)) - shape.tj,
+            np.pi / 2 + np.arctan(b) - np.arcsin(min(max(c, -1.0), 1.0)) - shape.ti,
+            np.pi / 2 - np.arctan(slope) - np.arcsin(min(max(end / shape.rj, -1.0), 1.0)) - shape.tj,
             (vi + vj) / volume - 1.0,
         ]
     )

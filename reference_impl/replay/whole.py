@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from pyarrow import parquet
 
 from reference_impl.replay import io
 from reference_impl.replay.arrays import Floats
@@ -274,9 +273,3 @@ def trajectory(place: pd.DataFrame, table: pd.DataFrame) -> list[Quantity]:
     own, dump = (both[[f"{axis}{end}" for axis in "xyz"]].to_numpy(float) for end in ("", "_dump"))
     size = np.maximum(np.abs(own).max(axis=1, initial=0.0), 1e-3)
     return [compare("trajectory", "largest coordinate, or 1 mm", dump, own, size, both, TOLERANCE)] if len(both) else []
-
-
-def rows(path: Path) -> int:
-    """Number of rows of a table."""
-    with io.readable(path):
-        return int(parquet.read_metadata(path).num_rows)
