@@ -6,8 +6,7 @@ Rows of any steps are taken together; a triangle is looked at in full only where
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -21,19 +20,20 @@ SAME = 1e-9
 """Part of the distance within which two triangles are as near: beside an edge either may be the one that is meant."""
 
 
-@dataclass(frozen=True)
-class Closest:
+class Closest(NamedTuple):
     """Of each row: how far the part is; the closest point in the world; its triangle, of several as near the first."""
 
     distance: Floats
     point: Floats
     triangle: Floats
-    least: Floats
-    """The least of given values over the triangles that are as near."""
 
-    def of(self, rows: Floats) -> Closest:
-        """Some of them."""
-        return Closest(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+class Near(NamedTuple):
+    """Of each row: how far the part is; its closest triangle; the least of given values over the triangles that are as near."""
+
+    distance: Floats
+    triangle: Floats
+    least: Floats
 
 
 class Parts:
@@ -49,6 +49,7 @@ class Parts:
         self.low, self.high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
         np.minimum.at(self.low, part, self.bounds[:, 0])
         np.maximum.at(self.high, part, self.bounds[:, 1])
+        self._shape = (self.first, self.order, corners, self.bounds)
         self.wall = np.zeros(count, np.int64)
         for n, wall in enumerate(setup.walls):
             self.wall[part[wall.first : wall.last]] = n
@@ -80,38 +81,24 @@ class Parts:
             for at in np.split(rows, np.flatnonzero(np.diff(step[rows])) + 1) if len(rows) else []:
                 yield w, int(step[at[0]]), at
 
-    def near(self, step: int, x: Floats, reach: Floats, more: Floats) -> tuple[Floats, Floats]:
-        """Pairs of a sphere (its row) and a part whose bounds are nearer than `reach` of the one and `more` of the other."""
+    def within(self, step: int, x: Floats, reach: Floats, values: Floats) -> tuple[Floats, Floats, Near]:
+        """Pairs of a sphere (its row) and a part that are nearer than `reach` and the largest of the part's values together."""
+        most = np.full(len(self), -np.inf)
+        np.maximum.at(most, self.setup.part, values)
         found = []
         for n, w in enumerate(self.setup.walls):
-            parts = np.flatnonzero(self.wall == n)
-            if not len(parts):
-                continue
-            y = self.motion.to_rest(w, step, x)[:, None]
-            d = np.maximum(np.maximum(self.low[parts] - y, y - self.high[parts]), 0.0)
-            a, p = np.nonzero((d**2).sum(axis=2) < (reach[:, None] + more[parts]) ** 2)
-            found.append((a, parts[p]))
-        none = np.zeros(0, np.int64)
-        return (np.concatenate([none, *(f[0] for f in found)]), np.concatenate([none, *(f[1] for f in found)]))
+            parts, y = np.flatnonzero(self.wall == n), self.motion.to_rest(w, step, x)
+            found.append(_within(y, reach, parts, most, self.low, self.high, self._shape, values))
+        whole, real = (np.concatenate([np.zeros((0, n)), *(f[k] for f in found)]) for k, n in ((0, 3), (1, 2)))
+        a, part, triangle = whole.astype(np.int64).T
+        return a, part, Near(real[:, 0], triangle, real[:, 1])
 
-    def closest(
-        self, step: Floats, x: Floats, part: Floats, values: Floats | None = None, which: Floats | None = None,
-        reach: Floats | None = None,
-    ) -> Closest:  # fmt: skip
-        """Closest points of parts to points x, row by row; `values` of all triangles, of which row k takes those in which[k].
-
-        What is farther than `reach` is not looked for: triangle -1.
-        """
-        which = np.zeros(len(x), np.int64) if which is None else which
-        values = np.zeros((1, len(self.bounds))) if values is None else values
-        y, distance = self.rest(step, x, part), np.full(len(x), np.inf) if reach is None else reach * (1.0 + SAME)
-        point, triangle, least = np.full((len(x), 3), np.nan), np.zeros(len(x), np.int64), np.zeros(len(x))
-        shape, scratch = (
-            (self.first, self.order, self.setup.corners, self.bounds),
-            (np.zeros(len(self.bounds)), np.zeros(3)),
-        )
-        _closest(y, part, shape, values, which, scratch, (distance, point, triangle, least))
-        return Closest(distance, self.rest(step, point, part, back=True), triangle, least)
+    def closest(self, step: Floats, x: Floats, part: Floats) -> Closest:
+        """Closest points of parts to points x, row by row."""
+        y, count = self.rest(step, x, part), len(x)
+        distance, point, triangle = np.zeros(count), np.zeros((count, 3)), np.zeros(count, np.int64)
+        _closest(y, part, self._shape, distance, point, triangle)
+        return Closest(distance, self.rest(step, point, part, back=True), triangle)
 
     def to(self, step: Floats, x: Floats, triangle: Floats) -> tuple[Floats, Floats]:
         """Distance of points from triangles, and the closest point in the world."""
@@ -122,30 +109,76 @@ class Parts:
 
 
 @njit(cache=True, error_model="numpy")
-def _closest(y: Any, part: Any, shape: Any, values: Any, which: Any, scratch: Any, found: Any) -> None:
-    """Row by row, points y as the meshes at rest see them."""
+def _to_bounds(y: Any, low: Any, high: Any) -> float:
+    """Square of the distance of a point from a box."""
+    square = 0.0
+    for axis in range(3):
+        off = max(low[axis] - y[axis], y[axis] - high[axis], 0.0)
+        square += off * off
+    return square
+
+
+@njit(cache=True, error_model="numpy")
+def _look(y: Any, part: int, shape: Any, best: float, apart: Any, q: Any, point: Any) -> float:
+    """The least distance of a part from a point y as its mesh at rest sees it, where that is below `best`.
+
+    `apart` becomes the distance of each of the part's triangles that can be the closest, `point` that of the closest one.
+    """
     first, order, corners, bounds = shape
-    apart, q = scratch
-    distance, point, triangle, least = found
+    for k in range(first[part], first[part + 1]):
+        t, apart[k] = order[k], np.inf
+        if _to_bounds(y, bounds[t, 0], bounds[t, 1]) > (best * (1.0 + 2.0 * SAME)) ** 2:
+            continue
+        apart[k] = np.sqrt(mesh.closest_on(y, corners[t], q))
+        if apart[k] < best:
+            best, point[:] = apart[k], q
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def _closest(y: Any, part: Any, shape: Any, distance: Any, point: Any, triangle: Any) -> None:
+    """Row by row."""
+    first, order = shape[0], shape[1]
+    apart, q = np.empty(len(order)), np.empty(3)
     for n in range(len(y)):
-        best, start, end = distance[n], first[part[n]], first[part[n] + 1]
-        for k in range(start, end):
-            t, to_bounds = order[k], 0.0
-            for axis in range(3):
-                off = max(bounds[t, 0, axis] - y[n, axis], y[n, axis] - bounds[t, 1, axis], 0.0)
-                to_bounds += off * off
-            apart[k] = np.inf
-            if to_bounds > (best * (1.0 + 2.0 * SAME)) ** 2:
+        distance[n] = _look(y[n], part[n], shape, np.inf, apart, q, point[n])
+        for k in range(first[part[n]], first[part[n] + 1]):
+            if apart[k] <= distance[n] * (1.0 + SAME):
+                triangle[n] = order[k]
+                break
+
+
+@njit(cache=True, error_model="numpy")
+def _within(
+    y: Any, reach: Any, parts: Any, more: Any, low: Any, high: Any, shape: Any, values: Any
+) -> tuple[Any, Any]:  # fmt: skip
+    """Numbers of sphere, part and triangle, and distance and least value, of all pairs that are near."""
+    first, order = shape[0], shape[1]
+    apart, q, point = np.empty(len(order)), np.empty(3), np.empty(3)
+    whole, real, count = np.empty((len(y), 3), np.int64), np.empty((len(y), 2)), 0
+    lowest, highest, most = np.full(3, np.inf), np.full(3, -np.inf), -np.inf
+    for p in parts:
+        lowest, highest, most = np.minimum(lowest, low[p]), np.maximum(highest, high[p]), max(most, more[p])
+    for n in range(len(y)):
+        if _to_bounds(y[n], lowest, highest) >= (reach[n] + most) ** 2:
+            continue
+        for p in parts:
+            far = reach[n] + more[p]
+            if _to_bounds(y[n], low[p], high[p]) >= far * far:
                 continue
-            apart[k] = np.sqrt(mesh.closest_on(y[n], corners[t], q))
-            if apart[k] < best:
-                best = apart[k]
-                point[n, 0], point[n, 1], point[n, 2] = q[0], q[1], q[2]
-        distance[n], triangle[n], least[n] = best, -1, np.inf
-        for k in range(start, end):
-            if apart[k] <= best * (1.0 + SAME):
-                triangle[n] = order[k] if triangle[n] < 0 else triangle[n]
-                least[n] = min(least[n], values[which[n], order[k]])
+            best = _look(y[n], p, shape, far, apart, q, point)
+            if best >= far:
+                continue
+            if count == len(whole):
+                whole, real = np.concatenate((whole, whole)), np.concatenate((real, real))
+            whole[count, 2], real[count, 1] = -1, np.inf
+            for k in range(first[p], first[p + 1]):
+                if apart[k] <= best * (1.0 + SAME):
+                    whole[count, 2] = order[k] if whole[count, 2] < 0 else whole[count, 2]
+                    real[count, 1] = min(real[count, 1], values[order[k]])
+            whole[count, 0], whole[count, 1], real[count, 0] = n, p, best
+            count += 1
+    return whole[:count], real[:count]
 
 
 def parts(run: Run) -> Parts:

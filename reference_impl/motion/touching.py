@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from reference_impl.motion import mesh
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.window import Setup, Wall, Window
-from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import Floats, dot
 
 CHUNK = 4_000_000
 
@@ -46,8 +46,10 @@ def join(parts: list[Touches]) -> Touches:
 
 def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
     """Pairs a < b with |x_a - x_b| < reach_a + reach_b."""
-    a, b = np.sort(cKDTree(x).query_pairs(2.0 * reach.max(), output_type="ndarray"), axis=1).T
-    near = ((x[a] - x[b]) ** 2).sum(axis=1) < (reach[a] + reach[b]) ** 2
+    tree = cKDTree(x, balanced_tree=False, compact_nodes=False)
+    a, b = tree.query_pairs(2.0 * reach.max(), output_type="ndarray").T
+    d = x[a] - x[b]
+    near = dot(d, d) < (reach[a] + reach[b]) ** 2
     return a[near], b[near]
 
 

@@ -21,11 +21,11 @@ STRANGE = 1e300
 
 
 def places(run: Run) -> pd.DataFrame:
-    """Places of spheres in this part of the logs: `step`, `id`, x, y, z [m], each once."""
-    names = [name for name in ("trajectory", "window_states") if where(run.folder, name).exists()]
+    """Places of spheres in this part of the logs: `step`, `id`, x, y, z [m]; of two rows of a sphere and step the last counts."""
+    names = [name for name in ("window_states", "trajectory") if where(run.folder, name).exists()]
     tables = [run.table(name)[["step", "id", "x", "y", "z"]] for name in names]
     none = pd.DataFrame({"step": np.zeros(0, np.int64), "id": np.zeros(0, np.int64), **{a: np.zeros(0) for a in "xyz"}})
-    return pd.concat([none, *tables], ignore_index=True).drop_duplicates(["step", "id"])
+    return pd.concat([none, *tables], ignore_index=True)
 
 
 class Ends:
@@ -34,23 +34,19 @@ class Ends:
 
     def __init__(self, run: Run, table: pd.DataFrame, places: pd.DataFrame) -> None:
         p = pairs(table, bodies(run))
-        key = places["step"].to_numpy(np.int64) << 31 | places["id"].to_numpy(np.int64)
-        order = np.argsort(key)
-        key, x = np.append(key[order], np.iinfo(np.int64).max), places[["x", "y", "z"]].to_numpy(float)[order]
-        step = table["step"].to_numpy(np.int64)
-
-        def at(number: Floats) -> tuple[Floats, Floats]:
-            wanted = step << 31 | number.astype(np.int64)
-            here = np.searchsorted(key, wanted)
-            return here, key[here] == wanted
-
-        (i, known_i), (j, known_j) = at(p.i), at(p.sphere_j)
-        rows = np.flatnonzero(known_i & (known_j | p.wall))
+        x, step = places[["x", "y", "z"]].to_numpy(float), table["step"].to_numpy(np.int64)
+        steps, shot = np.unique(places["step"].to_numpy(np.int64), return_inverse=True)
+        row_of = np.full((len(steps) + 1, len(bodies(run).radius)), -1)  # the last step is one that is not known
+        row_of[shot, places["id"].to_numpy(np.int64)] = np.arange(len(x))
+        here = np.searchsorted(steps, step)
+        here[np.append(steps, -1)[here] != step] = len(steps)
+        i, j = row_of[here, p.i], row_of[here, p.sphere_j]
+        rows = np.flatnonzero((i >= 0) & ((j >= 0) | p.wall))
         if len(bodies(run).area) < 2:
             rows = rows[~p.wall[rows]]
         self.table, self.radius, self.wall = table.iloc[rows].reset_index(drop=True), p.ri[rows], p.wall[rows]
         self.xi = x[i[rows]]
-        self.xj = np.where(self.wall[:, None], np.nan, x[np.minimum(j[rows], max(len(x) - 1, 0))])
+        self.xj = np.where(self.wall[:, None], np.nan, x[j[rows]])
         self.off = np.zeros(len(rows))
         if self.wall.any():
             self._at_walls(run, step[rows], p.part[rows])

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
+from reference_impl.motion.touching import near_pairs
 from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import io, laws
 from reference_impl.replay.arrays import Floats, size
@@ -107,7 +107,7 @@ def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
     way = every * float(run.meta["time_step"]) * events["speed"].to_numpy(float) * ROOM_OF_WAY[0]
     # speeds are known at one of several steps
     way = way * (1.0 if every == 1 else 2.0) + (ROOM_OF_WAY[1] if every == 1 else 1e-3) * ri + _turned(run, ri)
-    since = np.maximum(*(_changed(run, held, side, step) for side in sides_of(events, run)))
+    since = _changed(run, held, step)
     judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
     excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
@@ -169,18 +169,26 @@ def _anew(run: Run) -> Floats:
     return np.array([step for window in windows for step in window], int)
 
 
-def _changed(run: Run, held: Held, holder: Floats, step: Floats) -> Floats:
-    """The last step before each event in which its holder's liquid changed, -1 for none."""
-    fixed, events, shed = bodies(run), run.table("events"), run.shed
+def _changed(run: Run, held: Held, step: Floats) -> Floats:
+    """The last step before each event in which the liquid on either side changed, -1 for none."""
+    fixed, shed = bodies(run), run.shed
     walls = np.where(shed["partner_kind"] == laws.SPHERE, 0, fixed.walls_from)
-    of_drops = [shed["i"].to_numpy(np.int64), np.maximum(shed["j"].to_numpy(np.int64), 0) + walls]
-    all_changes = _place(np.concatenate([step, step, *2 * [shed["step"].to_numpy(np.int64)]]),
-                         np.concatenate([*sides_of(events, run), *of_drops]), holder_first=True)  # fmt: skip
-    sorted_changes = np.append(np.sort(all_changes), np.iinfo(np.int64).max)
-    at = np.searchsorted(sorted_changes, _place(step, holder, holder_first=True), "left") - 1
-    before = sorted_changes[at]
-    here = (at >= 0) & (before >> 32 == holder)
-    return np.where(here, before & 0xFFFFFFFF, held.changed[holder])
+    drops = shed["step"].to_numpy(np.int64)
+    holder = np.concatenate([*sides_of(run.table("events"), run), shed["i"], np.maximum(shed["j"], 0) + walls]).astype(
+        np.int64
+    )
+    change = np.concatenate([step, step, drops, drops])
+    order = np.lexsort((change, holder))
+    ordered, of = change[order], holder[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]) | (of[1:] != of[:-1])
+    first = np.flatnonzero(new)  # of several changes of a holder in one step
+    before = np.where(
+        np.append(-1, of[first][:-1]) == of[first], np.append(-1, ordered[first][:-1]), held.changed[of[first]]
+    )
+    found = np.empty(len(order), np.int64)
+    found[order] = before[np.cumsum(new) - 1]
+    return np.maximum(found[: len(step)], found[len(step) : 2 * len(step)])
 
 
 def late(run: Run, held: Held) -> Quantity:
@@ -252,10 +260,14 @@ def _at_outputs(run: Run) -> pd.DataFrame:
     walls = walls[walls["step"] > 0]
     frames.walls[np.searchsorted(frames.step, walls["step"]), walls["triangle"]] = walls["film"]
     table, bridges = _touching(run, frames), run.table("bridges")
-    standing: dict[Any, Floats] = {step: keys(rows) for step, rows in bridges.groupby("step")}
-    lacking = np.ones(len(table), dtype=bool)
-    for step, rows in table.groupby("step").indices.items():
-        lacking[rows] = ~np.isin(keys(table.iloc[rows]), standing.get(step, np.zeros(0, np.int64)))
+    own, standing, lacking = keys(table), keys(bridges), np.ones(len(table), dtype=bool)
+    ends = np.searchsorted(bridges["step"].to_numpy(), frames.step[:, None] + np.array([0, 1]))
+    of = table["step"].to_numpy()
+    for step in np.unique(of):
+        rows = np.flatnonzero(of == step)
+        first, end = ends[np.searchsorted(frames.step, step)]
+        there = np.append(np.sort(standing[first:end]), -1)
+        lacking[rows] = there[np.searchsorted(there[:-1], own[rows])] != own[rows]
     return table.assign(missed=lacking)
 
 
@@ -276,36 +288,33 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     return table.assign(missed=at < 0)
 
 
-def _place(step: Any, number: Any, holder_first: bool = False) -> Floats:
+def _place(step: Any, number: Any) -> Floats:
     """Two numbers as one."""
-    step, number = np.asarray(step, np.int64), np.asarray(number, np.int64)
-    return (number << 32) | step if holder_first else (step << 31) | number
+    return (np.asarray(step, np.int64) << 31) | np.asarray(number, np.int64)
 
 
 def _touching(run: Run, frames: Frames) -> pd.DataFrame:
     """Pairs whose films overlap and hold something."""
     radius = bodies(run).radius[frames.ids]
     layer = thickness(frames.film, radius)
-    parts = [NONE, _of_spheres(frames, radius, layer)]
-    if len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
+    parts = [NONE, *([_of_spheres(frames, radius, layer)] if len(frames.step) else [])]
+    if len(frames.step) and len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
         parts.append(_at_walls(run, frames, radius, layer))
     return pd.concat(parts, ignore_index=True)
 
 
 def _of_spheres(frames: Frames, radius: Floats, layer: Floats) -> pd.DataFrame:
-    near = [np.zeros((0, 3), np.int64)]
+    near = []
     for k, x in enumerate(frames.x):
-        found = cKDTree(x).query_pairs(2.0 * float((radius + layer[k]).max()), output_type="ndarray")
-        gap = size(x[found[:, 0]] - x[found[:, 1]]) - radius[found].sum(axis=1)
-        found = found[gap < layer[k][found].sum(axis=1) - ROOM * radius[found[:, 0]]]
-        near.append(np.column_stack([np.full(len(found), k), found]))
-    k, a, b = np.concatenate(near).T
+        a, b = near_pairs(x, radius + layer[k])
+        near.append(np.stack([np.full(len(a), k), a, b]))
+    k, a, b = np.concatenate(near, axis=1)
     gap = size(frames.x[k, a] - frames.x[k, b]) - radius[a] - radius[b]
     films = layer[k, a] + layer[k, b]
     drawn = laws.drawn_from_sphere(laws.SPHERE, frames.film[k, a], radius[a], radius[b], 0.0)
     drawn = drawn + laws.drawn_from_sphere(laws.SPHERE, frames.film[k, b], radius[b], radius[a], 0.0)
     r = laws.harmonic_radius(radius[a], radius[b], np.zeros(len(a), dtype=bool))
-    touch = drawn > SMALLEST * r**3
+    touch = (gap < films - ROOM * radius[a]) & (drawn > SMALLEST * r**3)
     return _table(touch, frames.step[k], 0 * k, frames.ids[a], frames.ids[b], 0 * k - 1, gap, films, layer[k, a])
 
 
@@ -313,24 +322,19 @@ def _at_walls(run: Run, frames: Frames, radius: Floats, layer: Floats) -> pd.Dat
     """Spheres and wall parts; of several triangles as near the one with the least film counts."""
     parts, fixed = nearest.parts(run), bodies(run)
     thick = np.nan_to_num(frames.walls / fixed.area)[:, : len(parts.bounds)]
-    most = np.zeros((len(frames.step), len(parts)))
-    np.maximum.at(most.T, parts.setup.part, thick.T)
-    pairs_of = [np.zeros((3, 0), np.int64)]
-    for k, step in enumerate(frames.step):
-        a, part = parts.near(int(step), frames.x[k], radius + layer[k], most[k])
-        pairs_of.append(np.stack([np.full(len(a), k), a, part]))
-    k, a, part = np.concatenate(pairs_of, axis=1)
-    near = parts.closest(frames.step[k], frames.x[k, a], part, thick, k, radius[a] + layer[k, a] + most[k, part])
-    close = near.triangle >= 0
-    k, a, part, near = k[close], a[close], part[close], near.of(close)
+    found = []
+    for n, step in enumerate(frames.step):
+        a, part, near = parts.within(int(step), frames.x[n], radius + layer[n], thick[n])
+        found.append((np.full(len(a), n), a, part, *near))
+    k, a, part, distance, triangle, least = (np.concatenate(column) for column in zip(*found, strict=True))
     r, width = radius[a], fixed.half_width[part]
     wire = width < r
     kind, width = np.where(wire, laws.SMALL_WALL, laws.LARGE_WALL), np.where(wire, width, 0.0)
     drawn = laws.drawn_from_sphere(kind, frames.film[k, a], r, r, width)
-    drawn = drawn + laws.drawn_from_wall(kind, near.least, r, width)
-    gap, films = near.distance - r, layer[k, a] + near.least
+    drawn = drawn + laws.drawn_from_wall(kind, least, r, width)
+    gap, films = distance - r, layer[k, a] + least
     touch = (gap < films - ROOM * r) & (drawn > SMALLEST * r**3)
-    return _table(touch, frames.step[k], kind, frames.ids[a], part, near.triangle, gap, films, layer[k, a])
+    return _table(touch, frames.step[k], kind, frames.ids[a], part, triangle, gap, films, layer[k, a])
 
 
 def _table(keep: Floats, *columns: Floats) -> pd.DataFrame:
