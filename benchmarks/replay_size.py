@@ -1,9 +1,9 @@
-"""Time and memory of what comes after a long moist run: conversion of the logs, replay, results; and the disk they take.
+"""Time and memory of what comes after a long moist run: conversion of its logs, replay, results; and the disk they take.
 
-    python benchmarks/replay_size.py RUN_DIR [--spheres 16887] [--events 15000000] [--folder DIR]
+    python benchmarks/replay_size.py RUN_DIR
 
-RUN_DIR is a small moist run that gives scene, walls and laws (long_history.py). Each stage runs in a process of its own, so that
-its peak of memory is its own. The folder is kept where one is given; what was made or converted there is not again.
+RUN_DIR is a finished moist run, as `make full` leaves them; nothing in it changes. Its raw logs are written again from its tables
+(but for the trajectory), to be converted. Each stage runs in a process of its own, so that its peak of memory is its own.
 """
 
 from __future__ import annotations
@@ -11,23 +11,51 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import resource
-import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
+import numpy as np
+
+LEFT_OUT = ("engine", "engine.partial", "results", "replay.json", "summary.json", "contributions.json")
+
+
+def beside(run: Path, folder: Path) -> Path:
+    """The run in another folder by links, without what follows from its logs."""
+    for path in run.iterdir():
+        if path.name not in LEFT_OUT:
+            (folder / path.name).symlink_to(path.resolve())
+    return folder
+
+
+def raw(folder: Path) -> dict[str, Any]:
+    """The raw logs as the engine leaves them."""
+    from pyarrow import parquet
+
+    from pywet.schema import RAW
+
+    (folder / "engine.partial").mkdir()
+    for name, record in RAW.items():
+        table = folder / "history" / f"{name}.parquet"
+        with open(folder / "engine.partial" / f"{name}.0.bin", "wb") as file:
+            for batch in parquet.ParquetFile(table).iter_batches() if table.exists() else ():
+                part = batch.to_pandas()
+                rows = np.zeros(len(part), record)
+                for field in record.names or ():
+                    names = [f"{field}_{axis}" for axis in "xyz"] if record[field].shape else [field]
+                    if set(names) <= set(part):  # what only fills a record up is in no table
+                        rows[field] = part[names].to_numpy().reshape(rows[field].shape)
+                rows.tofile(file)
+    return {}
 
 
 def convert(folder: Path) -> dict[str, Any]:
     """Raw logs to tables, as a finished run does."""
-    from pywet.engines.liggghts import collecting, logs
     from pywet.runs import tables
 
-    collecting.convert_trajectory(folder / "engine.partial" / logs.TRAJECTORY, folder / "trajectory.parquet", 1.53e-6)
-    tables.convert(folder / "engine.partial", folder / "history")
+    tables.convert(folder / "engine.partial", folder / "converted")
     return {}
 
 
@@ -68,42 +96,36 @@ def alone(stage: Callable[[Path], dict[str, Any]], folder: Path) -> dict[str, An
     return found
 
 
-def disk(folder: Path) -> None:
-    """Bytes of each log, and for each of its rows."""
+def disk(folder: Path) -> int:
+    """Bytes of each log, and for each of its rows; the rows of all."""
     from pyarrow import parquet
 
-    total = 0
-    for path in sorted([*folder.glob("*.parquet"), *(folder / "history").glob("*.parquet")]):
+    total, count = 0, 0
+    for path in sorted([*folder.glob("*.parquet"), *folder.glob("history/*.parquet")]):
         rows, size = parquet.read_metadata(path).num_rows, path.stat().st_size
-        total += size
+        total, count = total + size, count + rows
         if rows > 1000:
-            print(f"  {path.stem:12s} {rows:10d} rows {size / 1e6:9.1f} MB {size / rows:7.1f} bytes a row")
+            print(f"  {path.stem:20s} {rows:10d} rows {size / 1e6:9.1f} MB {size / rows:7.1f} bytes a row")
     print(f"  in all {total / 1e9:.2f} GB")
+    return count
 
 
 def main() -> None:
     """Print one line for each stage."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("run_dir", type=Path)
-    parser.add_argument("--spheres", type=int, default=16_887)
-    parser.add_argument("--events", type=int, default=15_000_000)
-    parser.add_argument("--folder", type=Path)
     given = parser.parse_args()
-    import long_history
-
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = given.folder or Path(temporary)
-        raw = folder / "engine.partial"
-        if not (folder / "made").exists():
-            long_history.write(given.run_dir, folder, given.spheres, given.events)
-            (folder / "made").touch()
-        if not (folder / "history" / "events.parquet").exists():
-            print(f"raw        {sum(p.stat().st_size for p in raw.iterdir()) / 1e9:.2f} GB", flush=True)
-            alone(convert, folder)
-        disk(folder)
+    with tempfile.TemporaryDirectory(dir=given.run_dir.parent) as temporary:
+        folder = beside(given.run_dir, Path(temporary))
+        rows = disk(folder)
+        alone(raw, folder)
+        logs = {path: path.stat().st_size for path in (folder / "engine.partial").iterdir()}
+        print(f"raw        {sum(logs.values()) / 1e9:.2f} GB", flush=True)
+        alone(convert, folder)
         found = alone(replayed, folder)
         print(f"  {found['events']} events at {found['events_per_s']:.3g} and {found['contacts']} contacts at "
-              f"{found['contacts_per_s']:.3g} per processor second; agrees: {found['ok']}", flush=True)  # fmt: skip
+              f"{found['contacts_per_s']:.3g} per processor second; {rows / found['cpu']:.3g} rows of all tables in each second "
+              f"of the whole; agrees: {found['ok']}", flush=True)  # fmt: skip
         alone(results, folder)
 
 

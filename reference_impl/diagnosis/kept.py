@@ -28,17 +28,17 @@ STEPS = 400
 """A motion is looked for at so many steps before and after."""
 
 
-def links(run: Run, failed: Sequence[str]) -> Iterator[Link]:
-    """Those of the quantities that are beyond their limits."""
+def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
+    """Those of the quantities that are beyond their limits; of long tables with a row for each body there is a `part`."""
     setup, wrong = window.read(run.folder), set(failed)
     for names, make in (
         ({"mesh_motion"}, lambda: [walls(setup)]),
-        ({"trajectory"}, lambda: list(places(run))),
+        ({"trajectory"}, lambda: list(places(part))),
         ({"trajectory_velocity"}, lambda: list(speeds(setup))),
         ({"ledger_counts", "ledger_held"}, lambda: list(ledger(run))),
-        ({"event_triangle", "event_part"}, lambda: [triangles(run, "event")]),
-        ({"snapshot_triangle"}, lambda: [triangles(run, "snapshot")]),
-        ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(run))),
+        ({"event_triangle", "event_part"}, lambda: [triangles(part, "event")]),
+        ({"snapshot_triangle"}, lambda: [triangles(part, "snapshot")]),
+        ({"snapshot_ends", "snapshot_separation", "event_separation"}, lambda: list(ends(part))),
         ({f"energy_{n}" for n in (*budget.LIMITS,)}, lambda: list(links_works.works(run))),
         ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
         ({"contact_rows"}, lambda: list(rows_missing(run))),
@@ -54,12 +54,17 @@ def walls(setup: window.Setup) -> Link:
     logged, size = table[kept_tables.SHIFT].to_numpy(float), np.full(len(table), kept_tables.reach(setup))
     motion, names = Motion(setup), table["mesh"].to_numpy()
     last, step = round(setup.scene["duration_s"] / setup.step), table["step"].to_numpy(np.int64)
-    at = np.array([[motion.shift(w, s) for s in range(last + 1)] for w in setup.walls])
     mesh = pd.Index([w.name for w in setup.walls]).get_indexer(pd.Index(names))
+
+    def at(mesh: Floats, step: Floats) -> Floats:
+        found = np.zeros_like(own)
+        for n, wall in enumerate(setup.walls):
+            found[mesh == n] = motion.shift(wall, step[mesh == n])
+        return found
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         for by in sorted(range(-STEPS, STEPS + 1), key=abs)[1:]:
-            then = at[mesh, np.clip(step - by, 0, last)]
+            then = at(mesh, np.clip(step - by, 0, last))
             if np.abs(then - logged)[rows].max() < 1e-9 * size[0]:
                 yield Suspect(f"it is {abs(by)} steps {'late' if by > 0 else 'early'}", then, float(by))
         yield from exchanged.suspects(logged, own, rows)
@@ -67,7 +72,7 @@ def walls(setup: window.Setup) -> Link:
         for one, two in combinations(range(len(setup.walls)), 2):
             other = np.where(mesh == one, two, np.where(mesh == two, one, mesh))
             names_of = f"{setup.walls[one].name} and {setup.walls[two].name}"
-            yield Suspect(f"the motions of {names_of} are exchanged", at[other, step])
+            yield Suspect(f"the motions of {names_of} are exchanged", at(other, step))
 
     marks = {f"of {w.name}": names == w.name for w in setup.walls}
     return Link("mesh_motion", "place of a wall in mesh_motion", table, logged, own, size, suspects, marks=marks)

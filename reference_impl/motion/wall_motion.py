@@ -21,15 +21,15 @@ class Motion:
         self._drawn = slide_steps(setup.scene)
         self._times: Floats | None = None
 
-    def shift(self, wall: Wall, step: int) -> Floats:
-        """Displacement of a translating mesh after `step` steps [m]."""
+    def shift(self, wall: Wall, step: int | Floats) -> Floats:
+        """Displacement of a translating mesh after `step` steps [m]; of several steps a row for each."""
         if wall.motion == "vibrates" and wall.way:
             return np.asarray(self._vibrated(wall)[1][step])
         if wall.name in self._drawn:
             opens, drawn = self._drawn[wall.name]
             speed = np.asarray(wall.way["velocity_m_per_s"], float)
-            return np.asarray(speed * self._setup.step * (np.clip(step, opens, drawn) - opens))
-        return np.zeros(3)
+            return np.asarray(speed * self._setup.step * (np.clip(step, opens, drawn) - opens)[..., None])
+        return np.zeros((*np.shape(step), 3))
 
     def velocity(self, wall: Wall, step: int, points: Floats) -> Floats:
         """Velocity of points (n, 3) of a mesh in a step [m/s]; at rest before the first step."""

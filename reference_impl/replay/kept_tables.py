@@ -31,8 +31,8 @@ def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
     motion, own = Motion(setup), np.zeros((len(table), 3))
     step, name = table["step"].to_numpy(np.int64), table["mesh"].to_numpy()
     for wall in setup.walls:
-        for row in np.flatnonzero(name == wall.name):
-            own[row] = motion.shift(wall, int(step[row]))
+        rows = name == wall.name
+        own[rows] = motion.shift(wall, step[rows])
     return table, own
 
 

@@ -121,7 +121,7 @@ def _named(run_dir: Path, run: io.Run, tables: transfer.Tables, gone: spans.Foun
     io.note("which fault it is")
     events, contacts, where = looked.parts(run, gone)
     found = {**faults.find(events, contacts, tables, failed), "looked_at": where}
-    beside = diagnosis.diagnose(kept.links(run, failed), failed)
+    beside = diagnosis.diagnose(kept.links(run, events, failed), failed)
     if not found["findings"]:
         found = dynamics.named(run_dir, run, failed) or found
     return diagnosis.together(failed, found, beside)
