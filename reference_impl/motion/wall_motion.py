@@ -17,14 +17,14 @@ class Motion:
     def __init__(self, setup: Setup) -> None:
         self._setup = setup
         self._total = round(setup.scene["duration_s"] / setup.step)
-        self._sums: dict[str, tuple[Floats, Floats]] = {}
+        self._sums: dict[str, Floats] = {}
         self._drawn = slide_steps(setup.scene)
         self._times: Floats | None = None
 
     def shift(self, wall: Wall, step: int | Floats) -> Floats:
         """Displacement of a translating mesh after `step` steps [m]; of several steps a row for each."""
         if wall.motion == "vibrates" and wall.way:
-            return np.asarray(self._vibrated(wall)[1][step])
+            return np.asarray(self._vibrated(wall)[step])
         if wall.name in self._drawn:
             opens, drawn = self._drawn[wall.name]
             speed = np.asarray(wall.way["velocity_m_per_s"], float)
@@ -37,7 +37,7 @@ class Motion:
         if step == 0:
             return found
         if wall.motion == "vibrates" and wall.way:
-            found += self._vibrated(wall)[0][step]
+            found += [self._speed(wall, axis, self._time()[step]) for axis in range(3)]
         elif wall.name in self._drawn:
             opens, drawn = self._drawn[wall.name]
             found += np.asarray(wall.way["velocity_m_per_s"], float) * (opens < step <= drawn)
@@ -71,15 +71,22 @@ class Motion:
             self._times = np.concatenate([[0.0], np.cumsum(np.full(self._total + 1, self._setup.step))])
         return self._times
 
-    def _vibrated(self, wall: Wall) -> tuple[Floats, Floats]:
-        """Velocity and displacement of a vibration after 0, 1, 2, … steps: v = a w cos(w t + phase)."""
-        v, dt, name = wall.way, self._setup.step, repr(wall.way)  # walls that share a motion share its sums
+    @staticmethod
+    def _speed(wall: Wall, axis: int, time: Floats) -> Floats:
+        """Along one axis: a w cos(w t + phase) [m/s]."""
+        v, w = wall.way, 2.0 * np.pi * wall.way["frequency_Hz"]
+        return np.asarray(v["amplitude_m"][axis] * w * np.cos(w * time + v["phase_rad"][axis]))
+
+    def _vibrated(self, wall: Wall) -> Floats:
+        """Displacement of a vibration after 0, 1, 2, … steps [m]."""
+        name = repr(wall.way)  # walls that share a motion share its sums
         if name not in self._sums:
-            w = 2.0 * np.pi * v["frequency_Hz"]
-            time = self._time()
-            speed = np.asarray(v["amplitude_m"]) * w * np.cos(w * time[:, None] + np.asarray(v["phase_rad"]))
-            speed[0] = 0.0
-            self._sums[name] = speed, np.cumsum(speed * dt, axis=0)
+            found = self._sums[name] = np.zeros((len(self._time()), 3))
+            for axis in range(3):  # of a long run each is 100 MB
+                way = self._speed(wall, axis, self._time())
+                way[0] = 0.0
+                way *= self._setup.step
+                np.cumsum(way, out=found[:, axis])
         return self._sums[name]
 
 
