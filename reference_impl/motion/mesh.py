@@ -1,4 +1,4 @@
-"""Triangles: the closest point of a part (for bridges), and how LIGGGHTS 3.8.0 makes contacts of spheres with a mesh.
+"""How LIGGGHTS 3.8.0 makes contacts of spheres with the triangles of a mesh.
 
 The engine's rules, as in its sources (tri_mesh_I.h, surface_mesh_I.h): every triangle makes its own contact, with its face,
 or with an edge or corner of it that is active. Of two triangles at an angle the later one owns their edge; edges within a plane
@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from reference_impl.replay.arrays import Floats
 
@@ -23,47 +21,6 @@ TINY = 1e-10
 FACE = 7
 NOTHING = 1e6
 """Distance [m] where an inactive edge or corner is the closest feature."""
-
-
-@njit(cache=True, error_model="numpy")
-def closest_on(p: Any, t: Any, best: Any) -> float:
-    """Square of the distance of a point from a triangle t (3, 3); `best` becomes its closest point: the foot in the plane where
-    that is inside, else the closest on the three edges."""
-    ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
-    vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    lift = ((p[0] - t[0, 0]) * nx + (p[1] - t[0, 1]) * ny + (p[2] - t[0, 2]) * nz) / (nx * nx + ny * ny + nz * nz)
-    fx, fy, fz = p[0] - lift * nx, p[1] - lift * ny, p[2] - lift * nz
-    inside, least = True, np.inf
-    for k in range(3):
-        u, v = t[k], t[(k + 1) % 3]
-        ex, ey, ez = v[0] - u[0], v[1] - u[1], v[2] - u[2]
-        dx, dy, dz = fx - u[0], fy - u[1], fz - u[2]
-        turn = (ey * dz - ez * dy) * nx + (ez * dx - ex * dz) * ny + (ex * dy - ey * dx) * nz
-        inside = inside and turn >= 0.0
-        share = ((p[0] - u[0]) * ex + (p[1] - u[1]) * ey + (p[2] - u[2]) * ez) / (ex * ex + ey * ey + ez * ez)
-        share = min(max(share, 0.0), 1.0)
-        qx, qy, qz = u[0] + share * ex, u[1] + share * ey, u[2] + share * ez
-        d = (p[0] - qx) ** 2 + (p[1] - qy) ** 2 + (p[2] - qz) ** 2
-        if d < least:
-            least, best[0], best[1], best[2] = d, qx, qy, qz
-    if inside:
-        best[0], best[1], best[2] = fx, fy, fz
-        least = (p[0] - fx) ** 2 + (p[1] - fy) ** 2 + (p[2] - fz) ** 2
-    return least
-
-
-@njit(cache=True, error_model="numpy")
-def _closest_points(p: Any, t: Any, found: Any) -> None:
-    for n in range(len(p)):
-        closest_on(p[n], t[n], found[n])
-
-
-def closest_point(p: Floats, t: Floats) -> Floats:
-    """Closest points of triangles t (n, 3, 3) to points p (n, 3)."""
-    found = np.empty((len(p), 3))
-    _closest_points(p, t, found)
-    return found
 
 
 @dataclass(frozen=True)

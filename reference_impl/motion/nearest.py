@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
-from reference_impl.motion import mesh, window
+from reference_impl.compiled import compiled
+from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.io import Run
@@ -104,11 +104,52 @@ class Parts:
         """Distance of points from triangles, and the closest point in the world."""
         part = self.setup.part[triangle]
         y = self.rest(step, x, part)
-        q = mesh.closest_point(y, self.setup.corners[triangle])
+        q = closest_point(y, self.setup.corners[triangle])
         return size(y - q), self.rest(step, q, part, back=True)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
+def closest_on(p: Any, t: Any, best: Any) -> float:
+    """Square of the distance of a point from a triangle t (3, 3); `best` becomes its closest point: the foot in the plane where
+    that is inside, else the closest on the three edges."""
+    ux, uy, uz = t[1, 0] - t[0, 0], t[1, 1] - t[0, 1], t[1, 2] - t[0, 2]
+    vx, vy, vz = t[2, 0] - t[0, 0], t[2, 1] - t[0, 1], t[2, 2] - t[0, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    lift = ((p[0] - t[0, 0]) * nx + (p[1] - t[0, 1]) * ny + (p[2] - t[0, 2]) * nz) / (nx * nx + ny * ny + nz * nz)
+    fx, fy, fz = p[0] - lift * nx, p[1] - lift * ny, p[2] - lift * nz
+    inside, least = True, np.inf
+    for k in range(3):
+        u, v = t[k], t[(k + 1) % 3]
+        ex, ey, ez = v[0] - u[0], v[1] - u[1], v[2] - u[2]
+        dx, dy, dz = fx - u[0], fy - u[1], fz - u[2]
+        turn = (ey * dz - ez * dy) * nx + (ez * dx - ex * dz) * ny + (ex * dy - ey * dx) * nz
+        inside = inside and turn >= 0.0
+        share = ((p[0] - u[0]) * ex + (p[1] - u[1]) * ey + (p[2] - u[2]) * ez) / (ex * ex + ey * ey + ez * ez)
+        share = min(max(share, 0.0), 1.0)
+        qx, qy, qz = u[0] + share * ex, u[1] + share * ey, u[2] + share * ez
+        d = (p[0] - qx) ** 2 + (p[1] - qy) ** 2 + (p[2] - qz) ** 2
+        if d < least:
+            least, best[0], best[1], best[2] = d, qx, qy, qz
+    if inside:
+        best[0], best[1], best[2] = fx, fy, fz
+        least = (p[0] - fx) ** 2 + (p[1] - fy) ** 2 + (p[2] - fz) ** 2
+    return least
+
+
+@compiled
+def _closest_points(p: Any, t: Any, found: Any) -> None:
+    for n in range(len(p)):
+        closest_on(p[n], t[n], found[n])
+
+
+def closest_point(p: Floats, t: Floats) -> Floats:
+    """Closest points of triangles t (n, 3, 3) to points p (n, 3)."""
+    found = np.empty((len(p), 3))
+    _closest_points(p, t, found)
+    return found
+
+
+@compiled
 def _to_bounds(y: Any, low: Any, high: Any) -> float:
     """Square of the distance of a point from a box."""
     square = 0.0
@@ -118,7 +159,7 @@ def _to_bounds(y: Any, low: Any, high: Any) -> float:
     return square
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _look(y: Any, part: int, shape: Any, best: float, apart: Any, q: Any, point: Any) -> float:
     """The least distance of a part from a point y as its mesh at rest sees it, where that is below `best`.
 
@@ -129,13 +170,13 @@ def _look(y: Any, part: int, shape: Any, best: float, apart: Any, q: Any, point:
         t, apart[k] = order[k], np.inf
         if _to_bounds(y, bounds[t, 0], bounds[t, 1]) > (best * (1.0 + 2.0 * SAME)) ** 2:
             continue
-        apart[k] = np.sqrt(mesh.closest_on(y, corners[t], q))
+        apart[k] = np.sqrt(closest_on(y, corners[t], q))
         if apart[k] < best:
             best, point[:] = apart[k], q
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _closest(y: Any, part: Any, shape: Any, distance: Any, point: Any, triangle: Any) -> None:
     """Row by row."""
     first, order = shape[0], shape[1]
@@ -148,7 +189,7 @@ def _closest(y: Any, part: Any, shape: Any, distance: Any, point: Any, triangle:
                 break
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _within(
     y: Any, reach: Any, parts: Any, more: Any, low: Any, high: Any, shape: Any, values: Any
 ) -> tuple[Any, Any]:  # fmt: skip

@@ -12,6 +12,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from reference_impl.motion import mesh
+from reference_impl.motion.nearest import closest_point
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.window import Setup, Wall, Window
 from reference_impl.replay.arrays import Floats, dot
@@ -122,7 +123,7 @@ def _wall_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Flo
 def _prism_step(setup: Setup, wall: Wall, shape: mesh.Topology, y: Floats, a: Floats, t: Floats) -> tuple[Floats, ...]:
     """The same where each part is one body: the closest of its triangles, and the triangle given is the part's first one."""
     part = setup.part[wall.first + t]
-    point = mesh.closest_point(y[a], shape.corners[t])
+    point = closest_point(y[a], shape.corners[t])
     apart = np.sqrt(((y[a] - point) ** 2).sum(axis=1))
     order = np.lexsort((apart, part, a))
     first = np.ones(len(order), dtype=bool)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numba import njit
 
+from reference_impl.compiled import compiled
 from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, Pairs, holders, shapes
@@ -127,7 +127,7 @@ def book(
     return out, shots
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
     """What a formation asks of one side; drawn dry, a film may be below zero by its last digit."""
     film, holder = max(held[side.holder[n]], 0.0), side.holder[n]
@@ -140,7 +140,7 @@ def _ask(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
     asked[holder] += share[n]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
     """Each its part where more is asked of a film in a step than it holds."""
     there, want = max(held[side.holder[n]], 0.0), asked[side.holder[n]]
@@ -148,7 +148,7 @@ def _grant(side: Asks, n: int, held: Any, asked: Any, share: Any) -> None:
         share[n] *= there / want
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _ratio(table: Ratios, row: int, v_star: float) -> float:
     """Linear between the nodes, constant beyond."""
     if row < 0 or v_star != v_star:
@@ -168,7 +168,7 @@ def _ratio(table: Ratios, row: int, v_star: float) -> float:
     return slope * (v_star - table.nodes[low]) + table.values[low]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Columns, start: int, last: int) -> None:
     """Some events step by step; the last places of `own` become the volumes of the events."""
     before = len(own) - len(e.step)

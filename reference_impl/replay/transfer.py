@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from reference_impl.compiled import compiled
 from reference_impl.replay import coverage, exact, laws
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
@@ -69,7 +69,7 @@ class Shape(NamedTuple):
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _turned(a: float, b: float, c: float, low: float, high: float) -> float:
     """pi times the integral of Y^2; five Gauss points are exact for a fourth-degree polynomial."""
     total = 0.0
@@ -79,12 +79,12 @@ def _turned(a: float, b: float, c: float, low: float, high: float) -> float:
     return np.pi * (high - low) / 2.0 * total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _cap(y: float, d: float) -> float:
     return np.pi / 6.0 * (3.0 * y**2 * d + d**3)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def parts(u: Any, shape: Any, gap: float) -> tuple[float, float, float, float]:
     """V_i, V_j, neck position and length of the parabola."""
     a, b, c, di, dj = u
@@ -96,7 +96,7 @@ def parts(u: Any, shape: Any, gap: float) -> tuple[float, float, float, float]:
     return vi, vj, neck, length
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def equations(u: Any, shape: Any, gap: float, volume: float) -> Any:
     """The five equations, each scaled to order one."""
     a, b, c, di, dj = u

@@ -6,11 +6,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
+from reference_impl.compiled import compiled
 
-@numba.njit(cache=True)
+
+@compiled
 def accelerations(
     y: Any, radius: Any, mass: Any, film: Any, wet: Any, viscosity: float, tension: float, h_min: float, gravity: Any
 ) -> Any:

@@ -63,3 +63,16 @@ def test_a_triangle_is_in_reach_of_the_look_before_an_output(tmp_path: Path, eve
     )
     event = pd.Series({"i": 411, "step": 5650, "speed": 0.1})
     assert formations._in_reach(run, event, np.arange(3)).tolist() == [True, True, False]
+
+
+def test_closest_points_of_a_triangle() -> None:
+    """Face, edge and corner of a right triangle, worked out by hand."""
+    triangle = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+    for point, closest in [
+        ((0.2, 0.3, 5.0), (0.2, 0.3, 0.0)),
+        ((0.5, -1.0, 1.0), (0.5, 0.0, 0.0)),
+        ((1.0, 1.0, 0.0), (0.5, 0.5, 0.0)),
+        ((-1.0, -1.0, 2.0), (0.0, 0.0, 0.0)),
+        ((3.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
+    ]:
+        assert nearest.closest_point(np.array([point]), triangle)[0] == pytest.approx(closest, abs=1e-15)

@@ -280,19 +280,6 @@ def test_wrong_closest_point_is_found(tmp_path: Path, moist: Path) -> None:
 # ---- the pieces -----------------------------------------------------------------------------------------------------------
 
 
-def test_closest_points_of_a_triangle() -> None:
-    """Face, edge and corner of a right triangle, worked out by hand."""
-    triangle = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
-    for point, closest in [
-        ((0.2, 0.3, 5.0), (0.2, 0.3, 0.0)),
-        ((0.5, -1.0, 1.0), (0.5, 0.0, 0.0)),
-        ((1.0, 1.0, 0.0), (0.5, 0.5, 0.0)),
-        ((-1.0, -1.0, 2.0), (0.0, 0.0, 0.0)),
-        ((3.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
-    ]:
-        assert mesh.closest_point(np.array([point]), triangle)[0] == pytest.approx(closest, abs=1e-15)
-
-
 def test_each_edge_and_corner_of_a_block_has_one_owner() -> None:
     """Twelve edges and eight corners of a box are active once; the diagonals of its faces never."""
     box = mesh.topology(scenes.block().corners)

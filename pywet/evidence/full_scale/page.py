@@ -149,10 +149,7 @@ def _price(runs: Runs) -> list[str]:
 def _lacking(runs: Runs, stiff: Runs) -> list[str]:
     """What the page cannot say for want of runs."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
-    lines = [
-        "",
-        "Where no sizes stand, none were recorded; a 5.6 mm case was [measured on a made-up history](replay.md#speed).\n",
-    ]
+    lines = ["", "Where no sizes stand, none were recorded.\n"]
     if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
         lines += [
             f"- **Missing: {SEEDS} seeds of cases {', '.join(map(str, SEEDED))}** (there are {seeds}). What chance makes at full",
