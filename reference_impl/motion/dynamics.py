@@ -57,6 +57,7 @@ def check(
         of_works = budget.in_window(setup, f, run) if works and run is not None else []
         for q in (*newton.check(setup, [f]), *in_windows, *of_works):
             parts.setdefault(q.name, []).append(q)
+        del f  # before the next one is made
     found += [merged(p) for _, p in sorted(parts.items(), key=lambda item: item[0] == "trajectory_in_windows")]
     io.write_json(folder / "contributions.json", shares.result(moved))
     driven = int((~setup.free).sum())

@@ -61,8 +61,7 @@ class Bridges:
 
 def of_window(run: Run, setup: Setup, window: Window) -> Bridges:
     """All bridges of one window."""
-    log = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
-    table = log[log["step"].isin(window.steps)].reset_index(drop=True)
+    table = run.rows("contacts", int(window.steps[0]), int(window.steps[-1]))
     wall = (table["partner_kind"] != laws.SPHERE).to_numpy()
     k = np.searchsorted(window.steps, table["step"].to_numpy())
     a = np.searchsorted(setup.ids, table["i"].to_numpy())
