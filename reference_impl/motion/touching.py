@@ -45,13 +45,26 @@ def join(parts: list[Touches]) -> Touches:
     return Touches(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Touches)))
 
 
+ABOUT_ONE_SIZE = 1.3
+"""Bodies are looked for together with those that reach so many times as far at most: else the largest decides for all."""
+
+
 def near_pairs(x: Floats, reach: Floats) -> tuple[Floats, Floats]:
     """Pairs a < b with |x_a - x_b| < reach_a + reach_b."""
-    tree = cKDTree(x, balanced_tree=False, compact_nodes=False)
-    a, b = tree.query_pairs(2.0 * reach.max(), output_type="ndarray").T
+    sort = np.floor(np.log(reach / reach.min()) / np.log(ABOUT_ONE_SIZE)).astype(int)
+    groups = [np.flatnonzero(sort == n) for n in np.unique(sort)]
+    trees, most = [cKDTree(x[g]) for g in groups], [float(reach[g].max()) for g in groups]
+    found = []
+    for m, g in enumerate(groups):
+        found.append(g[trees[m].query_pairs(2.0 * most[m], output_type="ndarray")])
+        for n in range(m):
+            near = trees[m].sparse_distance_matrix(trees[n], most[m] + most[n], output_type="ndarray")
+            found.append(np.stack([g[near["i"]], groups[n][near["j"]]], axis=1))
+    one, two = np.concatenate(found).T
+    a, b = np.minimum(one, two), np.maximum(one, two)
     d = x[a] - x[b]
-    near = dot(d, d) < (reach[a] + reach[b]) ** 2
-    return a[near], b[near]
+    close = dot(d, d) < (reach[a] + reach[b]) ** 2
+    return a[close], b[close]
 
 
 def near_triangles(y: Floats, reach: Floats, corners: Floats) -> tuple[Floats, Floats]:
