@@ -295,10 +295,12 @@ def _place(step: Any, number: Any) -> Floats:
 
 def _touching(run: Run, frames: Frames) -> pd.DataFrame:
     """Pairs whose films overlap and hold something."""
+    if not len(frames.step):
+        return NONE
     radius = bodies(run).radius[frames.ids]
     layer = thickness(frames.film, radius)
-    parts = [NONE, *([_of_spheres(frames, radius, layer)] if len(frames.step) else [])]
-    if len(frames.step) and len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
+    parts = [_of_spheres(frames, radius, layer)]
+    if len(bodies(run).area) > 1 and io.scene(run.folder)["effects"].get("wall_films", True):
         parts.append(_at_walls(run, frames, radius, layer))
     return pd.concat(parts, ignore_index=True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 from pathlib import Path
 from types import FunctionType
@@ -23,15 +24,17 @@ def test_what_is_compiled_into_a_kept_function_stands_in_its_file() -> None:
     for path in ROOT.rglob("*.py"):
         if "@compiled" not in path.read_text():
             continue
+        imports = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.ImportFrom)]
+        ours = {n.asname or n.name for i in imports if (i.module or "").startswith("reference_impl") for n in i.names}
         module = importlib.import_module(".".join(("reference_impl", *path.relative_to(ROOT).with_suffix("").parts)))
         for name, value in vars(module).items():
             if not is_jitted(value):
                 continue
             assert value.py_func.__module__ == module.__name__, name
-            used = {n: vars(module)[n] for n in value.py_func.__code__.co_names if n in vars(module)}
-            of_us = [n for n, v in used.items() if getattr(v, "__name__", "").startswith("reference_impl")]
-            assert not of_us, f"{name} takes from {of_us}"
-            assert not [n for n, v in used.items() if isinstance(v, FunctionType)], f"{name} calls what is not compiled"
+            used = set(value.py_func.__code__.co_names)
+            assert not used & ours, f"{name} takes {used & ours} from another file"
+            plain = [n for n in used if isinstance(vars(module).get(n), FunctionType)]
+            assert not plain, f"{name} calls {plain}, not compiled"
             kept += 1
     assert kept >= 10
 

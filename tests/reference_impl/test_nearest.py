@@ -76,3 +76,30 @@ def test_closest_points_of_a_triangle() -> None:
         ((3.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
     ]:
         assert nearest.closest_point(np.array([point]), triangle)[0] == pytest.approx(closest, abs=1e-15)
+
+
+def test_within_is_what_all_triangles_one_by_one_say() -> None:
+    """Spheres about two parts of ten triangles: pairs, distance, triangle and least value of those as near."""
+    random = np.random.default_rng(5)
+    corners, part = random.uniform(0.0, 1.0, (20, 3, 3)), np.arange(20) % 2
+    corners[4] = corners[2]  # of one part, as near everywhere
+    setup: Any = SimpleNamespace(
+        corners=corners, part=part, step=1e-6, scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
+        walls=[SimpleNamespace(first=0, last=20, motion="fixed", way=None, name="all")],
+    )  # fmt: skip
+    x, reach, values = random.uniform(-0.5, 1.5, (300, 3)), random.uniform(0.1, 0.6, 300), random.uniform(0.0, 0.2, 20)
+    a, of, near = nearest.Parts(setup).within(0, x, reach, values)
+    every = np.stack(
+        [np.linalg.norm(nearest.closest_point(x, np.repeat(t[None], 300, 0)) - x, axis=1) for t in corners]
+    )
+    wanted = {}
+    for n, p in np.ndindex(300, 2):
+        own = np.flatnonzero(part == p)
+        least = every[own, n].min()
+        if least < reach[n] + values[own].max():
+            same = own[every[own, n] <= least * (1.0 + nearest.SAME)]
+            wanted[n, p] = (least, same[0], values[same].min())
+    found = dict(zip(zip(a.tolist(), of.tolist(), strict=True), zip(*near, strict=True), strict=True))
+    assert len(found) == len(a) > 100 and found.keys() == wanted.keys()
+    assert np.array(list(found.values())) == pytest.approx(np.array([wanted[k] for k in found]), rel=1e-12)
+    assert any(row[1] == 2 and row[2] == values[[2, 4]].min() for row in found.values())

@@ -97,6 +97,23 @@ def test_a_late_fault_of_the_contacts_is_named(heap_dir: Path, tmp_path: Path, m
     assert [f["fault"] for f in found] == ["half of it counts"]
 
 
+def test_a_late_fault_of_the_snapshots_is_named(
+    heap_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the part from where they first disagree, not in all outputs."""
+
+    def change(tables: planted_log.Tables) -> None:
+        late = tables["bridges"]["step"] > tables["bridges"]["step"].median()
+        tables["bridges"].loc[late, "separation"] *= 1.001
+
+    planted = planted_log.plant(heap_dir, tmp_path, planted_log.Planted(change, "snapshot_separation", ""))
+    whole = at_size(planted, spans.SIZE, monkeypatch)["diagnosis"]["findings"]
+    monkeypatch.setattr(looked, "MOST", 12)
+    part = at_size(planted, 6, monkeypatch)["diagnosis"]["findings"]
+    assert [f["fault"] for f in part] == [f["fault"] for f in whole] == ["it is 1.001 times what it should be"]
+    assert part[0]["records"] < whole[0]["records"]
+
+
 def test_of_a_part_of_a_log_only_standing_bridges_go_on() -> None:
     """Sphere 1's first bridge to part 0 formed on triangle 0 and ruptured on triangle 1; of it only the formation is left."""
     columns = ["step", "kind", "partner_kind", "i", "j", "triangle"]
