@@ -82,7 +82,7 @@ def test_within_is_what_all_triangles_one_by_one_say() -> None:
     """Spheres about two parts of ten triangles: pairs, distance, triangle and least value of those as near."""
     random = np.random.default_rng(5)
     corners, part = random.uniform(0.0, 1.0, (20, 3, 3)), np.arange(20) % 2
-    corners[4] = corners[2]  # of one part, as near everywhere
+    corners[4] = corners[2] + 1e-12  # of one part, as near to nine digits
     setup: Any = SimpleNamespace(
         corners=corners, part=part, step=1e-6, scene={"time_step_s": 1e-6, "duration_s": 1e-6, "walls": []},
         walls=[SimpleNamespace(first=0, last=20, motion="fixed", way=None, name="all")],
