@@ -81,10 +81,10 @@ def neighbour(case: int) -> int:
     return (1 if case < 10 else 10) + ((case - 1) % 3 > 0)
 
 
-def neighbours(case: int, runs: Mapping[int, Sequence[Kept]]) -> list[Moved]:
-    """The first run of a case, moved by each seed of its neighbour; none where that has a single seed."""
+def neighbours(case: int, runs: Mapping[int, Sequence[Kept]], run: Kept | None = None) -> list[Moved]:
+    """A run of a case, else its first, moved by each seed of its neighbour; none where that has a single seed."""
     seeds = runs.get(neighbour(case), ())
-    return [Moved(runs[case][0].folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
+    return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
 
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
@@ -98,6 +98,9 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
     if not common:
         return Answer(MISSING)
     worlds = [{case: seeds[seed] for case, seeds in by_seed.items()} for seed in common]
+    worlds = [w for w in worlds if not np.isnan([part.quantity(w) for part in statement.parts]).any()]
+    if not worlds:  # no run recorded it
+        return Answer(MISSING)
     if len(worlds) > 1:
         spreads = [np.std([part.quantity(w) for w in worlds], ddof=1) for part in statement.parts]
         halves = [half_width(float(s), len(worlds), len(worlds) - 1, 0.95) for s in spreads]
@@ -107,7 +110,7 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
 
 def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[Kept]]) -> list[float]:
     """Half the 95 % interval of each part: variances of its cases, moved one at a time, add up."""
-    moved = {case: neighbours(case, runs) for case in statement.cases}
+    moved = {case: neighbours(case, runs, world[case]) for case in statement.cases}
     freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
     if not freedom:
         return [0.0] * len(statement.parts)
@@ -120,8 +123,6 @@ def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequen
 
 def _decided(statement: Statement, worlds: Sequence[Cases], chance: Sequence[float]) -> Answer:
     values = tuple(tuple(part.quantity(world) for world in worlds) for part in statement.parts)
-    if np.isnan([v for each in values for v in each]).any():  # the runs did not record it
-        return Answer(MISSING)
     verdicts = [
         decide(part, float(np.mean(v)), half) for part, v, half in zip(statement.parts, values, chance, strict=True)
     ]
