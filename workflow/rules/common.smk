@@ -74,11 +74,11 @@ CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
 
 
 @cache
-def fingerprint(wildcards_case):
+def fingerprint(case):
     """File with the fingerprint that a run must have; newer than the run where the run there, whoever made it, has another."""
-    number, preset, seed = RUNS[wildcards_case]
+    number, preset, seed = RUNS[case]
     word = f"liggghts {told(CONFIGURED.with_seed(seed), number, SCALE, preset)}"
-    return str(expect(Path(ROOT) / wildcards_case, word, Path(ROOT) / "fingerprints" / wildcards_case))
+    return str(expect(Path(ROOT) / case, word, Path(".snakemake") / "fingerprints" / ROOT / case))
 
 
 wildcard_constraints:
