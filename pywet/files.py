@@ -10,11 +10,16 @@ from __future__ import annotations
 import itertools
 import json
 import os
+import secrets
+import shutil
+import stat
+import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from pywet import run_folder
 from pywet.errors import FileError, one_line, shown
 
 if TYPE_CHECKING:
@@ -28,13 +33,28 @@ AGAIN = "the run is not whole or was changed: run it again"
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; rename it to `path` on success, remove it on failure."""
-    path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    """Yield a temporary path beside `path`; rename it to `path` on success, remove it on failure.
+
+    A symbolic link stays and its target is written; a character device or a pipe is written to. In a run directory only what
+    its run wrote is overwritten, and no link is followed.
+    """
+    path, temporary, folder = Path(path), None, None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        stream = _stream(path)
+        if stream:
+            folder = Path(tempfile.mkdtemp())
+        elif path.is_symlink() and run_folder.root(path) is None:
+            path = Path(os.path.realpath(path))
+        name = f".{path.stem}.{os.getpid()}.{secrets.token_hex(4)}.partial{path.suffix}"
+        temporary = (folder or path.parent) / name
         yield temporary
-        temporary.replace(path)
+        if stream:
+            with open(temporary, "rb") as made, open(path, "wb") as out:
+                shutil.copyfileobj(made, out)
+        else:
+            run_folder.write_here(path)
+            temporary.replace(path)
     except OSError as error:
         raise FileError(
             f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
@@ -47,7 +67,31 @@ def atomic_write(path: Path) -> Iterator[Path]:
         raise FileError(f"{shown(path)} is no path ({error}); expected one without a zero byte", path=path) from error
     finally:
         with suppress(OSError, ValueError):
-            temporary.unlink(missing_ok=True)
+            if temporary:
+                temporary.unlink(missing_ok=True)
+            if folder:
+                folder.rmdir()
+
+
+def _stream(path: Path) -> bool:
+    """Whether a path is a character device or a pipe, such as /dev/stdout; FileError for what is neither that nor a file."""
+    if not os.path.lexists(path):
+        return False
+    try:
+        kind = os.stat(path).st_mode
+    except FileNotFoundError:  # a link to a file that is to be made
+        return False
+    if (
+        stat.S_ISCHR(kind)
+        or stat.S_ISFIFO(kind)
+        or os.path.abspath(path).startswith(("/dev/fd/", "/dev/std", "/proc/"))
+    ):
+        return True
+    if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
+        raise FileError(
+            f"{shown(path)} is a block device or a socket; expected a file, a pipe or a terminal", path=path
+        )
+    return False
 
 
 def make_folder(path: Path) -> None:

@@ -14,11 +14,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pywet import run_folder
 from pywet.engines.choice import chosen
 from pywet.errors import PywetError, refused
 from pywet.files import write_json
 from pywet.notices import notice, shown
-from pywet.screening.status import NEEDS, Status, problems, results_made, status_path
+from pywet.screening.status import EVALUATIONS, NEEDS, Status, missing, problems, results_made, status_path
 
 if TYPE_CHECKING:
     from pywet.config import Config
@@ -39,6 +40,11 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = True) -> Status:
     """Run a stage when the one it needs went well; write and return its status. Tracebacks go to the notices, and, `aloud`, why
     it failed."""
+    with run_folder.hold(run_dir, shared=stage in EVALUATIONS):
+        return _attempt(run_dir, stage, work, aloud)
+
+
+def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) -> Status:
     needed = NEEDS[stage]
     earlier = Status.read(status_path(run_dir, needed)) if needed else None
     started = time.monotonic()
@@ -47,6 +53,7 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = Tr
     else:
         reason = _run(work)
         status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
+    run_folder.check_held(run_dir)
     write_json(status_path(run_dir, stage), asdict(status))
     if not status.ok and aloud:
         notice.error(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}")
@@ -88,17 +95,26 @@ def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "l
 
     cases.build(config, case, scale, run_dir)
     second.leave(run_dir, config.settings.laws.reference)
-    identity.leave(run_dir, f"{engine} {identity.identity(config, case, scale)}")
+    identity.leave(run_dir, fingerprint(config, case, scale, engine))
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
     """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
     from pywet.screening import identity
 
+    if missing(run_dir):
+        return False
     left = [status_path(run_dir, stage) for stage in ("simulate", "replay", "results")]
     if not all(path.exists() and Status.read(path).ok for path in left):
         return False
-    return identity.left(run_dir) == f"{engine} {identity.identity(config, case, scale)}"
+    return identity.left(run_dir) == fingerprint(config, case, scale, engine)
+
+
+def fingerprint(config: Config, case: int, scale: str, engine: str = "liggghts") -> str:
+    """What identity.json of a run of this case says."""
+    from pywet.screening import identity
+
+    return f"{engine} {identity.identity(config, case, scale)}"
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts", mpi: str = "") -> None:
@@ -146,11 +162,12 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
     from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
 
-    series.write(run_dir, with_cuboids=paraview)
-    try:
-        wrong = shown.disagreement(Path(run_dir))
-    except ReplayError as error:
-        raise PywetError(str(error)) from error
+    with run_folder.hold(run_dir, shared=True), run_folder.hold_part(run_dir, "vtk"):
+        series.write(run_dir, with_cuboids=paraview)
+        try:
+            wrong = shown.disagreement(Path(run_dir))
+        except ReplayError as error:
+            raise PywetError(str(error)) from error
     if wrong:
         raise PywetError(wrong)
     if paraview:
@@ -174,5 +191,5 @@ def judge(run_dirs: Iterable[Path]) -> list[str]:
         lines += [f"{run_dir.name}: {text}" for text in problems(run_dir)]
         for path in (status_path(run_dir, stage) for stage in NEEDS):
             if path.exists() and not Status.read(path).ok:
-                path.unlink()
+                run_folder.remove(run_dir, f"status/{path.name}")
     return lines

@@ -17,9 +17,10 @@ from typing import Any
 
 import pytest
 
-from pywet import config, stages
+from pywet import config, run_folder, stages
 from pywet.cli import workflow_lock
 from pywet.errors import PywetError
+from pywet.screening import identity
 
 ROOT = Path(__file__).parent.parent
 
@@ -140,7 +141,11 @@ def test_one_case_and_its_seed_are_taken_from_the_command_line(folder: Path) -> 
 def test_a_failed_replay_is_tried_again(folder: Path) -> None:
     """Results, pictures and report of the last call are there and newer; the stage that lost its status runs again."""
     root = folder / "results" / "smoke"
+    run_folder.claim(root / "case01")
+    identity.leave(root / "case01", stages.fingerprint(config.load(folder / "config"), 1, "smoke"))
+    os.utime(root / "case01" / identity.FILE, (9e8, 9e8))
     made = [root / "case01" / "status" / f"{stage}.json" for stage in stages.NEEDS]
+    run_folder.record(root / "case01", [f"status/{path.name}" for path in made])
     for k, path in enumerate([*made, root / "picture_cases1.png", root / "report_cases1.html"]):
         path.parent.mkdir(parents=True, exist_ok=True)
         ok = path.stem != "replay"

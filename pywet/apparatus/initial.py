@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.apparatus import Surface, write_stl
 from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
@@ -81,6 +82,7 @@ def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
 def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
     """Write the scene and all it refers to; `surfaces` in the order of scene.walls, the films of `spheres` as `sphere_table`."""
     run_dir = Path(run_dir)
+    run_folder.claim(run_dir)
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, run_dir / wall.stl)
     write_table(spheres.drop(columns="film", errors="ignore"), run_dir / scene.spheres_file)
@@ -91,5 +93,4 @@ def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFra
         write_table(triangle_table(surfaces), history / "triangles.parquet")
         write_table(part_table(scene, surfaces), history / "parts.parquet")
     else:  # what an earlier scene may have left
-        for name in ("triangles", "parts"):
-            (history / f"{name}.parquet").unlink(missing_ok=True)
+        run_folder.remove(run_dir, "history/triangles.parquet", "history/parts.parquet")

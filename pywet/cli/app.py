@@ -24,6 +24,21 @@ from pywet.notices import shown
 class Group(TyperGroup):
     """Turns a `PywetError` of any command, and what the operating system refuses, into red sentences and exit code 1."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Refuse an empty argument: it is most often a variable of the shell that is not set, and would name this folder."""
+        empty = next((k for k, word in enumerate(args) if not word or (word[:2] == "--" and word[-1] == "=")), None)
+        if empty is not None:
+            option = args[empty].rstrip("=") or (args[empty - 1] if empty else "")
+            of = f" of {one_line(option)}" if option.startswith("-") else ""
+            err.print(
+                f"the argument{of} is empty; expected a value (is a variable of the shell not set?)",
+                style="red",
+                soft_wrap=True,
+                markup=False,
+            )
+            raise typer.Exit(1)
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)

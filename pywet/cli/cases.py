@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pywet import run_folder
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
@@ -84,6 +86,7 @@ def run(
     loaded.scale(name)
     suffix = ("" if engine == "liggghts" else f"_{engine}") + (f"_{preset}" if preset else "")
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    folder = folder.resolve() if folder.name in ("", "..") else folder
     first, folders = loaded.settings.seed, []
     for k in range(seeds):
         folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
@@ -96,23 +99,24 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
     """One run of a case, unless its folder holds it already; what it says of itself."""
     from pywet import stages
     from pywet.runs import second
-    from pywet.screening import cases
+    from pywet.screening import cases, identity
 
-    if stages.same_run(loaded, case, name, folder, engine):
-        showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
-        if not second.same(folder, loaded.settings.laws.reference):
-            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
-            second.leave(folder, loaded.settings.laws.reference)
+    with identity.held(folder, stages.fingerprint(loaded, case, name, engine)):
+        if stages.same_run(loaded, case, name, folder, engine):
+            showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
+            if not second.same(folder, loaded.settings.laws.reference):
+                showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
+                second.leave(folder, loaded.settings.laws.reference)
+                showing.stage(folder, "replay", lambda: stages.replay(folder))
+        else:
+            showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
+            if engine == "liggghts":
+                showing.say_time(loaded, case, name)
+                if advice := cases.shorter_step(loaded, case, name):
+                    showing.err.print(advice, soft_wrap=True)
+            showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
+            showing.stage(folder, "results", lambda: stages.results(folder))
             showing.stage(folder, "replay", lambda: stages.replay(folder))
-    else:
-        showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
-        if engine == "liggghts":
-            showing.say_time(loaded, case, name)
-            if advice := cases.shorter_step(loaded, case, name):
-                showing.err.print(advice, soft_wrap=True)
-        showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-        showing.stage(folder, "results", lambda: stages.results(folder))
-        showing.stage(folder, "replay", lambda: stages.replay(folder))
     showing.show_summary(folder)
 
 
@@ -131,7 +135,10 @@ def replay(
 
     for folder in run_dirs if trust else ():
         second.trust(folder)
-    status = command.run(run_dirs, as_json, second=second.of_run)
+    with ExitStack() as locks:
+        for folder in run_dirs:
+            locks.enter_context(run_folder.hold(folder, shared=True))
+        status = command.run(run_dirs, as_json, second=second.of_run)
     for folder in run_dirs:
         audit.write(folder)
         if not as_json and len(run_dirs) == 1:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import fcntl
 import os
 import re
 import resource
@@ -17,7 +16,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pywet.errors import EngineError, PywetError
+from pywet import run_folder
+from pywet.errors import EngineError, PywetError, one_line
 from pywet.notices import notice
 from pywet.scene import Scene
 
@@ -106,13 +106,15 @@ def surroundings(python: bool = False) -> dict[str, str]:
 
 @contextmanager
 def alone(run_dir: Path) -> Iterator[None]:
-    """Hold the run directory; the lock goes with the process, also when that is killed."""
-    with open(run_dir / ".engine.lock", "w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise PywetError(f"another run is at work in {run_dir}; wait for it or stop it") from error
-        yield
+    """Hold the run directory, and say in one sentence what the operating system refused in it."""
+    try:
+        with run_folder.hold(run_dir):
+            yield
+    except OSError as error:
+        run_folder.check_held(run_dir)
+        raise PywetError(
+            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space"
+        ) from error
 
 
 def _peak_memory(pid: int) -> int | None:

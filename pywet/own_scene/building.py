@@ -14,6 +14,7 @@ import pandas as pd
 from pydantic import ValidationError
 from scipy.spatial import cKDTree
 
+from pywet import run_folder
 from pywet import scene as typed
 from pywet.apparatus import Surface, fill
 from pywet.apparatus.initial import wall_mesh, write_initial
@@ -187,7 +188,7 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))
-    (run_dir / "config.json").unlink(missing_ok=True)  # a screening case's, had one been built here before
+    run_folder.remove(run_dir, "config.json")  # a screening case's, had one been built here before
     return scene
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
+from pywet.files import read_bytes
 from pywet.own_scene import building, results
 from pywet.own_scene.description import Scene
 from pywet.planning import EffectPlan
 from pywet.runs import second
 from pywet.runs.loaded import Run
-from pywet.screening import verdict
+from pywet.screening import identity, verdict
 
 
 def read_scene(file: Path | str) -> Scene:
@@ -33,16 +35,29 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
 
     Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees.
     """
-    where = Path(folder)
-    building.write(scene, where)
-    second.leave(where, placed_laws(scene.laws, scene.folder).reference)
-    stages.simulate(where, ranks, progress)
-    results.write(where)
-    stages.replay(where)
-    objections = verdict.objections(where)
+    if not str(folder):
+        raise PywetError("the folder of the run is empty; expected the path of a run directory")
+    where, word = Path(folder), _fingerprint(scene)
+    with identity.held(where, word):
+        identity.leave(where, word)
+        building.write(scene, where)
+        second.leave(where, placed_laws(scene.laws, scene.folder).reference)
+        stages.simulate(where, ranks, progress)
+        results.write(where)
+        stages.replay(where)
+        objections = verdict.objections(where)
     if objections:
         raise PywetError("; ".join(objections))
     return load(where)
+
+
+def _fingerprint(scene: Scene) -> str:
+    """What a run of this scene follows from: its description, the files that it names, the program's code."""
+    laws = [law for law in placed_laws(scene.laws, scene.folder).model_dump().values() if isinstance(law, str)]
+    files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]
+    files += [scene.folder / wall.stl for wall in scene.walls if wall.stl]
+    texts = [hashlib.sha256(read_bytes(file, "mend its path in the scene")).hexdigest() for file in files]
+    return identity.of(scene.model_dump(mode="json", exclude={"folder", "file"}), texts)
 
 
 def load(folder: Path | str) -> Run:
@@ -52,7 +67,8 @@ def load(folder: Path | str) -> Run:
 
 def replay(folder: Path | str) -> dict[str, Any] | None:
     """Recompute a run by the independent reference: what it compared, how far it is off; None where nothing can be replayed."""
-    return stages.replay(Path(folder))
+    with run_folder.hold(Path(folder), shared=True):
+        return stages.replay(Path(folder))
 
 
 def view(folder: Path | str, step: int | None = None) -> Path:

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from pywet import run_folder
 from pywet.files import read_if_there, read_model, write_json
 from pywet.laws.kinds import FORCES
 from pywet.planning import OPT_IN
@@ -121,12 +122,12 @@ def write(run_dir: Path) -> list[AuditRow] | None:
     folder = Path(run_dir)
     if not folder.is_dir():
         return None
-    (folder / FILE).unlink(missing_ok=True)
     plan, measured = (
         read_if_there(folder / name, f"run `pywet replay {folder}` again", shape)
         for name, shape in (("plan.json", Plan), ("contributions.json", Contributions))
     )
     if plan is None or measured is None:
+        run_folder.remove(folder, FILE)
         return None
     audited = rows(plan, measured)
     write_json(

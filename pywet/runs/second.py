@@ -12,6 +12,7 @@ from typing import Any
 
 from typing_extensions import TypedDict
 
+from pywet import run_folder
 from pywet.files import AGAIN, read_bytes, read_if_there, write_json
 from pywet.laws import own
 from pywet.notices import notice
@@ -28,11 +29,10 @@ class Named(TypedDict):
 
 def leave(run_dir: Path, functions: Mapping[Any, str]) -> None:
     """Write which functions the replay of this run is to take."""
-    path = run_dir / FILE
     if functions:
-        write_json(path, Named(functions=dict(functions), word=word(functions)))
+        write_json(run_dir / FILE, Named(functions=dict(functions), word=word(functions)))
     else:
-        path.unlink(missing_ok=True)
+        run_folder.remove(run_dir, FILE)
 
 
 def same(run_dir: Path, functions: Mapping[Any, str]) -> bool:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.errors import NotWhole
 from pywet.files import write_parts
 from pywet.schema import RAW
@@ -35,13 +35,10 @@ OUTPUT = (
 
 
 def forget(run_dir: Path) -> None:
-    """Remove what an earlier run left in the directory, the sign that it is whole first."""
-    (run_dir / "engine" / "tables.json").unlink(missing_ok=True)
-    for path in [run_dir / "engine", *(path for name in OUTPUT for path in run_dir.glob(name))]:
-        if path.is_dir():
-            shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
+    """Remove what an earlier run left in the directory, the sign that it is whole first; what it did not write stays."""
+    run_folder.refuse_foreign(run_dir, "engine")
+    run_folder.remove(run_dir, "engine/tables.json")
+    run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
 
 
 QUICK = ("events", "contacts")

@@ -7,19 +7,33 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 
+from typing_extensions import TypedDict
+
 import pywet
+from pywet import run_folder
 from pywet.apparatus import build_apparatus
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.files import read_bytes, read_if_there, write_json
+from pywet.files import AGAIN, atomic_write, read_bytes, read_if_there, write_json
 from pywet.laws import own
+from pywet.notices import notice
 from pywet.screening import cases
 
 FILE = "identity.json"
+
+
+class Left(TypedDict):
+    identity: str
+
+
 CODE = ("apparatus", "laws", "engines")
 """Rooms of the package whose code a run goes through."""
 
@@ -57,8 +71,53 @@ def leave(run_dir: Path, word: str) -> None:
 
 
 def left(run_dir: Path) -> str | None:
-    """The word of the run in a folder, None where there is none."""
-    return (read_if_there(run_dir / FILE) or {}).get("identity")
+    """The word of the run in a folder; None where there is none, or its file is damaged."""
+    try:
+        return read_if_there(run_dir / FILE, AGAIN, Left)["identity"]
+    except (PywetError, TypeError):
+        return None
+
+
+def of(*parts: object) -> str:
+    """The word of a run that follows from these parts, as JSON can hold them, and the program's code."""
+    return hashlib.sha256(json.dumps([*parts, _code()], sort_keys=True).encode()).hexdigest()[:16]
+
+
+@contextmanager
+def held(run_dir: Path, word: str) -> Iterator[None]:
+    """Hold a run directory for a run with this fingerprint; a run with another one there is moved aside, and a notice says so."""
+    with run_folder.hold(run_dir):
+        there = any((Path(run_dir) / name).exists() for name in ("engine", "engine.partial", "trajectory.parquet"))
+        if not there or left(Path(run_dir)) == word:
+            yield
+            return
+        aside = run_folder.set_aside(run_dir)
+    notice.warning(f"{run_dir} held a run of another configuration or version of pywet, which is {aside} from now on")
+    with run_folder.hold(run_dir):
+        yield
+
+
+def expect(run_dir: Path, word: str, file: Path) -> Path:
+    """Write the fingerprint that a run must have into a file whose time tells Snakemake whether the run there has it.
+
+    As old as the run's own identity.json where both are the same; else newer than the stage scene, whatever the clock says.
+    """
+    with suppress(OSError, UnicodeDecodeError):
+        if file.read_text() == word:
+            return _timed(run_dir, word, file)
+    with atomic_write(file) as temporary:
+        temporary.write_text(word)
+    return _timed(run_dir, word, file)
+
+
+def _timed(run_dir: Path, word: str, file: Path) -> Path:
+    status = run_dir / "status" / "scene.json"
+    if left(run_dir) == word:
+        when = (run_dir / FILE).stat().st_mtime_ns
+    else:
+        when = max(time.time_ns(), status.stat().st_mtime_ns + 10**9 if status.exists() else 0)
+    os.utime(file, ns=(when, when))
+    return file
 
 
 def _text(law: str) -> str:

@@ -6,11 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pywet.errors import PywetError
-from pywet.files import read_model
+from pywet.files import read_json, read_model
 from pywet.screening import verdict
 
 NEEDS = {"scene": None, "simulate": "scene", "results": "simulate", "replay": "simulate", "vtk": "simulate"}
 """Stage -> the stage without which it cannot be done; in the order they run."""
+
+
+EVALUATIONS = ("results", "replay", "vtk")
+"""Stages that may be at work at the same time."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,28 @@ def outcome(run_dir: Path) -> Status:
         if not status.ok:
             break
     return status
+
+
+def missing(run_dir: Path) -> str | None:
+    """What a finished run promises and does not have, or has in another size than it was made; None where all is there."""
+    promised = [
+        "trajectory.parquet",
+        "mesh_motion.parquet",
+        "history/spheres.parquet",
+        "engine/run.json",
+        "summary.json",
+    ]
+    promised += [f"results/{name}.parquet" for name in ("fraction_retained", "liquid_by_holder")]
+    index = Path(run_dir) / "engine" / "tables.json"
+    try:
+        sizes = {name: int(size) for name, (size, _) in read_json(index)["files"].items()} if index.exists() else {}
+    except (PywetError, AttributeError, KeyError, TypeError, ValueError):
+        return "engine/tables.json"
+    if any(name.startswith("history/") for name in sizes):
+        promised += ["replay.json", "history/meta.json", "history/transfer.parquet"]
+    absent = (name for name in promised if not (Path(run_dir) / name).is_file())
+    changed = (n for n, size in sizes.items() if not (p := Path(run_dir) / n).is_file() or p.stat().st_size != size)
+    return next(absent, None) or next(changed, None)
 
 
 def results_made(run_dir: Path) -> bool:

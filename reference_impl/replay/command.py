@@ -35,6 +35,8 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
 
 def forget(folder: Path, out: Path | None = None) -> None:
     """Remove what an earlier replay said, so that it is not taken for what this one says."""
+    if not ((folder / "scene.json").exists() or (folder / "history").exists()):
+        return  # no run: what has these names is somebody's own
     for path in (out or folder / "replay.json", folder / "contributions.json"):
         path.unlink(missing_ok=True)
 

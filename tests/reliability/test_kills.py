@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet import run_folder
 from pywet.bench import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
@@ -69,6 +70,7 @@ def ended(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     ):
         (run_dir / name).parent.mkdir(exist_ok=True)
         (run_dir / name).write_text("of an earlier run")
+        run_folder.record(run_dir, [name])
     return run_dir
 
 
@@ -395,6 +397,7 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
     for name in ("replay.json", "results/liquid_by_holder.csv", "status/replay.json"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("{}")
+        run_folder.record(tmp_path, [name])
     before = tables_of(tmp_path)
     prepare(tmp_path, "dry", 300)
     scene = Scene.read(tmp_path / "scene.json")

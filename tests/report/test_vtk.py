@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 import pyvista
 
+from pywet import run_folder
 from pywet.laws.contact import film_thickness
 from pywet.report import vtk
 from pywet.scene import Rotation
@@ -34,6 +35,7 @@ def test_series_names_every_output_with_its_time(folder: Path) -> None:
 
 def test_a_series_takes_the_place_of_an_earlier_one(folder: Path) -> None:
     (folder / "particles_000000999.vtu").write_text("of another run")
+    run_folder.record(folder.parent, ["vtk/particles_000000999.vtu"])
     vtk.write(folder.parent)
     assert sorted(p.name for p in folder.glob("particles_*")) == [f"particles_{step:09d}.vtu" for step in (0, 100, 200)]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet import run_folder
 from pywet.engines.liggghts import collecting, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_parts, read_table, write_parts
@@ -130,6 +131,8 @@ def test_nothing_of_an_earlier_run_is_left(tmp_path: Path) -> None:
         "results/checks.json",
     ]
     kept = ["scene.json", "history/spheres.parquet", "stl/wires.stl"]
+    run_folder.claim(tmp_path)
+    run_folder.record(tmp_path, [*made, *kept])
     for name in [*made, *kept]:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.bench import bodies
 from pywet.files import write_json, write_table
 from pywet.runs.tables import to_frame
@@ -70,8 +71,8 @@ def scene(moist: bool = True, name: str = "case02", bridges: bool = True) -> Sce
 
 def make(run_dir: Path, moist: bool = True, name: str = "case02", bridges: bool = True) -> Path:
     """Write the synthetic run directory and return it; without `bridges` a moist one keeps its films as they were."""
-    run_dir.mkdir(parents=True, exist_ok=True)
-    (run_dir / "scene.json").write_text(scene(moist, name, bridges).model_dump_json())
+    run_folder.claim(run_dir)
+    write_json(run_dir / "scene.json", scene(moist, name, bridges).model_dump(mode="json"))
     films = (10.0, 5.0, 5.0) if moist else (0.0, 0.0, 0.0)
     spheres = pd.DataFrame(
         {"id": [1, 2, 3], "type": [1, 2, 2], "radius": [RADII[t] for t in (1, 2, 2)], "film": [f * UNIT for f in films]}

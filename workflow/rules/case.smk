@@ -3,13 +3,12 @@
 
 
 rule scene:
+    input:
+        fingerprint=lambda wildcards: fingerprint(wildcards.case),
     output:
         status=f"{ROOT}/{{case}}/status/scene.json",
     params:
         config=str(CONFIG),
-        identity=lambda wildcards: told(
-            CONFIGURED.with_seed(RUNS[wildcards.case][2]), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
-        ),
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,

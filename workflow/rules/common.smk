@@ -10,7 +10,7 @@ from pywet import config as settings
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.needs import need
 from pywet.runs.second import word
-from pywet.screening.identity import content, told
+from pywet.screening.identity import content, expect, told
 from pywet.shipped import place
 
 STUDY_SIZE = config.pop("study_size", "quick")
@@ -71,6 +71,14 @@ PART = "" if set(CHOSEN.cases) == set(CONFIGURED.settings.cases) else "_cases" +
 SAID = f"The report is in {ROOT}/report{PART}.html"
 LOGS = f"{ROOT}/logs"
 CONFIG_FILES = [str(CONFIG / name) for name in settings.FILES]
+
+
+@cache
+def fingerprint(case):
+    """File with the fingerprint that a run must have; newer than the run where the run there, whoever made it, has another."""
+    number, preset, seed = RUNS[case]
+    word = f"liggghts {told(CONFIGURED.with_seed(seed), number, SCALE, preset)}"
+    return str(expect(Path(ROOT) / case, word, Path(".snakemake") / "fingerprints" / ROOT / case))
 
 
 wildcard_constraints:

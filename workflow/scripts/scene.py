@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from pywet import stages
+from pywet.screening import identity
 
 given = snakemake.params
 run_dir = Path(snakemake.output.status).parent.parent
@@ -13,5 +14,5 @@ def build() -> None:
     stages.build(config, given.number, given.scale, run_dir)
 
 
-with stages.logged(Path(snakemake.log[0])):
+with stages.logged(Path(snakemake.log[0])), identity.held(run_dir, Path(snakemake.input.fingerprint).read_text()):
     stages.attempt(run_dir, "scene", build)

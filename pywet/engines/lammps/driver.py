@@ -7,18 +7,18 @@ and records no motion in windows.
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
 
+from pywet import run_folder
 from pywet.engines.lammps import build, deck
 from pywet.engines.liggghts import checkpoint, collecting
 from pywet.engines.liggghts.driver import RunInfo
 from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.process import OUTPUT, alone, attend, last_words, progress_bar
-from pywet.errors import PywetError, StoppedRun
+from pywet.errors import StoppedRun
 from pywet.planning import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
@@ -46,28 +46,23 @@ def run(
         advisor.refuse_unstable(scene)
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name, *extra, integrate)
-    try:
-        with alone(run_dir):
-            shutil.rmtree(folder, ignore_errors=True)
-            checkpoint.start(folder, mark)
-            tables.forget(run_dir)
-            deck.write(scene, run_dir, folder, extra, integrate)
-            write_inputs(scene, run_dir)
-            started = time.monotonic()
-            cpu_s, memory = _watch(run_dir, folder, scene, progress)
-            wall = time.monotonic() - started
-            spheres, error = collecting.make(scene, folder)
-            info = RunInfo(
-                wall_s=wall, steps=scene.steps, spheres=spheres, ranks=1, engine_version=version, resumed_at_step=None,
-                plugin_hash=plugin.stem.removeprefix("libpywet-lammps-"), ledger_error=error, engine="LAMMPS", cpu_s=cpu_s,
-                peak_memory_B=memory,
-            )  # fmt: skip
-            collecting.publish(run_dir, folder, asdict(info), mark)
-            return info
-    except OSError as error:
-        raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
-        ) from error
+    with alone(run_dir):
+        run_folder.make_folder(run_dir, folder.name)
+        checkpoint.start(folder, mark)
+        tables.forget(run_dir)
+        deck.write(scene, run_dir, folder, extra, integrate)
+        write_inputs(scene, run_dir)
+        started = time.monotonic()
+        cpu_s, memory = _watch(run_dir, folder, scene, progress)
+        wall = time.monotonic() - started
+        spheres, error = collecting.make(scene, folder)
+        info = RunInfo(
+            wall_s=wall, steps=scene.steps, spheres=spheres, ranks=1, engine_version=version, resumed_at_step=None,
+            plugin_hash=plugin.stem.removeprefix("libpywet-lammps-"), ledger_error=error, engine="LAMMPS", cpu_s=cpu_s,
+            peak_memory_B=memory,
+        )  # fmt: skip
+        collecting.publish(run_dir, folder, asdict(info), mark)
+        return info
 
 
 def _watch(run_dir: Path, folder: Path, scene: Scene, progress: bool) -> tuple[float, int | None]:

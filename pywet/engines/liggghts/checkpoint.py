@@ -85,7 +85,7 @@ def saved(name: str, step: object, whole: bool = True) -> str:
 
 def start(folder: Path, mark: str) -> None:
     """Prepare a new run's folder for checkpoints of the scene with this fingerprint."""
-    (folder / FOLDER).mkdir(parents=True)
+    (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     write_json(folder / FINGERPRINT, {"fingerprint": mark})
 
 

@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from pywet import run_folder
 from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
 from pywet.engines.liggghts.inputs import write_inputs
@@ -92,40 +93,38 @@ def run(
     not simulated again. `mpi` are the words before `-n RANKS` that start the ranks in a cluster's job over several nodes.
     """
     run_dir = Path(run_dir).resolve()
-    scene = Scene.read(run_dir / "scene.json")
-    version = _check_engine(ranks, shlex.split(mpi) or MPIRUN)
-    if not allow_unstable:
-        advisor.refuse_unstable(scene)
-    attached = deck.attached(scene)
-    plugin = plugin_path() if attached else None
-    folder = run_dir / "engine.partial"
-    mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
-    task = Task(scene, run_dir, folder, mark, ranks, progress, launch, mpi, {"extra": extra, "integrate": integrate})
-    fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
-    try:
-        with alone(run_dir):
-            done = collecting.kept(run_dir, mark) if keep else None
-            if done:
-                write_inputs(scene, run_dir)
-                collecting.tidy(run_dir / "engine")
-                notice.info(f"{scene.name}: was simulated already; remove {run_dir / 'engine'} to do it again")
-                return RunInfo(**done)
-            account, damaged = checkpoint.finished(folder, mark)
-            if account is None:
-                account = _simulate(task, [damaged] if damaged else [])
-            else:
-                write_inputs(scene, run_dir)
-                notice.info(f"{scene.name}: the engine had come to its end; its output is collected")
-            return _collect(task, {**fixed, **account})
-    except OSError as error:
-        raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
-        ) from error
+    with alone(run_dir):
+        scene = Scene.read(run_dir / "scene.json")
+        version = _check_engine(ranks, shlex.split(mpi) or MPIRUN)
+        if not allow_unstable:
+            advisor.refuse_unstable(scene)
+        attached = deck.attached(scene)
+        plugin = plugin_path() if attached else None
+        folder = run_dir / "engine.partial"
+        mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name if plugin else "", *extra, integrate)
+        task = Task(
+            scene, run_dir, folder, mark, ranks, progress, launch, mpi, {"extra": extra, "integrate": integrate}
+        )
+        fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
+        done = collecting.kept(run_dir, mark) if keep else None
+        if done:
+            write_inputs(scene, run_dir)
+            collecting.tidy(run_dir / "engine")
+            notice.info(f"{scene.name}: was simulated already; remove {run_dir / 'engine'} to do it again")
+            return RunInfo(**done)
+        account, damaged = checkpoint.finished(folder, mark)
+        if account is None:
+            account = _simulate(task, [damaged] if damaged else [])
+        else:
+            write_inputs(scene, run_dir)
+            notice.info(f"{scene.name}: the engine had come to its end; its output is collected")
+        return _collect(task, {**fixed, **account})
 
 
 def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
     """From the latest whole checkpoint, or the start, to the engine's end; returns what only this process knows of it."""
     scene, folder = task.scene, task.folder
+    run_folder.refuse_foreign(task.run_dir, "engine")
     point = _begin(task, passed)
     if not collecting.belongs(task.run_dir, task.mark):
         tables.forget(task.run_dir)
@@ -134,7 +133,12 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
     started = time.monotonic()
     with progress_bar(scene, task.progress) as report:
         try:
-            usage = task.launch(_command(task, point.step if point else 0), folder, scene, report, recorder.watch)
+
+            def watch() -> None:
+                run_folder.check_held(task.run_dir)
+                recorder.watch()
+
+            usage = task.launch(_command(task, point.step if point else 0), folder, scene, report, watch)
         except PywetError:
             if point and checkpoint.unread(folder):
                 checkpoint.drop(folder, point)
@@ -181,14 +185,14 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     passed = passed + damaged
     ready = folder if point else folder.with_name("engine.partial.new")
     if point is None:
-        shutil.rmtree(ready, ignore_errors=True)
+        run_folder.make_folder(task.run_dir, ready.name)
         checkpoint.start(ready, task.mark)
     deck.write_deck(scene, task.run_dir, ready, resume=point, ranks=task.ranks, **task.deck)
     write_inputs(scene, task.run_dir)
     why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
-        shutil.rmtree(folder, ignore_errors=True)
-        ready.rename(folder)
+        run_folder.remove_folder(task.run_dir, folder.name)
+        run_folder.rename_folder(task.run_dir, ready.name, folder.name)
         if passed:
             notice.warning(f"{scene.name}: begins anew{why}")
     else:

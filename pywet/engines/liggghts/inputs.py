@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pywet import run_folder
 from pywet.apparatus.initial import wall_groups
 from pywet.engines.liggghts.plugin_api import SLOTS, angle_pairs
 from pywet.files import write_json, write_table
@@ -23,8 +24,7 @@ def write_inputs(scene: Scene, run_dir: Path) -> None:
     """What a moist run and its replay read beside the scene; a dry one has none of it."""
     history = run_dir / "history"
     if not scene.effects.bridges:
-        for name in ("transfer.parquet", "meta.json"):
-            (history / name).unlink(missing_ok=True)
+        run_folder.remove(run_dir, "history/transfer.parquet", "history/meta.json")
         return
     prepare_laws(scene)
     write_table(transfer_tables(scene), history / "transfer.parquet")

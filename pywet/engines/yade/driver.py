@@ -6,7 +6,6 @@ first and renamed when the run is complete. The program runs in_yade.py; no modu
 
 from __future__ import annotations
 
-import shutil
 import time
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
 from pywet.engines.process import OUTPUT, Report, alone, attend, installed, last_words, progress_bar, surroundings
@@ -114,21 +114,15 @@ def _solid(path: Path, name: str) -> list[list[list[float]]]:
 def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -> float:
     """Run a task in engine.partial and read its frames into trajectory and mesh motion; wall time of the program [s]."""
     folder = run_dir / "engine.partial"
-    try:
-        with alone(run_dir):
-            shutil.rmtree(folder, ignore_errors=True)
-            folder.mkdir(parents=True)
-            tables.forget(run_dir)
-            write_json(folder / "task.json", task)
-            started = time.monotonic()
-            with progress_bar(scene, progress) as report:
-                _watch(folder, scene, report)
-            wall = time.monotonic() - started
-            _collect(scene, run_dir, folder)
-    except OSError as error:
-        raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
-        ) from error
+    with alone(run_dir):
+        tables.forget(run_dir)
+        run_folder.make_folder(run_dir, folder.name)
+        write_json(folder / "task.json", task)
+        started = time.monotonic()
+        with progress_bar(scene, progress) as report:
+            _watch(folder, scene, report)
+        wall = time.monotonic() - started
+        _collect(scene, run_dir, folder)
     return wall
 
 
@@ -137,8 +131,7 @@ def finish(run_dir: Path, task: dict[str, Any], version: str, wall_s: float, **m
     folder = run_dir / "engine.partial"
     info = {"engine": PROGRAM[0], "engine_version": version, "wall_s": wall_s, "steps": task["steps"]}
     write_json(folder / "run.json", {**info, "spheres": len(task["spheres"]), "ranks": 1, **more})
-    shutil.rmtree(run_dir / "engine", ignore_errors=True)
-    folder.rename(run_dir / "engine")
+    run_folder.publish(run_dir, folder.name, "engine")
 
 
 def _watch(folder: Path, scene: Scene, report: Report) -> None:

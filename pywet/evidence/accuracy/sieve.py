@@ -14,6 +14,7 @@ from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.edit import entries, with_entries
 from pywet.evidence.accuracy.knobs import CONFIGURABLE, Setting, log_windows
+from pywet.files import write_json
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
 from pywet.screening import cases
@@ -81,7 +82,7 @@ def prepare(
     config = vary(with_setting(settings.load(config_dir), setting, size, seed))
     scene = cases.build(config, CASE[kind], SCALE, folder)
     scene = scene.model_copy(update={"transfer_nodes": setting.transfer_nodes})
-    (folder / "scene.json").write_text(scene.model_dump_json(indent=1))
+    write_json(folder / "scene.json", scene.model_dump(mode="json"))
     return scene
 
 

@@ -18,6 +18,7 @@ from typing import Annotated
 import typer
 
 from pywet import config as settings
+from pywet import run_folder
 from pywet.config import Config
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.engines.process import die_with_parent
@@ -109,6 +110,7 @@ class Campaign:
         job.begun = time.monotonic(), job.step
         command = [*self.command, str(job.number), "--seed", str(job.seed), "--out", str(job.folder)]
         command += ["--config", str(job.config)]
+        run_folder.claim(job.folder)
         with open(job.folder / "campaign.log", "ab") as log:
             job.process = subprocess.Popen(command, stdout=log, stderr=log, preexec_fn=die_with_parent)
         return job

@@ -17,6 +17,7 @@ from typing import Any
 
 import pandas as pd
 
+from pywet import run_folder
 from pywet.engines.liggghts import driver, process
 from pywet.engines.process import Usage, die_with_parent
 from pywet.errors import PywetError, StoppedRun
@@ -66,7 +67,8 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
     """
     stopped: dict[str, str] = {}
     while True:
-        shutil.rmtree(run_dir, ignore_errors=True)
+        if (run_dir / run_folder.LIST).exists():
+            shutil.rmtree(run_dir)
         cells.prepare(batch, run_dir)
         try:
             driver.run(run_dir, batch.ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)

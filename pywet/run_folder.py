@@ -1,0 +1,315 @@
+"""The run directory: who may work in it, which of its files pywet wrote, and every deletion in it.
+
+`.pywet-run` in a run directory lists what pywet wrote there, a line each: `+ path` written, `- path` removed, a folder that is
+pywet's with all it holds with a slash at its end. Nothing else in a run directory is deleted or overwritten, and a folder
+without such a list only becomes one while it is empty. What of the disk each module may touch is in docs/reliability.md.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import shutil
+import stat
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pywet.errors import FileError, PywetError, shown
+
+LIST = ".pywet-run"
+LOCK = ".engine.lock"
+FOLDERS = (
+    "engine",
+    "engine.partial",
+    "engine.partial.new",
+    "history",
+    "results",
+    "status",
+    "stl",
+    "vtk",
+    "vtk.partial",
+)
+"""Folders of a run, none of which may be a symbolic link."""
+DEEPEST = 4
+"""Folders between a run directory and its deepest file."""
+Key = tuple[int, int, str]
+_held: dict[Key, int] = {}
+"""Locks of this process by process, thread and folder: a stage within a call that holds the folder needs none of its own."""
+
+
+def root(path: Path) -> Path | None:
+    """The run directory that a file lies in, None where it lies in none."""
+    above = Path(os.path.abspath(path)).parents
+    return next((folder for folder in above[:DEEPEST] if os.path.lexists(folder / LIST)), None)
+
+
+def claim(run_dir: Path) -> None:
+    """Make a new or empty folder a run directory; refused where it holds what no run of pywet wrote."""
+    run_dir = Path(run_dir)
+    refuse_links(run_dir)
+    if os.path.lexists(run_dir / LIST):
+        return
+    _refuse_strangers(run_dir)
+    try:
+        run_dir.mkdir(parents=True, exist_ok=True)
+        os.close(_open(run_dir / LIST, os.O_CREAT | os.O_WRONLY))
+    except OSError as error:
+        raise FileError(
+            f"the run directory {shown(run_dir)} could not be made ({error.strerror}); expected a writable folder with free "
+            "space",
+            path=run_dir,
+        ) from error
+
+
+def _refuse_strangers(run_dir: Path) -> None:
+    for folder, _, files in os.walk(run_dir):
+        found = [name for name in files if Path(folder, name) != run_dir / LOCK]
+        if found:
+            raise FileError(
+                f"{shown(run_dir)} holds {shown(Path(folder, found[0]).relative_to(run_dir))} and no list of what a run wrote "
+                f"({LIST}); expected a new or empty folder, or that of an earlier run: name another",
+                path=run_dir,
+            )
+
+
+def refuse_links(run_dir: Path) -> None:
+    """Refuse a run whose folders are symbolic links, so that nothing is written or deleted elsewhere."""
+    for name in (*FOLDERS, LIST, LOCK):
+        if (Path(run_dir) / name).is_symlink():
+            raise FileError(
+                f"{shown(Path(run_dir) / name)} is a symbolic link; expected a folder or file of the run's own: remove the link",
+                path=Path(run_dir) / name,
+            )
+
+
+@contextmanager
+def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
+    """Lock the run directory; `shared` with others that only evaluate a finished run. It is made where it is missing.
+
+    Raises `PywetError` at once where another call holds it, before anything in it is written. The lock ends with the process,
+    also when that is killed.
+    """
+    run_dir, key = Path(run_dir), _key(run_dir)
+    if key in _held or (shared and not any((run_dir / name).exists() for name in (LIST, "scene.json"))):
+        yield
+        return
+    refuse_links(run_dir)
+    if not shared:
+        claim(run_dir)
+    lock = _locked(run_dir, LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+    _held[key] = lock
+    try:
+        yield
+    finally:
+        del _held[key]
+        os.close(lock)
+
+
+@contextmanager
+def hold_part(run_dir: Path, name: str) -> Iterator[None]:
+    """Lock one output of a run, such as `vtk`, that two evaluations would both replace."""
+    lock = _locked(Path(run_dir), f".{name}.lock", fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        os.close(lock)
+
+
+def _locked(run_dir: Path, name: str, how: int) -> int:
+    try:
+        lock = _open(run_dir / name, os.O_RDWR | os.O_CREAT)
+    except OSError as error:
+        raise FileError(
+            f"{shown(run_dir / name)} could not be opened ({error.strerror}); expected a writable folder with free space",
+            path=run_dir / name,
+        ) from error
+    try:
+        fcntl.flock(lock, how | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        os.close(lock)
+        raise PywetError(f"another run is at work in {shown(run_dir)}; wait for it or stop it") from error
+    return lock
+
+
+def check_held(run_dir: Path) -> None:
+    """Raise where the folder that this process holds is no longer where it was."""
+    lock = _held.get(_key(run_dir))
+    if lock is None:
+        return
+    try:
+        there = os.path.samestat(os.fstat(lock), os.lstat(Path(run_dir) / LOCK))
+    except OSError:
+        there = False
+    if not there:
+        raise PywetError(
+            f"{shown(run_dir)} was moved or removed while its run was at work; expected it to stay: call again with its new "
+            "path, and the run goes on"
+        )
+
+
+def _key(run_dir: Path) -> Key:
+    return os.getpid(), threading.get_ident(), os.path.realpath(run_dir)
+
+
+def _open(path: Path, flags: int) -> int:
+    """Open a regular file of one name, never through a symbolic link, never cutting it."""
+    file = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
+    if not stat.S_ISREG(os.fstat(file).st_mode):
+        os.close(file)
+        raise OSError(errno.EINVAL, "not a regular file", str(path))
+    return file
+
+
+def listed(run_dir: Path) -> set[str]:
+    """Paths in a run directory that pywet wrote, folders that are its own with a slash; empty without a list."""
+    names: set[str] = set()
+    try:
+        with open(_open(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
+            for line in file:
+                sign, _, name = line.rstrip("\n").partition(" ")
+                if sign == "+" and not name.startswith("/") and ".." not in name.split("/"):
+                    names.add(name)
+                elif sign == "-":
+                    names.discard(name)
+    except FileNotFoundError:
+        pass
+    return names
+
+
+def _covers(names: set[str], name: str) -> bool:
+    return name in names or any(f"{parent.as_posix()}/" in names for parent in Path(name).parents)
+
+
+def record(run_dir: Path, names: Iterable[str], removed: bool = False) -> None:
+    """Add paths to the list of a run directory, or, `removed`, take them out; nothing without a list."""
+    if not os.path.lexists(Path(run_dir) / LIST):
+        return
+    known = listed(run_dir)
+    news = [n for n in names if "\n" not in n and (n in known if removed else not _covers(known, n))]
+    if news:
+        file = _open(Path(run_dir) / LIST, os.O_WRONLY | os.O_APPEND)
+        with open(file, "a", encoding="utf-8", errors="surrogateescape") as stream:
+            stream.write("".join(f"{'-' if removed else '+'} {name}\n" for name in news))
+
+
+def write_here(path: Path) -> None:
+    """Before a file is given its name: list it, or refuse to overwrite what pywet did not write in its run directory."""
+    run_dir = root(path)
+    if run_dir is None:
+        return
+    name = Path(os.path.abspath(path)).relative_to(run_dir).as_posix()
+    if os.path.lexists(path) and not _covers(listed(run_dir), name):
+        raise _stranger(Path(path))
+    record(run_dir, [name])
+
+
+def _stranger(path: Path) -> FileError:
+    return FileError(
+        f"{shown(path)} is there already and was not written by this run of pywet (its {LIST} does not list it); expected no "
+        "such file: move it elsewhere",
+        path=path,
+    )
+
+
+def remove(run_dir: Path, *names: str) -> None:
+    """Delete files of a run where they are there; refused for one that the run's list does not hold."""
+    known = listed(run_dir)
+    there = [name for name in names if os.path.lexists(Path(run_dir) / name)]
+    for name in there:
+        if not _covers(known, name):
+            raise _stranger(Path(run_dir) / name)
+        (Path(run_dir) / name).unlink(missing_ok=True)
+    record(run_dir, there, removed=True)
+
+
+def remove_listed(run_dir: Path, patterns: Iterable[str]) -> None:
+    """Delete what the run's list holds of these files and folders; all else stays, and so do folders that hold it."""
+    run_dir, known = Path(run_dir), listed(run_dir)
+    for pattern in patterns:
+        for top in sorted(run_dir.glob(pattern)):
+            if top.is_dir() and f"{top.relative_to(run_dir)}/" in known:
+                remove_folder(run_dir, str(top.relative_to(run_dir)))
+                continue
+            below = [Path(f, name) for f, _, files in os.walk(top) for name in files] if top.is_dir() else [top]
+            remove(run_dir, *(n for n in (p.relative_to(run_dir).as_posix() for p in below) if _covers(known, n)))
+            if top.is_dir():
+                _drop_empty(top)
+
+
+def _drop_empty(top: Path) -> None:
+    """Remove a folder and those in it as far as they hold no file."""
+    for folder, _, _ in os.walk(top, topdown=False):
+        if not os.listdir(folder):
+            os.rmdir(folder)
+
+
+def make_folder(run_dir: Path, name: str) -> Path:
+    """Make a folder that is pywet's with all it will hold, such as `engine.partial`; an earlier one is removed first."""
+    remove_folder(run_dir, name)
+    record(run_dir, [f"{name}/"])
+    path = Path(run_dir) / name
+    path.mkdir(parents=True)
+    return path
+
+
+def remove_folder(run_dir: Path, name: str) -> None:
+    """Delete a folder that pywet made as its own, with all it holds; refused for another."""
+    path = Path(run_dir) / name
+    if os.path.lexists(path):
+        if path.is_symlink() or f"{name}/" not in listed(run_dir):
+            raise _stranger(path)
+        shutil.rmtree(path)
+    record(run_dir, [f"{name}/"], removed=True)
+
+
+def rename_folder(run_dir: Path, name: str, new: str) -> None:
+    """Give a folder of pywet's own a new name that is free."""
+    record(run_dir, [f"{new}/"])
+    (Path(run_dir) / name).rename(Path(run_dir) / new)
+    record(run_dir, [f"{name}/"], removed=True)
+
+
+def publish(run_dir: Path, name: str, new: str) -> None:
+    """Put a folder of pywet's own, now whole, in the place of an earlier one; its files are listed one by one from now on.
+
+    Refused where the earlier one holds what no run wrote.
+    """
+    made, place = Path(run_dir) / name, Path(run_dir) / new
+    files = [p.relative_to(made).as_posix() for p in made.rglob("*") if not p.is_dir()]
+    remove_listed(run_dir, [new])
+    refuse_foreign(run_dir, new)
+    record(run_dir, [f"{new}/{file}" for file in files])
+    made.rename(place)
+    record(run_dir, [f"{name}/"], removed=True)
+
+
+def refuse_foreign(run_dir: Path, name: str) -> None:
+    """Refuse a folder that a run will replace and that holds what no run wrote."""
+    known, folder = listed(run_dir), Path(run_dir) / name
+    for path in folder.rglob("*"):
+        if not path.is_dir() and not _covers(known, path.relative_to(run_dir).as_posix()):
+            raise _stranger(path)
+
+
+def place(made: Path, run_dir: Path, name: str) -> None:
+    """Give a file that was made in a folder of the run its place in it."""
+    write_here(Path(run_dir) / name)
+    made.replace(Path(run_dir) / name)
+
+
+def set_aside(run_dir: Path) -> Path:
+    """Move a run directory to the first free of `NAME.1`, `NAME.2` … beside it; its new path."""
+    run_dir = Path(run_dir)
+    here = Path(os.path.realpath(run_dir))
+    why = "is a symbolic link" if run_dir.is_symlink() else "is the working folder"
+    if run_dir.is_symlink() or Path.cwd().is_relative_to(here):
+        raise PywetError(
+            f"{shown(run_dir)} holds a run of another configuration and {why}; expected a folder that can be moved aside: name "
+            "another by --out"
+        )
+    new = next(p for k in range(1, 10**6) if not os.path.lexists(p := here.with_name(f"{here.name}.{k}")))
+    here.rename(new)
+    return run_dir.with_name(new.name) if run_dir.name not in ("", "..") else new

@@ -1,0 +1,332 @@
+"""Nothing of a user's is lost: what a call may delete or overwrite, who may work in a run directory, moved and linked folders."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import stat
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from pywet import PywetError, files, run_folder, shipped
+from pywet.cli.app import app
+from pywet.runs import tables
+from pywet.screening import identity, status
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parents[2]
+
+
+def call(*words: object) -> tuple[int, str]:
+    """Exit code and all that a command said, on one line."""
+    result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, [str(w) for w in words])
+    assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)
+    return result.exit_code, re.sub(r"\s+", " ", result.stderr + result.stdout)
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("run", "2"), ("scene", "pull"), ("run-scene", ROOT / "examples/scenes/hopper.yaml"), ("calibrate", "x.yaml")],
+    ids=lambda words: words[0],
+)
+@pytest.mark.parametrize(
+    ("out", "says"), [(".", "no list of what a run wrote"), ("", "the argument of --out is empty")]
+)
+def test_a_folder_of_others_is_refused_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[object, ...], out: str, says: str
+) -> None:
+    """`--out .` and `--out ""` (an unset variable) leave results of all cases, pictures and movies as they are."""
+    for name in ("results/smoke/case05/trajectory.parquet", "vtk/a.vtu", "engine/run.json", "picture.png", "movie.mp4"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("days of work")
+    shipped.begin(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    before = content(tmp_path)
+    code, said = call(*words, "--out", out)
+    assert code == 1
+    assert says in said or words[0] == "calibrate"
+    assert content(tmp_path) == before
+
+
+def test_only_what_is_listed_is_deleted(tmp_path: Path) -> None:
+    """Of a run's outputs those that it wrote go; a user's own beside them stay, and are never overwritten."""
+    run = tmp_path / "run"
+    run_folder.claim(run)
+    files.write_json(run / "results" / "ours.json", 1)
+    files.write_json(run / "replay.json", 1)
+    (run / "results" / "notes.txt").write_text("mine")
+    (run / "picture.png").write_text("mine")
+    tables.forget(run)
+    assert sorted(content(run)) == [".pywet-run", "picture.png", "results/notes.txt"]
+    with pytest.raises(PywetError, match=r"picture.png is there already and was not written by this run"):
+        files.write_json(run / "picture.png", 1)
+    assert (run / "picture.png").read_text() == "mine"
+    (run / "engine").mkdir()
+    (run / "engine" / "notes.txt").write_text("mine")
+    for work in (lambda: tables.forget(run), lambda: run_folder.make_folder(run, "engine")):
+        with pytest.raises(PywetError, match="was not written by this run"):
+            work()
+    assert (run / "engine" / "notes.txt").read_text() == "mine"
+
+
+def test_a_list_reaches_nothing_outside(tmp_path: Path) -> None:
+    """Paths with .. and absolute ones in a list count as nothing."""
+    (tmp_path / "precious").write_text("mine")
+    run = tmp_path / "run"
+    run_folder.claim(run)
+    (run / run_folder.LIST).write_text(f"+ ../precious\n+ {tmp_path}/precious\n+ good\n")
+    assert run_folder.listed(run) == {"good"}
+    with pytest.raises(PywetError):
+        run_folder.remove(run, "../precious")
+    assert (tmp_path / "precious").exists()
+
+
+@pytest.mark.parametrize("name", [*run_folder.FOLDERS, run_folder.LOCK, run_folder.LIST])
+def test_links_in_a_run_are_refused(tmp_path: Path, name: str) -> None:
+    """A linked folder, lock or list of a run: its target stays as it is, and one sentence names the link."""
+    victim = tmp_path / "victim"
+    if name in run_folder.FOLDERS:
+        victim.mkdir()
+        (victim / "precious").write_text("mine")
+    else:
+        victim.write_text("mine")
+    run = tmp_path / "run"
+    run.mkdir()
+    (run / name).symlink_to(victim)
+    with (
+        pytest.raises(PywetError, match=f"{re.escape(name)} is a symbolic link; expected"),
+        run_folder.hold(run),
+    ):
+        raise AssertionError("the folder was held")
+    assert (victim / "precious" if victim.is_dir() else victim).read_text() == "mine"
+
+
+def test_the_lock_comes_first(tmp_path: Path) -> None:
+    """Two calls on one folder in every order: the second is refused at once, and nothing of the first is changed."""
+    run = tmp_path / "run"
+    calls = {
+        "run": ("run", "2", "--seed", "7", "--out", run),
+        "scene": ("scene", "pull", "--out", run),
+        "run-scene": ("run-scene", ROOT / "examples/scenes/hopper.yaml", "--out", run),
+        "replay": ("replay", run),
+        "view": ("view", run),
+    }
+    synthetic.make(run)
+    (run / "history").rename(tmp_path / "kept")
+    for path in [p for p in run.rglob("*") if p.is_file()]:
+        path.unlink()
+    run_folder.claim(run)
+    files.write_json(run / "scene.json", synthetic.scene().model_dump(mode="json"))
+    before = content(run)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        with run_folder.hold(run):
+            os.write(writer, b"x")
+            time.sleep(600)
+        os._exit(0)
+    try:
+        os.read(reader, 1)
+        for name, words in calls.items():
+            code, said = call(*words)
+            assert code == 1 and "another run is at work in" in said, (name, said)
+            assert {k: v for k, v in content(run).items() if k != run_folder.LOCK} == before, name
+    finally:
+        os.kill(child, 9)
+        os.waitpid(child, 0)
+    with run_folder.hold(run):  # the lock went with its process
+        pass
+
+
+def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
+    """Two that share a finished run hold it together; one that simulates does not join them."""
+    run_folder.claim(tmp_path)
+    child = os.fork()
+    if child == 0:
+        with run_folder.hold(tmp_path, shared=True):
+            pass
+        try:
+            with run_folder.hold(tmp_path):
+                os._exit(3)
+        except PywetError:
+            os._exit(0)
+    with run_folder.hold(tmp_path, shared=True):
+        pass
+    os.waitpid(child, 0)
+    with run_folder.hold(tmp_path, shared=True):
+        child = os.fork()
+        if child == 0:
+            try:
+                with run_folder.hold(tmp_path, shared=True):
+                    pass
+                with run_folder.hold(tmp_path):
+                    os._exit(3)
+            except PywetError as error:
+                os._exit(0 if "another run is at work" in str(error) else 4)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def test_a_folder_that_is_moved_is_noticed(tmp_path: Path) -> None:
+    """The run says so, and writes nothing under the old path."""
+    run = tmp_path / "run"
+    with run_folder.hold(run):
+        run_folder.check_held(run)
+        run.rename(tmp_path / "elsewhere")
+        with pytest.raises(PywetError, match="was moved or removed while its run was at work"):
+            run_folder.check_held(run)
+    assert not run.exists()
+
+
+def test_devices_pipes_and_links_are_written_to(tmp_path: Path) -> None:
+    """Never replaced by a file: a device of one's own, a full one, a pipe, a link to a file and one to nothing yet."""
+    linked = tmp_path / "link"
+    linked.symlink_to("target.json")
+    files.write_json(linked, 1)
+    files.write_json(linked, 2)
+    assert linked.is_symlink() and (tmp_path / "target.json").read_text() == "2\n"
+    os.mkfifo(tmp_path / "pipe")
+    end = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    files.write_json(tmp_path / "pipe", 3)
+    assert os.read(end, 10) == b"3\n" and stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
+    os.close(end)
+    try:
+        os.mknod(tmp_path / "nul", 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+        os.mknod(tmp_path / "full", 0o666 | stat.S_IFCHR, os.makedev(1, 7))
+        files.write_json(tmp_path / "nul", 1)
+    except OSError:
+        pytest.skip("devices cannot be made here")
+    except PywetError:
+        pytest.skip("devices cannot be opened here")
+    with pytest.raises(PywetError, match=r"full could not be written \(No space left on device\)"):
+        files.write_json(tmp_path / "full", 1)
+    assert all(stat.S_ISCHR((tmp_path / name).stat().st_mode) for name in ("nul", "full"))
+    code, _ = call("collide", "wall", ROOT / "examples/wall_sweep.json", "--csv", tmp_path / "nul")
+    assert code == 0 and stat.S_ISCHR((tmp_path / "nul").stat().st_mode)
+    assert not list(tmp_path.glob(".*partial*"))
+
+
+def test_another_configuration_is_moved_aside(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The folder of an earlier run gets a number, and a notice names it; the same configuration stays where it is."""
+    run = tmp_path / "case02"
+    for word in ("five", "five", "seven", "nine"):
+        with identity.held(run, word):
+            identity.leave(run, word)
+            files.write_json(run / "engine" / "run.json", word)
+    kept = {p.name: json.loads((p / "engine" / "run.json").read_text()) for p in tmp_path.iterdir()}
+    assert kept == {"case02.1": "five", "case02.2": "seven", "case02": "nine"}
+    assert f"held a run of another configuration or version of pywet, which is {run}.1" in caplog.text
+
+
+def test_the_working_folder_is_not_moved_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_folder.claim(tmp_path)
+    files.write_json(tmp_path / "engine" / "run.json", 1)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(PywetError, match="is the working folder; expected"), identity.held(Path("."), "other"):
+        raise AssertionError("the folder was held")
+
+
+@pytest.mark.parametrize("text", ["[1]", "{}", "3", "null", '"x"', '{"identity": 4}', "{", ""])
+def test_an_identity_of_any_shape_is_not_the_same(tmp_path: Path, text: str) -> None:
+    (tmp_path / identity.FILE).write_text(text)
+    assert identity.left(tmp_path) is None
+
+
+def test_what_a_run_promises(tmp_path: Path) -> None:
+    """Each table that is gone, or shorter than it was made, is named; then the run is done again."""
+    run = tmp_path / "run"
+    for name in (
+        "trajectory",
+        "mesh_motion",
+        "history/spheres",
+        "history/events",
+        "results/fraction_retained",
+        "results/liquid_by_holder",
+    ):
+        (run / f"{name}.parquet").parent.mkdir(parents=True, exist_ok=True)
+        (run / f"{name}.parquet").write_text("12345")
+    for name in ("engine/run.json", "summary.json", "replay.json", "history/meta.json", "history/transfer.parquet"):
+        (run / name).parent.mkdir(exist_ok=True)
+        (run / name).write_text("12345")
+    sizes = {name: [5, 0] for name in ("trajectory.parquet", "history/events.parquet")}
+    (run / "engine" / "tables.json").write_text(json.dumps({"files": sizes}))
+    assert status.missing(run) is None
+    for path in [p for p in run.rglob("*") if p.is_file() and p.name != "tables.json"]:
+        path.rename(tmp_path / "kept")
+        assert status.missing(run) == str(path.relative_to(run))
+        (tmp_path / "kept").rename(path)
+    (run / "history" / "events.parquet").write_text("123")
+    assert status.missing(run) == "history/events.parquet"
+
+
+def test_snakemake_is_told_of_another_configuration(tmp_path: Path) -> None:
+    """The fingerprint's file is as old as a run of the same configuration, newer than one of another, whatever the clock says."""
+    run, file = tmp_path / "case02", tmp_path / "fingerprints" / "case02"
+    identity.leave(run, "five")
+    files.write_json(run / "status" / "scene.json", 1)
+    newest = (run / "status" / "scene.json").stat().st_mtime_ns + 10**15  # the clock was set back since
+    os.utime(run / "status" / "scene.json", ns=(newest, newest))
+    assert identity.expect(run, "five", file).stat().st_mtime_ns <= newest
+    assert identity.expect(run, "seven", file).stat().st_mtime_ns > newest
+    assert file.read_text() == "seven"
+    assert identity.expect(run, "five", file).stat().st_mtime_ns <= newest
+
+
+def test_init_goes_on_over_its_own_leftovers(tmp_path: Path) -> None:
+    """After a full disk: a part of the files as they are written; never over a changed one, or a whole folder."""
+    shipped.begin(tmp_path / "a")
+    (tmp_path / "a" / "README.md").unlink()
+    (tmp_path / "a" / "config" / "scales.yaml").unlink()
+    shipped.begin(tmp_path / "a")
+    assert (tmp_path / "a" / "config" / "scales.yaml").exists()
+    for change in (lambda: None, lambda: (tmp_path / "a" / "config" / "cases.csv").write_text("mine")):
+        change()
+        with pytest.raises(PywetError, match="is there already"):
+            shipped.begin(tmp_path / "a")
+    assert (tmp_path / "a" / "config" / "cases.csv").read_text() == "mine"
+
+
+CALLS = {"unlink", "rmdir", "rename", "symlink_to"}
+OF_MODULES = {
+    "shutil": {"rmtree", "move", "copyfile", "copytree"},
+    "os": {"remove", "truncate", "rmdir", "rename", "replace"},
+}
+
+
+def deletes(path: Path) -> bool:
+    """Whether a module deletes, renames, cuts or opens files to write over them by itself."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.Call):
+            continue
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        on = ast.unparse(node.func.value) if isinstance(node.func, ast.Attribute) else ""
+        table = any(k.arg in ("columns", "index") for k in node.keywords)
+        if name in OF_MODULES.get(on, ()) or (name in CALLS and not table):
+            return True
+        if name == "truncate" or (name == "replace" and len(node.args) == 1 and not node.keywords):
+            return True
+        modes = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+        if name == "open" and any(re.fullmatch(r"[wa]b?|r\+b?|wb", m) for m in modes):
+            return True
+    return False
+
+
+def test_the_table_of_deletions_is_whole() -> None:
+    """docs/reliability.md has a row for each module that deletes or overwrites files, and for no other."""
+    rooms = ("pywet", "workflow", "reference_impl", "benchmarks")
+    found = {str(p.relative_to(ROOT)) for room in rooms for p in (ROOT / room).rglob("*.py") if deletes(p)}
+    section = (
+        (ROOT / "docs" / "reliability.md").read_text().partition("## What may be deleted")[2].partition("\n## ")[0]
+    )
+    told = {
+        name for row in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`([^`]+\.py)`", row)
+    }
+    assert found == told
