@@ -60,8 +60,8 @@ def _drawn(scene: Scene, way: Slide) -> Window:
 
 
 def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints, at which bridges act; 0: none."""
-    wanted, every = scene.output.checkpoints, scene.bridges_every
+    """Steps between checkpoints, at which bridges act, and which are outputs where spheres are retired at them; 0: none."""
+    wanted, every = scene.output.checkpoints, scene.output_every if scene.retire else scene.bridges_every
     return every * max(1, math.ceil(scene.steps / ((wanted + 1) * every))) if wanted else 0
 
 
