@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 from pywet.bench import small
+from pywet.engines import schedule
 from pywet.engines.liggghts import driver
 from pywet.errors import PywetError
 from pywet.files import read_table
@@ -78,6 +79,15 @@ def test_who_is_retired_and_when(moist: Path) -> None:
         assert set(gone["id"][gone["step"] == step]) == due
         left |= due
     assert set(gone["id"]) == left
+
+
+def test_steps_at_which_spheres_are_retired(moist: Path) -> None:
+    """They are outputs, a quarter of a second apart at most; without retirement as few as are asked for."""
+    scene = Scene.read(moist / "scene.json")
+    assert schedule.checkpoints(scene) == list(range(108, 1200, 108))
+    slow = {"duration_s": 1.2, "output": scene.output.model_copy(update={"interval_s": 0.02, "checkpoints": 2})}
+    assert schedule.checkpoint_every(scene.model_copy(update=slow)) == 12_000  # 0.24 s, twelve outputs
+    assert schedule.checkpoint_every(scene.model_copy(update={**slow, "retire": False})) == 20000
 
 
 def test_bridges_end_with_the_shares_of_a_rupture(moist: Path) -> None:
