@@ -109,8 +109,8 @@ def test_one_failed_case_does_not_stop_the_others_and_what_is_kept_is_not_run_ag
 
 def test_disk_and_time_follow_from_the_configuration() -> None:
     """Finished runs on the disk: case 1 and 2 at smoke scale 4.04 and 19.2 MB, 1 and 14 at full scale 101 and 452 MB: within a
-    quarter."""
-    loaded = settings.load(ROOT / "config")
+    quarter. With all spheres to the end, 1e-7 s at least are for an evaluation of a bridge."""
+    loaded = settings.load(ROOT / "config").without_retirement()
     dry, moist = campaign.prepare(dict.fromkeys((1, 2), loaded), [1], "full", Path("out"), "", MACHINE)
     assert moist.name == "case02-1"
     assert moist.need.seconds - dry.need.seconds > 1e-7 * moist.need.load.evaluations
