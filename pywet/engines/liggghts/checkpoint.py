@@ -249,8 +249,8 @@ class Recorder:
                     path.unlink()  # cut off, as by a full disk
                 continue
             until = self._frames_before(step)
-            last = step if self.retires else step - 1
-            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], last)
+            framed = step if self.retires else step - 1
+            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], framed)
             if isinstance(grown, str):
                 if step < new[-1]:
                     raise self._not_whole(grown)

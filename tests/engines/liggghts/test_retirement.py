@@ -6,7 +6,6 @@ The bin of these scenes is the floor of a bed, its lowest layer lies on it; the 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,7 @@ from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
 from reference_impl.replay.io import ReplayError
 from reference_impl.replay.replay import replay
-from tests.engines.liggghts import beds
+from tests.engines.liggghts import beds, planted_in_bin
 
 pytestmark = pytest.mark.engine
 LENGTH = {"steps": 1200, "checkpoints": 11, "outputs": 100}
@@ -165,72 +164,18 @@ def test_a_dry_run(tmp_path: Path) -> None:
     assert result["quantities"]["retired_missed"]["count"] == 101 * 95
 
 
-def scaled(column: str, factor: float) -> Callable[[pd.DataFrame], pd.DataFrame]:
-    """One value of a column times a factor, in the last row."""
-
-    def change(table: pd.DataFrame) -> pd.DataFrame:
-        table.loc[table.index[-1], column] *= factor
-        return table
-
-    return change
-
-
-def lost_share(events: pd.DataFrame) -> pd.DataFrame:
-    """The other side of a bridge that ends gets nothing."""
-    row = events.index[(events["kind"] == 2) & (events["partner_kind"] == 0)][0]
-    events.loc[row, "share_j"] = 0.0
-    return events
-
-
-def kept_bridge(events: pd.DataFrame) -> pd.DataFrame:
-    """A bridge of a retired sphere does not end."""
-    return events.drop(events.index[events["kind"] == 2][3]).reset_index(drop=True)
-
-
-def called_rupture(events: pd.DataFrame) -> pd.DataFrame:
-    """A bridge that ends by retirement is called a rupture."""
-    events.loc[events.index[events["kind"] == 2][0], "kind"] = 1
-    return events
-
-
-def called_retirement(events: pd.DataFrame) -> pd.DataFrame:
-    """A rupture is said to follow from a retirement."""
-    events.loc[events.index[events["kind"] == 1][0], "kind"] = 2
-    return events
-
-
-def moved(trajectory: pd.DataFrame) -> pd.DataFrame:
-    """A retired sphere is elsewhere at the last output."""
-    last = trajectory["step"] == trajectory["step"].max()
-    trajectory.loc[last & (trajectory["id"] == trajectory.attrs["gone"]), "x"] += 1e-4
-    return trajectory
-
-
-FAULTS: dict[str, tuple[str, Callable[[pd.DataFrame], pd.DataFrame], str, str]] = {
-    "a film off by a factor": ("history/retired", scaled("film", 1.001), "retired_film", "1.001 times"),
-    "a sphere above the plane": ("history/retired", scaled("x_z", 20.0), "retired_who", "does not qualify"),
-    "a sphere that is too fast": ("history/retired", scaled("v_z", 1e4), "retired_who", "does not qualify"),
-    "a sphere left out": ("history/retired", lambda t: t.drop(t.index[-1]), "retired_missed", "qualifies and was not retired"),
-    "a share lost": ("history/events", lost_share, "share_j", "all liquid goes to i"),
-    "a bridge kept": ("history/events", kept_bridge, "final_bridges_missing", "missing from the log"),
-    "a retirement called rupture": ("history/events", called_rupture, "rupture_due", "rupture"),
-    "a rupture called retirement": ("history/events", called_retirement, "retired_events", "no sphere of it is retired"),
-    "a place not kept": ("trajectory", moved, "retired_rest", "moves"),
-    "the ledger's column": ("history/ledger", scaled("retired", 1.5), "ledger_held", "mm³ are too much"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("name", planted_in_bin.FAULTS)
 def test_injected_faults_are_found(moist: Path, tmp_path: Path, name: str) -> None:
     """What was written is changed, the run itself was right: the quantity disagrees, and a sentence names it."""
-    table, change, quantity, words = FAULTS[name]
+    table, change, quantity, words = planted_in_bin.FAULTS[name]
     shutil.copytree(moist, tmp_path, dirs_exist_ok=True)
     frame = beds.table(tmp_path, table)
     frame.attrs["gone"] = int(beds.table(moist, "history/retired")["id"].iloc[0])
     change(frame).to_parquet(tmp_path / f"{table}.parquet", index=False)
     result = replay(tmp_path)
     assert not result["ok"] and not result["quantities"][quantity]["ok"]
-    assert any(words in found["sentence"] for found in result["diagnosis"]["findings"]), result["diagnosis"]
+    said = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
+    assert any(words in sentence for sentence in said), said
 
 
 @pytest.mark.parametrize(
