@@ -195,6 +195,24 @@ RESERVED_STARTS = ("p_", "move_", "drive_")
 """Words of the decks themselves, which no wall can have for its name."""
 
 
+RETIRED_DEPTH = 2.0
+"""Largest diameters by which a retired sphere lies below the plane of the bin: it does not touch what is above the plane."""
+RETIRED_RISE = 0.01
+"""Part of that depth by which its speed may lift it (v2/2g): a blow by a heavier sphere doubles a speed, four times the rise."""
+
+
+def not_retirable(effects: Effects, output: Output, gravity: Vector, fed: bool = False) -> str | None:
+    """Why no sphere can be retired in a scene; None where that is possible."""
+    obstacles = {
+        "output.checkpoints is 0, and spheres are retired at checkpoints": output.checkpoints == 0,
+        "gravity does not act along -z, so that nothing comes to rest in the bin": any(gravity[:2]) or gravity[2] >= 0,
+        "effects.shedding is on, and drops may land on spheres in the bin": effects.shedding is not None,
+        "output.energy is on, and its budget is of all spheres": effects.bridges and output.energy,
+        "spheres enter during the run": fed,
+    }
+    return next((why for why, met in obstacles.items() if met), None)
+
+
 class Scene(Strict):
     """Everything an engine needs to run one case."""
 
@@ -226,6 +244,8 @@ class Scene(Strict):
     screen_z_m: float = 0.0
     bin_z_m: float
     """A sphere whose centre is below this height has left through the outlet into the collecting bin."""
+    retire: bool = False
+    """Whether spheres that lie in the collecting bin are taken out of the run at checkpoints (`retire_below_m`)."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
@@ -262,9 +282,26 @@ class Scene(Strict):
             raise ValueError(
                 f"scene {self.name}: shedding is {self.effects.shedding} but there is no gravity for drops to fall; expected none"
             )
+        obstacle = not_retirable(self.effects, self.output, self.gravity_m_per_s2, self.is_fed) if self.retire else None
+        if obstacle:
+            raise ValueError(f"scene {self.name}: retire is on but {obstacle}; expected retire off")
         if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
+
+    @property
+    def retire_below_m(self) -> float:
+        """Height of the centre [m] below which a slow sphere is retired: RETIRED_DEPTH below `bin_z_m`."""
+        return self.bin_z_m - self._retired_depth_m
+
+    @property
+    def retire_slower_m_per_s(self) -> float:
+        """Speed [m/s] below which a sphere is retired: it lifts the sphere by RETIRED_RISE of that depth at most."""
+        return float((2.0 * abs(self.gravity_m_per_s2[2]) * RETIRED_RISE * self._retired_depth_m) ** 0.5)
+
+    @property
+    def _retired_depth_m(self) -> float:
+        return RETIRED_DEPTH * 2.0 * max(c.radius_m for c in self.classes)
 
     def motion_of(self, wall: WallMesh) -> Vibration | Slide | Rotation | None:
         """How a wall moves: its own motion, or the scene's of its kind; None where it is fixed."""

@@ -18,11 +18,15 @@ from typing import Any
 
 import numpy as np
 
-FORMATION, RUPTURE = 0, 1
+FORMATION, RUPTURE, RETIREMENT = 0, 1, 2
 SPHERE, LARGE_WALL, SMALL_WALL = 0, 1, 2
 NOTHING = 3
 CODES: dict[str, dict[int, str]] = {
-    "kind": {FORMATION: "a bridge forms", RUPTURE: "a bridge breaks"},
+    "kind": {
+        FORMATION: "a bridge forms",
+        RUPTURE: "a bridge breaks",
+        RETIREMENT: "a bridge ends since one of its spheres is retired",
+    },
     "partner_kind": {
         SPHERE: "j is a sphere",
         LARGE_WALL: "j is a part of a wall, flat or wide against spheres",
@@ -98,11 +102,12 @@ films f8 m3 on all spheres
 bridges f8 m3 in all bridges
 walls f8 m3 on all walls
 left f8 m3 of drops that met nothing below them
+retired f8 m3 with the spheres that were retired
 initial f8 m3 what was put in
 spheres i8 - spheres in the box
 bridge_count i8 - standing bridges
 formations i8 - since the start
-ruptures i8 - since the start""",
+ruptures i8 - since the start, with the bridges that ended since a sphere was retired""",
     "bridges": f"""{_STEP}
 {_PARTNERS}
 {_TRIANGLE}
@@ -139,6 +144,12 @@ triangle i4 - the wire's first one, numbered within the mesh: it stands for the 
 i i4 - sphere
 {_PAD}
 spring f8x3 m tangential spring, which the engine does not hold""",
+    "retired": f"""{_TIME}
+id i4 - sphere
+type i4 - its class
+film f8 m3 liquid with which it left: its film, and its shares of the bridges that ended with it
+x f8x3 m centre
+v f8x3 m/s velocity""",
     "drops": f"""{_TIME}
 partner_kind i4 - of what it lands on, see the codes of partner_kind
 i i4 - the sphere it leaves
@@ -238,6 +249,7 @@ def meanings(table: str) -> dict[str, tuple[str, str]]:
 
 MAY_BE_EMPTY = {
     "history/drops",
+    "history/retired",
     "history/energy",
     "history/events",
     "history/contacts",

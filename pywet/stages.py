@@ -77,7 +77,7 @@ def _run(work: Callable[[], Any]) -> str | None:
 def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
     """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed.
 
-    Rolling resistance is off for an engine that does not have it as the scene means it.
+    Rolling resistance and retirement are off for an engine that does not have them as the scene means it.
     """
     from pywet import config
 
@@ -85,6 +85,8 @@ def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggght
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if not chosen(engine).rolling:
         loaded = loaded.without_rolling()
+    if not chosen(engine).retires:
+        loaded = loaded.without_retirement()
     return loaded.with_preset(preset) if preset else loaded
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests.engines.liggghts import planted, planted_in_yard
+from tests.engines.liggghts import planted, planted_in_bin, planted_in_yard
 from tests.reference_impl import (
     planted_files,
     planted_log,
@@ -55,6 +55,10 @@ ENGINE = (
     Place("plugin, yard", "the same; a heap on a shaken screen, a drawn plate, a floor, pairs in flight; films that grow",
           "engines/liggghts/test_planted_in_yard.py",
           {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_GROWN}),
+    Place("plugin, bin", "the same; a bed of which the lowest layer is retired", "engines/liggghts/test_planted_faults.py",
+          planted_in_bin.IN_PLUGIN),
+    Place("log, bin", "tables of a sound run of that bed", "engines/liggghts/test_retirement.py",
+          {name: (quantity, words) for name, (_, _, quantity, words) in planted_in_bin.FAULTS.items()}),
     Place("log", "the history of a sound run of twelve spheres, or the laws and constants that it claims",
           "reference_impl/test_diagnosis.py", shown(planted_log.FAULTS)),
     Place("tables", "tables beside the logs of the yard's sound run", "reference_impl/test_planted_yard.py",

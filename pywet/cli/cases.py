@@ -50,8 +50,9 @@ def plan(
         for line in campaign(loaded, name):
             tell(line)
         return
-    made = cases.effect_plan(loaded, case, name)
-    lines = [json.dumps(made.as_dict(), indent=1)] if as_json else made.lines if why else made.table
+    made = cases.ingredients(loaded, case, name)
+    chosen = [*(made.plan.lines if why else made.plan.table), *made.retirement.lines]
+    lines = [json.dumps(cases.planned(made), indent=1)] if as_json else chosen
     if accuracy is not None:
         from pywet.evidence.accuracy import command
 

@@ -75,6 +75,10 @@ class Config:
         """The same with another seed of the spheres' first arrangement."""
         return replace(self, settings=self.settings.model_copy(update={"seed": seed}))
 
+    def without_retirement(self) -> Config:
+        """The same with every sphere kept to the end, for engines that cannot take any out."""
+        return replace(self, settings=self.settings.model_copy(update={"retire": False}))
+
     def without_rolling(self) -> Config:
         """The same with rolling resistance off, for engines that do not have it."""
         effects = self.settings.effects.model_copy(update={"rolling": "off"})

@@ -103,6 +103,9 @@ class Settings(Limited):
     effects: EffectSettings
     time_step: TimeStepSettings
     output: OutputSettings = OutputSettings()
+    retire: Switch = "auto"
+    """Take spheres that lie in the collecting bin out of the run. auto: where what happens in the bin is not asked and much is
+    saved."""
 
     @model_validator(mode="after")
     def _each_once(self) -> Settings:

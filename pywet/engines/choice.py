@@ -17,6 +17,8 @@ class Engine:
     name: str
     rolling: bool = True
     """Whether it has rolling resistance as the scene means it."""
+    retires: bool = False
+    """Whether it can take spheres out of a run."""
     parallel: bool = True
     """Whether it runs in more than one process."""
 
@@ -29,7 +31,7 @@ class Engine:
 ENGINES = {
     engine.name: engine
     for engine in (
-        Engine("liggghts"),
+        Engine("liggghts", retires=True),
         Engine("yade", rolling=False, parallel=False),
         Engine("lammps", rolling=False, parallel=False),
     )

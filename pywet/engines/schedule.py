@@ -13,6 +13,9 @@ from pywet.scene import Scene, Slide
 
 DROP_INTERVAL = 1e-3
 """Time [s] over which the specific force on a film is averaged; films of 1 mm3 answer in 0.6 ms, of 10 mm3 in 2 ms."""
+RETIRE_EVERY_S = 0.25
+"""Longest time [s] between steps at which spheres are retired: most fines of a sieve pass within some seconds, and a checkpoint
+costs as much as some hundred steps."""
 Window = tuple[int, int]
 """First step, and the step after the last."""
 
@@ -60,9 +63,12 @@ def _drawn(scene: Scene, way: Slide) -> Window:
 
 
 def checkpoint_every(scene: Scene) -> int:
-    """Steps between checkpoints, at which bridges act; 0: none."""
-    wanted, every = scene.output.checkpoints, scene.bridges_every
-    return every * max(1, math.ceil(scene.steps / ((wanted + 1) * every))) if wanted else 0
+    """Steps between checkpoints, at which bridges act; 0: none. Where spheres are retired these are outputs, and not rare."""
+    wanted, every = scene.output.checkpoints, scene.output_every if scene.retire else scene.bridges_every
+    times = max(1, math.ceil(scene.steps / ((wanted + 1) * every)))
+    if scene.retire:
+        times = min(times, max(1, int(RETIRE_EVERY_S / (every * scene.time_step_s))))
+    return every * times if wanted else 0
 
 
 def drop_every(scene: Scene) -> int:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -41,6 +42,7 @@ def forget(run_dir: Path) -> None:
     run_folder.remove_listed(run_dir, ("engine", *OUTPUT))
 
 
+Added = Callable[[Iterator[np.ndarray]], Iterator[np.ndarray]]
 QUICK = ("events", "contacts")
 """Tables of which most is read: lz4 gives them back in half the time of zstd and takes an eighth more room (of the others, in
 which more repeats, a third)."""
@@ -149,14 +151,18 @@ def in_order(records: np.ndarray, names: Sequence[str]) -> np.ndarray:
 
 
 def ledger_error(ledger: pd.DataFrame) -> float:
-    """Largest |films + bridges + walls + left − initial| / initial over all outputs; where there was no liquid, in m3."""
-    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"]
+    """Largest |films + bridges + walls + left + retired − initial| / initial over all outputs; without liquid in m3."""
+    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"]
     initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
     return float(((held - ledger["initial"]).abs() / initial).max())
 
 
-def convert(folder: Path, history: Path, block: int = BLOCK) -> None:
-    """Turn every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT."""
+def convert(folder: Path, history: Path, block: int = BLOCK, more: Mapping[str, Added] = MappingProxyType({})) -> None:
+    """Turn every raw log in `folder` that SORT names into `history/<name>.parquet`, sorted as in SORT.
+
+    `more`: of a table what is added to its records, whole steps at a time.
+    """
     for name, order in SORT.items():
-        parts = (to_columns(in_order(part, order)) for part in raw_parts(folder, name, block))
+        records = more.get(name, iter)(raw_parts(folder, name, block))
+        parts = (to_columns(in_order(part, order)) for part in records)
         write_parts(parts, history / f"{name}.parquet", quick=name in QUICK)

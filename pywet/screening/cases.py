@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from pywet.apparatus import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
 from pywet.apparatus.initial import wall_mesh, write_initial
@@ -15,6 +16,7 @@ from pywet.errors import PywetError
 from pywet.files import write_json
 from pywet.planning import GRAVITY, EffectPlan
 from pywet.planning import plan as plan_effects
+from pywet.planning.retirement import Retirement, decide
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
 from pywet.screening import amounts
 
@@ -31,6 +33,7 @@ class Ingredients:
     liquid: Liquid | None
     vibration: Vibration
     plan: EffectPlan
+    retirement: Retirement
     time_step_s: float
 
 
@@ -48,7 +51,16 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     explicit = settings.time_step.viscous_integration == "explicit"
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
     step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
-    return Ingredients(classes, pairs, liquid, vibration, chosen, step)
+    gravity = (0.0, 0.0, -GRAVITY if chosen.effects.gravity else 0.0)
+    plugin = chosen.effects.bridges or scale.wires == "prism"
+    after = scale.duration_s.value - scale.slide_opens_at_s.value
+    retirement = decide(settings.retire, chosen.effects, output_of(config, scale), gravity, plugin, after)
+    return Ingredients(classes, pairs, liquid, vibration, chosen, retirement, step)
+
+
+def output_of(config: Config, scale: Scale) -> Output:
+    """When results and logs of a case are written."""
+    return Output(interval_s=scale.output_interval_s.value, **config.settings.output.model_dump())
 
 
 def longer_by(config: Config, case_number: int, scale_name: str) -> float:
@@ -82,6 +94,11 @@ def refuse_unwetted(config: Config, case: Case, walls: bool) -> None:
             )
 
 
+def planned(made: Ingredients) -> dict[str, Any]:
+    """The content of plan.json: the effect plan, and whether spheres are retired."""
+    return {**made.plan.as_dict(), "retirement": asdict(made.retirement)}
+
+
 def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan:
     """The effect plan of a case (`pywet plan CASE`)."""
     return ingredients(config, case_number, scale_name).plan
@@ -100,7 +117,7 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> S
     scene = assemble(config, case, scale, made, apparatus)
     spheres = fill(scene.classes, apparatus.feed_region, scene.seed)
     write_initial(scene, apparatus.surfaces, spheres, run_dir)
-    write_json(run_dir / "plan.json", made.plan.as_dict())
+    write_json(run_dir / "plan.json", planned(made))
     write_json(run_dir / "config.json", config.resolved(case_number, scale_name))
     return scene
 
@@ -129,9 +146,10 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         spheres_file=Path("spheres.parquet"),
         time_step_s=made.time_step_s,
         duration_s=scale.duration_s.value,
-        output=Output(interval_s=scale.output_interval_s.value, **config.settings.output.model_dump()),
+        output=output_of(config, scale),
         screen_z_m=apparatus.screen_z,
         bin_z_m=apparatus.bin_z,
+        retire=made.retirement.on,
     )
 
 

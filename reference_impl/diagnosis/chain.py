@@ -12,11 +12,11 @@ import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
-from reference_impl.replay import laws
+from reference_impl.replay import laws, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import at_step
-from reference_impl.replay.lives import FORMATION, RUPTURE
+from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE
 
 MISSING_FORMATION = "a formation is missing from the log"
 MISSING_RUPTURE = "a rupture is missing from the log"
@@ -26,12 +26,16 @@ Pair = tuple[Floats, Floats]
 
 
 def sides(table: pd.DataFrame, moves: Pair) -> pd.DataFrame:
-    """Two rows an event, first all of i, then all of j: holder (a triangle t counts as -1 - t), films, liquid moved."""
+    """Two rows an event, first all of i, then all of j: holder (a triangle t counts as -1 - t), films, liquid moved.
+
+    Events of one `phase` draw on the same films: bridges that end by retirement come after all others of their step.
+    """
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
     j = np.where(wall, -1 - table["triangle"].to_numpy(), table["j"].to_numpy())
     columns = {
         "holder": np.concatenate([table["i"].to_numpy(), j]).astype(np.int64),
         "step": np.tile(table["step"].to_numpy(), 2),
+        "phase": np.tile(2 * table["step"].to_numpy(np.int64) + (table["kind"].to_numpy() == RETIREMENT), 2),
         "move": np.concatenate(moves),
         "row": np.tile(np.arange(len(table)), 2),
     }
@@ -71,7 +75,7 @@ def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
     rows = rows[rows["step"] > run.since]
     real = rows.index < len(_of_lives_alone(run))
     twice = real & (rows["kind"] == rows["kind_before"]) & (rows["step"] == rows["step_before"])
-    without = (rows["kind"] == RUPTURE) & (rows["kind_before"] != FORMATION) & ~twice
+    without = (rows["kind"] != FORMATION) & (rows["kind_before"] != FORMATION) & ~twice
     again = (rows["kind"] == FORMATION) & (rows["kind_before"] == FORMATION) & ~twice
     return {TWICE: rows[twice], MISSING_FORMATION: rows[without], MISSING_RUPTURE: rows[again]}
 
@@ -103,7 +107,7 @@ def at_formation(run: Run) -> Floats:
     events = run.table("events")
     rows = events.assign(wall=events["partner_kind"] != laws.SPHERE, row=np.arange(len(events)))
     groups = rows.groupby(["wall", "i", "j"])
-    paired = (rows["kind"] == RUPTURE) & (groups["kind"].shift(1) == FORMATION)
+    paired = (rows["kind"] != FORMATION) & (groups["kind"].shift(1) == FORMATION)
     return groups["row"].shift(1).where(paired).fillna(-1).to_numpy(int)
 
 
@@ -124,11 +128,11 @@ def kept(run: Run, own: Pair) -> Link:
 def carried(run: Run, both: pd.DataFrame) -> Link:
     """The film at the start of a step is what the last event of this holder has left."""
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
-    ends = both.drop_duplicates(["holder", "step"], keep="last").sort_values("step", kind="stable")
+    ends = both.drop_duplicates(["holder", "phase"], keep="last").sort_values("phase", kind="stable")
     before = ends.groupby("holder")["after"].shift(1)
     start = ends["holder"].map(first).where(ends["holder"] > 0, 0.0)
-    known = ends.assign(own=before.fillna(start))[["holder", "step", "own"]]
-    rows = both.merge(known, on=["holder", "step"], how="left")
+    known = ends.assign(own=before.fillna(start))[["holder", "phase", "own"]]
+    rows = both.merge(known, on=["holder", "phase"], how="left")
     logged, own = rows["before"].to_numpy(float), rows["own"].to_numpy(float)
 
     def suspects(_: Floats) -> Iterator[Suspect]:
@@ -151,7 +155,7 @@ def booked(run: Run, own: Pair) -> Link:
 
     def after(i: Floats, j: Floats) -> Floats:
         both = sides(events, (i, j))
-        moved = both.groupby(["holder", "step"])["move"].transform("sum").to_numpy()
+        moved = both.groupby(["holder", "phase"])["move"].transform("sum").to_numpy()
         return np.asarray(both["before"].to_numpy() + moved)
 
     sign = np.where(formation, -1.0, 1.0)
@@ -181,11 +185,13 @@ def booked(run: Run, own: Pair) -> Link:
 
 
 def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
-    """Films in the snapshots against the event log."""
-    ends = both.drop_duplicates(["holder", "step"], keep="last").sort_values("step", kind="stable")
+    """Films in the snapshots, and those with which spheres were retired, against the event log."""
+    ends = both.sort_values("phase", kind="stable").drop_duplicates(["holder", "step"], keep="last")
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
-    for name, turn in (("films", 1), ("wall_films", -1)):
-        table = run.table(name)
+    tables = {"snapshot_films": run.table("films"), "snapshot_wall_films": run.table("wall_films")}
+    tables["retired_film"] = _retired(run)
+    for name, table in tables.items():
+        turn = 1 if "id" in table else -1
         rows = table.assign(holder=table["id" if turn > 0 else "triangle"])
         rows["holder"] = (rows["holder"] if turn > 0 else -1 - rows["holder"]).astype(np.int64)
         rows = rows.sort_values("step", kind="stable").reset_index(drop=True)
@@ -201,7 +207,14 @@ def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
             yield from of_lives(run, rows["holder"], logged)
             yield from factor(logged, own, broken)
 
-        yield Link(f"snapshot_{name}", "film in a snapshot", rows, logged, own, _typical(run, len(rows)), suspects)
+        what = "film of a retired sphere" if name == "retired_film" else "film in a snapshot"
+        yield Link(name, what, rows, logged, own, _typical(run, len(rows)), suspects)
+
+
+def _retired(run: Run) -> pd.DataFrame:
+    """Spheres retired within the part of the log that is looked at."""
+    gone, last = retired.table(run.folder), int(run.table("events")["step"].max())
+    return gone[(gone["step"] > run.since) & (gone["step"] <= max(last, int(run.table("films")["step"].max())))]
 
 
 def by_events(run: Run, steps: Floats) -> Floats:
@@ -209,7 +222,7 @@ def by_events(run: Run, steps: Floats) -> Floats:
     events = run.table("events")
     events = events[events["step"] > run.since]
     both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
-    films = both.drop_duplicates(["holder", "step"])
+    films = both.drop_duplicates(["holder", "phase"])
     sign = np.where(events["kind"].to_numpy() == FORMATION, 1.0, -1.0)
     at = np.concatenate([films["step"], events["step"]])
     gain = np.concatenate([films["after"] - films["before"], sign * events["volume"].to_numpy(float)])
@@ -221,7 +234,7 @@ def by_events(run: Run, steps: Floats) -> Floats:
 def ledger(run: Run) -> Link:
     """Films, bridges, walls and what left are what was put in; what events create or destroy is their fault."""
     table, total = run.table("ledger"), float(run.table("spheres")["film"].sum())
-    parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left")}
+    parts = {name: table[name].to_numpy(float) for name in ("films", "bridges", "walls", "left", "retired")}
     held, own = sum(parts.values(), np.zeros(len(table))), np.full(len(table), total)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:

@@ -261,7 +261,8 @@ SHOW_AGAIN = {
     **{name: OF_COUNTS for name in (
         "energy_formed", "energy_ruptured", "energy_capillary_stored", "ledger_counts", "contact_rows", "event_triangle",
         "event_separation", "snapshot_triangle", "snapshot_ends", "snapshot_separation")},
-    "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films"},
+    "ledger_held": OF_EVENTS | {"snapshot_films", "snapshot_wall_films", "retired_film"},
+    **{name: OF_EVENTS | {"snapshot_films"} for name in ("retired_film", "retired_events", "retired_bridges")},
     "energy_budget": OF_BOTH | {"energy_windows", "energy_kinetic", "energy_gravity", "energy_spin"},
     "energy_capillary": OF_EVENTS | {"energy_windows", "energy_formed", "energy_ruptured", "energy_capillary_stored"},
 }  # fmt: skip

@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from reference_impl.diagnosis import retirement
 from reference_impl.diagnosis import works as links_works
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor, gaps, middle
@@ -43,6 +44,7 @@ def links(run: Run, part: Run, failed: Sequence[str]) -> Iterator[Link]:
         ({"flight_place", "flight_velocity"}, lambda: list(links_works.flight(run, setup))),
         ({"contact_rows"}, lambda: list(rows_missing(run))),
         ({"time"}, lambda: [times(run, setup)]),
+        ({*retirement.FAULTS}, lambda: list(retirement.links(part))),
     ):
         if names & wrong:
             yield from (link for link in make() if link is not None and link.quantity in wrong)

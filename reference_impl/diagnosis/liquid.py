@@ -23,7 +23,7 @@ from reference_impl.replay.bodies import bodies, of_bridges, pairs
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import late_ruptures
-from reference_impl.replay.lives import FORMATION, Lives, none
+from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, none
 from reference_impl.replay.transfer import Tables
 
 
@@ -108,7 +108,8 @@ def due(run: Run, e: Events) -> Link | None:
     if limit is None:
         return None
     reach, gap = e.column("rupture_distance"), e.pair.gap
-    wrong = (~e.formation & (gap < limit * (1.0 - 1e-9))).astype(float)
+    ruptures = e.table["kind"].to_numpy() == RUPTURE
+    wrong = (ruptures & (gap < limit * (1.0 - 1e-9))).astype(float)
     own, one = np.zeros(len(gap)), np.ones(len(gap))
 
     def suspects(rows: Floats) -> Iterator[Suspect]:

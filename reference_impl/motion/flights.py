@@ -115,7 +115,7 @@ class Hangar:
         p, q = pairs(stand, fixed), pairs(events, fixed)
         place = np.full(len(fixed.radius), -1)
         place[setup.ids] = np.arange(len(setup.ids))
-        bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two))
+        bad = ~setup.free | ((setup.enters > one) & (setup.enters <= two)) | (setup.leaves <= two)
         bad[place[np.concatenate([q.i, q.sphere_j[~q.wall], p.i[p.wall]]).astype(int)]] = True
         bad[place[film["id"].to_numpy()]] |= film["film"].to_numpy() < DRY * fixed.radius[film["id"].to_numpy()] ** 3
         rows = np.flatnonzero(~p.wall)

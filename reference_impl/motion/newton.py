@@ -253,7 +253,7 @@ def records(setup: Setup, f: Forces) -> tuple[Floats, Floats]:
     """Step (its place in the window) and sphere for which the law is checked."""
     w = f.window
     k = np.flatnonzero((np.diff(w.steps) == 1) & ~np.isin(w.steps[:-1], list(setup.broken)))
-    free = np.flatnonzero(setup.free)
+    free = np.flatnonzero(setup.free & (setup.leaves >= w.steps[-1]))  # nobody is retired within a window
     return np.repeat(k, len(free)), np.tile(free, len(k))
 
 
@@ -301,8 +301,9 @@ def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
 
 
 def places(setup: Setup, found: list[Forces]) -> pd.DataFrame:
-    """Recorded places of all spheres: step, id, x, y, z [m]."""
+    """Recorded places of all spheres that are not retired: step, id, x, y, z [m]."""
     steps = np.concatenate([f.window.steps for f in found])
     x = np.concatenate([f.window.x for f in found]).reshape(-1, 3)
     table = pd.DataFrame({"step": np.repeat(steps, len(setup.ids)), "id": np.tile(setup.ids, len(steps))})
-    return table.assign(**dict(zip("xyz", x.T, strict=True)))
+    table = table.assign(**dict(zip("xyz", x.T, strict=True)))
+    return table[(steps[:, None] <= setup.leaves).ravel()].reset_index(drop=True)

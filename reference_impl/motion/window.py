@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from reference_impl.replay import retired
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.io import ReplayError, masses
 from reference_impl.replay.io import scene as read_scene
@@ -65,6 +66,8 @@ class Setup:
     part: Floats
     enters: Floats
     """Step from which on each sphere has weight."""
+    leaves: Floats
+    """Last step at which each sphere takes part; after it, it has been retired."""
     broken: frozenset[int]
     """Steps after which the engine set itself up anew: the forces that follow are not those that were recorded."""
 
@@ -79,8 +82,9 @@ class Setup:
         return np.array(self.scene["gravity_m_per_s2"], dtype=float)
 
     def pull(self, steps: Floats) -> Floats:
-        """Acceleration by gravity [m/s2] of every sphere in steps, shape (steps, spheres, 3); none before it has entered."""
-        return np.asarray((steps[:, None] >= self.enters)[:, :, None] * self.gravity)
+        """Acceleration by gravity [m/s2], shape (steps, spheres, 3); none before a sphere enters and once it is retired."""
+        there = (steps[:, None] >= self.enters) & (steps[:, None] <= self.leaves)
+        return np.asarray(there[:, :, None] * self.gravity)
 
     @property
     def memory(self) -> bool:
@@ -131,7 +135,8 @@ def read(run_dir: Path) -> Setup:
     walls, corners, part = _walls(folder, scene)
     return Setup(
         folder, scene, ids, kind, radius, mass, ~np.isin(ids, list(_driven(folder))),
-        dry_contacts(scene, mass_of), walls, corners, part, enters(scene, kind), _broken(scene),
+        dry_contacts(scene, mass_of), walls, corners, part, enters(scene, kind),
+        retired.leaves(folder, ids), _broken(scene),
     )  # fmt: skip
 
 
@@ -225,16 +230,17 @@ def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> 
     """The recorded windows: runs of consecutive steps; `carried`: liquid on the spheres in steps [m3], shape (steps, spheres)."""
     table = pd.read_parquet(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
     steps = np.unique(table["step"].to_numpy())
-    if (
-        len(table) != len(steps) * len(setup.ids)
-        or not np.isin(table["id"].to_numpy()[: len(setup.ids)], setup.ids).all()
-    ):
+    there = steps[:, None] <= setup.leaves
+    if not np.array_equal(table["id"].to_numpy(), np.broadcast_to(setup.ids, there.shape)[there]):
         raise ReplayError(
             f"{setup.folder}/history/window_states.parquet holds {len(table)} rows for {len(steps)} steps of {len(setup.ids)} "
-            "spheres; expected every sphere in every step: run the case again"
+            "spheres; expected every sphere that is not retired in every step: run the case again"
         )
     cuts = np.flatnonzero(np.diff(steps) > 1) + 1
-    whole = {name: vectors_of(table, name).reshape(len(steps), -1, 3) for name in ("x", "v", "w", "f", "t")}
+    whole = {name: np.zeros((*there.shape, 3)) for name in ("x", "v", "w", "f", "t")}
+    whole["x"][:] = retired.nowhere(len(setup.ids))
+    for name, values in whole.items():
+        values[there] = vectors_of(table, name)
     return [
         _window(setup, steps[at], {k: v[at] for k, v in whole.items()}, carried)
         for at in np.split(np.arange(len(steps)), cuts)

@@ -1,6 +1,7 @@
 """The life of the liquid, recomputed from the start films and the order of events alone.
 
-All events of a step draw on the films at its start and are booked at its end, its drops after them. The loop is plain Python over
+All events of a step draw on the films at its start and are booked at its end, its drops after them, then bridges that end since a
+sphere of them is retired. The loop is plain Python over
 arrays, which numba compiles as it stands: that changes no bit (tested).
 """
 
@@ -16,7 +17,7 @@ from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, Pairs, holders, shapes
 from reference_impl.replay.drops import Falling
-from reference_impl.replay.lives import Lives
+from reference_impl.replay.lives import RETIREMENT, Lives
 from reference_impl.replay.transfer import Tables
 
 
@@ -47,6 +48,8 @@ class Entries(NamedTuple):
 
     step: Floats
     formation: Floats
+    retires: Floats
+    """Whether a sphere of it is retired: these are booked after all others of their step."""
     i: Asks
     j: Asks
     previous: Floats
@@ -111,7 +114,8 @@ def book(
     n, own = len(events), lives.all.own
     out, shots = Columns(*np.full((len(Columns._fields), n), np.nan)), np.empty((len(outputs), len(held)))
     entries = Entries(
-        np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :], *asks(events, p, fixed, not draws),
+        np.array(events["step"], dtype=np.int64), lives.formation[len(own) - n :],
+        events["kind"].to_numpy() == RETIREMENT, *asks(events, p, fixed, not draws),
         lives.previous, row_of(tables, p, fixed), laws.harmonic_radius(p.ri, p.rj, p.wall) ** 3,
     )  # fmt: skip
     ratios, asked, done = packed(tables), np.zeros(len(held)), 0
@@ -174,7 +178,7 @@ def _book(e: Entries, table: Ratios, held: Any, asked: Any, own: Any, out: Colum
     before = len(own) - len(e.step)
     while start < last:
         end = start + 1
-        while end < last and e.step[end] == e.step[start]:
+        while end < last and e.step[end] == e.step[start] and e.retires[end] == e.retires[start]:
             end += 1
         for n in range(start, end):
             asked[e.i.holder[n]] = asked[e.j.holder[n]] = 0.0

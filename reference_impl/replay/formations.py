@@ -16,7 +16,7 @@ import pandas as pd
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.touching import near_pairs
 from reference_impl.motion.window import slide_steps, way_of
-from reference_impl.replay import io, laws
+from reference_impl.replay import io, laws, retired
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import bodies, holders, pairs
 from reference_impl.replay.compare import Quantity, compare
@@ -230,7 +230,8 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Frames:
-    """Steps at which all places are known: x of spheres (steps, spheres, 3), their liquid, and that of all triangles."""
+    """Steps at which all places are known: x of spheres (steps, spheres, 3), those of retired ones out of
+    reach, their liquid, and that of all triangles."""
 
     step: Floats
     ids: Floats
@@ -245,7 +246,9 @@ def _frames(run: Run, places: pd.DataFrame) -> Frames:
     step = np.unique(table["step"].to_numpy(np.int64))
     ids, area = np.sort(run.table("spheres")["id"].to_numpy(np.int64)), bodies(run).area
     shape = (len(step), len(ids))
-    x = table[["x", "y", "z"]].to_numpy(float).reshape(*shape, 3)
+    there = table["step"].to_numpy(np.int64) <= retired.leaves(run.folder, ids)[np.searchsorted(ids, table["id"])]
+    table, x = table[there], np.tile(retired.nowhere(len(ids)), (len(step), 1, 1))
+    x[np.searchsorted(step, table["step"]), np.searchsorted(ids, table["id"])] = table[["x", "y", "z"]].to_numpy(float)
     return Frames(step, ids, x, np.zeros(shape), np.zeros((len(step), len(area))))
 
 

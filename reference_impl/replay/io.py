@@ -102,7 +102,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "contacts": ("step", "partner_kind", "i", "j", "triangle", "xi_x", "vi_x", "wi_x", "xj_x", "vj_x", "wj_x", "volume",
                  "separation", "rupture_distance", "capillary", "viscous_normal", "viscous_tangential_x", "force_i_x",
                  "torque_i_x", "torque_j_x", "viscous_law", "factor_normal", "push_x", "spin_push_x"),
-    "ledger": ("step", "films", "bridges", "walls", "left"),
+    "ledger": ("step", "films", "bridges", "walls", "left", "retired"),
     "bridges": ("step", "partner_kind", "i", "j", "triangle", "volume", "share_i", "separation", "xi_x", "xj_x"),
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),

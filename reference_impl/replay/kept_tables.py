@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 from reference_impl.motion import window
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.replay import io, liquid, plans
+from reference_impl.replay import retired as retirement
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
-from reference_impl.replay.lives import FORMATION, RUPTURE, Lives, keys, none
+from reference_impl.replay.lives import FORMATION, Lives, keys, none
 
 SHIFT = ["dx", "dy", "dz"]
 COUNTED = ("formations", "ruptures", "bridge_count", "spheres")
-HELD = ("films", "bridges", "walls", "left", "initial")
+HELD = ("films", "bridges", "walls", "left", "retired", "initial")
 
 
 def wall_shifts(setup: window.Setup) -> tuple[pd.DataFrame, Floats]:
@@ -79,6 +80,7 @@ class Count:
     def __init__(self, run: Run) -> None:
         self.formed = self.ruptured = 0
         self.first, self.spheres = float(bodies(run).liquid().sum()), len(run.table("spheres"))
+        self.gone = retirement.table(run.folder)
         self.fallen = run.shed[run.shed["partner_kind"] == 3]
 
     def values(self, run: Run) -> tuple[pd.DataFrame, tuple[Floats, Floats], tuple[Floats, Floats], Floats]:
@@ -87,16 +89,17 @@ class Count:
         shots = run.table("films")["step"]
         ledger = ledger[ledger["step"].isin(shots.unique())].reset_index(drop=True)
         step, at, kind = ledger["step"].to_numpy(), events["step"].to_numpy(), events["kind"].to_numpy()
-        formed, ruptured = (np.searchsorted(at[kind == k], step, "right") for k in (FORMATION, RUPTURE))
+        formed, ruptured = (np.searchsorted(at[of], step, "right") for of in (kind == FORMATION, kind != FORMATION))
         formed, ruptured = formed + self.formed, ruptured + self.ruptured
         own = np.stack([formed, ruptured, formed - ruptured, np.full(len(step), self.spheres)], axis=1).astype(float)
         self.formed += int((kind == FORMATION).sum())
-        self.ruptured += int((kind == RUPTURE).sum())
+        self.ruptured += int((kind != FORMATION).sum())
         drops = np.array([self.fallen["volume"][self.fallen["step"] <= s].sum() for s in step])
         coming = liquid.to_come(run, step)
         first = np.full(len(step), self.first)
         films, *rest = (_sums(run, step, *c) for c in CARRIED)
-        held = np.stack([films - coming, *rest, drops, first - coming], axis=1)
+        retired = np.array([self.gone["film"][self.gone["step"] <= s].sum() for s in step])
+        held = np.stack([films - coming - retired, *rest, drops, retired, first - coming], axis=1)
         logged, one = ledger[list(COUNTED)].to_numpy(float), np.ones(len(step))
         amounts, size = ledger[list(HELD)].to_numpy(float), first if self.first > 0 else one
         return ledger, (logged, own), (amounts, held), size

@@ -113,9 +113,9 @@ def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
 
 
 def ledger(run: Run) -> Quantity:
-    """Σ films + Σ bridges + Σ walls + left against what was put in, at every output."""
+    """Σ films + Σ bridges + Σ walls + left + retired against what was put in, at every output."""
     table = run.table("ledger")
-    held = (table["films"] + table["bridges"] + table["walls"] + table["left"]).to_numpy()
+    held = (table["films"] + table["bridges"] + table["walls"] + table["left"] + table["retired"]).to_numpy()
     put_in = total(run) - to_come(run, table["step"].to_numpy())
     return compare("ledger", "initial liquid", held, put_in, np.full(len(table), total(run)), table, 1e-12)
 

@@ -11,7 +11,8 @@ import pandas as pd
 from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats, Table
 
-FORMATION, RUPTURE = 0, 1
+FORMATION, RUPTURE, RETIREMENT = 0, 1, 2
+"""Kinds of events; RETIREMENT: a bridge ends since a sphere of it is retired."""
 
 
 def keys(table: Table) -> Floats:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, io, liquid, second, sections, spans, transfer, whole
+from reference_impl.replay import coverage, io, liquid, retired, second, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
@@ -81,6 +81,7 @@ def _dry(folder: Path) -> bool:
 def _of_dry(folder: Path) -> Logged:
     """Newton's law and contributions."""
     quantities, motion = dynamics.check(folder, None)
+    quantities += retired.of_dry(folder)
     none = {"events": 0, "contacts": 0, "unchecked": [], "events_per_s": 0.0, "contacts_per_s": 0.0}
     return Logged(quantities, motion, none, lambda failed: dynamics.named(folder, None, failed))
 

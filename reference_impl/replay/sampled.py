@@ -14,7 +14,7 @@ from reference_impl.replay.bodies import Pairs, bodies, pairs, shapes
 from reference_impl.replay.compare import Quantity
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run, where
-from reference_impl.replay.lives import RUPTURE
+from reference_impl.replay.lives import FORMATION
 from reference_impl.replay.stream import taken
 from reference_impl.replay.transfer import SMALLEST
 
@@ -41,7 +41,7 @@ class Samples:
     def add_events(self, events: pd.DataFrame, p: Pairs, first: int) -> None:
         """A part of the event log, of which `first` is the number of the first row."""
         self.events += len(events)
-        volume, broke = events["volume"].to_numpy(float), events["kind"].to_numpy() == RUPTURE
+        volume, broke = events["volume"].to_numpy(float), events["kind"].to_numpy() != FORMATION
         self.ruptures += int(broke.sum())
         if coverage.solved(self.run, "rupture"):
             self._limits.append((events["partner_kind"].to_numpy(np.int8), volume.copy(), p.ri.astype(np.float32)))

@@ -21,6 +21,7 @@ from reference_impl.replay import (
     kept_tables,
     liquid,
     plans,
+    retired,
     sampled,
     snapshots,
     whole,
@@ -104,7 +105,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     held, outputs, found, samples = fixed.liquid(), plans.plan(run.folder).outputs, Found(), sampled.Samples(run)
     by_log, falling = formations.Held(run), drops.Falling(run)
     run.known["carried"] = carried = weight.Carried(run)
-    counts, setup = kept_tables.Count(run), window.read(run.folder)
+    counts, setup, gone = kept_tables.Count(run), window.read(run.folder), retired.Count(run)
     works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
     run.known["budget"] = works
     energy, flying = budget.judged(run), flights.judged(run)
@@ -131,6 +132,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         by_log.keep(part)
         found.add("snapshots", bridge_ends.check(part))
         found.add("tables", counts.check(part))
+        found.add("tables", gone.check(part, inside, shots, liquid.mean_film(run)))
         if energy:
             works.add(part, lives)
         if flying:

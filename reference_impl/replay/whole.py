@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import io
+from reference_impl.replay import io, retired
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import refuse
 from reference_impl.replay.compare import TOLERANCE, Quantity, compare
@@ -40,6 +40,8 @@ def check(folder: Path) -> dict[str, Any]:
         if left:
             raise ReplayError(f"{run / 'history'} holds {', '.join(left)} of a moist run, but scene.json has no bridges; "
                               f"expected the tables of one run: {AGAIN} in an empty folder")  # fmt: skip
+    if gone := retired.whole(run):
+        rows["retired"] = gone
     for name in planned.recorded:
         rows[name] = _recorded(run / "history" / f"{name}.parquet", planned)
     windows = [list(window) for window in planned.windows]
@@ -187,7 +189,7 @@ def contact_counts(contacts: pd.DataFrame, events: pd.DataFrame, planned: Plan) 
     """
     steps, kind, at = planned.contact_steps, events["kind"].to_numpy(), events["step"].to_numpy()
     formed = np.searchsorted(np.sort(at[kind == 0]), steps, "left" if planned.every == 1 else "right")
-    ended = np.searchsorted(np.sort(at[kind == 1]), steps, "right")
+    ended = np.searchsorted(np.sort(at[kind > 0]), steps, "right")
     rows = np.sort(contacts["step"].to_numpy())
     logged = np.searchsorted(rows, steps, "right") - np.searchsorted(rows, steps, "left")
     return pd.DataFrame({"step": steps, "logged": logged, "acting": formed - ended})

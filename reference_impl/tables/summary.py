@@ -111,11 +111,13 @@ def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path)
     log, ledger = where(folder, "events"), io.table(where(folder, "ledger"), "ledger").sort_values("step")
     formed = ended = 0
     for part in Rows(log, "events", ["step", "kind"]).parts(int(plans.plan(folder).outputs[-1]), BATCH):
-        formed, ended = formed + int((part["kind"] == 0).sum()), ended + int((part["kind"] == 1).sum())
+        formed, ended = formed + int((part["kind"] == 0).sum()), ended + int((part["kind"] != 0).sum())
     yield from _group(
         "events", given, {"formations": formed, "ruptures": ended, "standing_bridges": formed - ended}, LOGS
     )
-    apart = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] - ledger["initial"]
+    apart = (
+        ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"] - ledger["initial"]
+    )
     error = float((apart.abs() / ledger["initial"].where(ledger["initial"] > 0.0, 1.0)).max())
     yield Held("summary.json: ledger_error", given.get("ledger_error", MISSING), error, LOGS, 1.0)
 

@@ -93,7 +93,12 @@ def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
     lines = runner.invoke(app, ["plan", "1", "--config", str(CONFIG)]).output.strip().splitlines()
     assert lines[0].split() == ["effect", "number", "tolerance", "share", "cost", "law"]
     assert lines[1].split()[:2] == ["bridges", "off"] and max(map(len, lines)) <= 80
-    switched = {line.split()[0]: line.split()[1] for line in lines[1:]}
+    retire = next(k for k, line in enumerate(lines) if line.startswith("retire "))
+    assert (
+        " ".join(" ".join(lines[retire:]).split())
+        == "retire off a dry run without analytic wires runs on the stock program"
+    )
+    switched = {line.split()[0]: line.split()[1] for line in lines[1:retire]}
     assert {effect for effect, state in switched.items() if state == "on"} == {
         "rolling",
         "tangential_history",
@@ -107,7 +112,20 @@ def test_plan_fits_a_terminal_says_why_and_gives_json(runner: CliRunner) -> None
     assert max(map(len, short.splitlines())) <= 80 and "Bond number" not in short
     assert "1/Bond number" in runner.invoke(app, ["plan", "2", "--why", "--config", str(CONFIG)]).output
     plan = json.loads(runner.invoke(app, ["plan", "2", "--json", "--config", str(CONFIG)]).output)
-    assert [row["effect"] for row in plan["rows"]] == [line.split()[0] for line in short.splitlines()[1:]]
+    rows = short.partition("\nretire ")[0].splitlines()[1:]
+    assert [row["effect"] for row in plan["rows"]] == [line.split()[0] for line in rows]
+
+
+def test_plan_says_whether_spheres_are_retired_and_what_that_saves(runner: CliRunner) -> None:
+    """0.93 of what comes 3.3 s after the opening of the slide: (20.1 - 3.3)/20.1 of a run at full scale."""
+    said = " ".join(runner.invoke(app, ["plan", "2", "--scale", "full", "--config", str(CONFIG)]).output.split())
+    assert "retire on saves about 78 % of the processor time: what passes and where the liquid goes is asked" in said
+    said = " ".join(runner.invoke(app, ["plan", "2", "--config", str(CONFIG)]).output.split())
+    assert "retire off the run ends 1.4 s after the opening" in said
+    plan = json.loads(runner.invoke(app, ["plan", "2", "--scale", "full", "--json", "--config", str(CONFIG)]).output)[
+        "retirement"
+    ]
+    assert plan["on"] is True and plan["saves"] == pytest.approx(0.93 * (1.0 - 3.3 / 20.1), rel=1e-9)
 
 
 def test_lists_are_given_as_json(runner: CliRunner) -> None:

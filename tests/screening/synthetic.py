@@ -142,13 +142,13 @@ def _liquid(history: Path) -> None:
     write_table(to_frame(np.zeros(0, dtype=RAW["contacts"])), history / "contacts.parquet")
     ledger = pd.DataFrame(
         [
-            (0, 0.0, 20, 0, 0, 0, 20, 3, 0, 0, 0),
-            (100, 0.01, 20, 0, 0, 0, 20, 3, 0, 0, 0),
-            (200, 0.02, 16.5, 3, 0.5, 0, 20, 3, 2, 4, 2),
+            (0, 0.0, 20, 0, 0, 0, 0, 20, 3, 0, 0, 0),
+            (100, 0.01, 20, 0, 0, 0, 0, 20, 3, 0, 0, 0),
+            (200, 0.02, 16.5, 3, 0.5, 0, 0, 20, 3, 2, 4, 2),
         ],
         columns=[*TABLES["history/ledger"]],
     )
-    ledger[["films", "bridges", "walls", "left", "initial"]] *= UNIT
+    ledger[["films", "bridges", "walls", "left", "retired", "initial"]] *= UNIT
     write_table(ledger, history / "ledger.parquet")
     energy = pd.DataFrame(0.0, index=range(len(STEPS)), columns=[*TABLES["history/energy"]])
     energy["step"], energy["time"] = STEPS, [1e-4 * step for step in STEPS]

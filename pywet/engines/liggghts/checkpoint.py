@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet.engines.liggghts import logs
+from pywet.engines.liggghts import logs, state_file
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
@@ -193,7 +193,8 @@ def last_step(folder: Path) -> int:
 
 
 def cut_back(folder: Path, point: Checkpoint) -> None:
-    """Take everything after the checkpoint out of the logs; the trajectory's frame at it is written again by the engine."""
+    """Take everything after the checkpoint out of the logs; the engine writes the trajectory's frame at it again, unless spheres
+    of that frame were retired."""
     for path in logs.files(folder):
         with open(path, "r+b") as file:
             file.truncate(point.logs.get(path.name, (0, 0))[0])
@@ -225,13 +226,13 @@ class Recorder:
 
     def __init__(self, folder: Path, scene: Scene, plugin: bool, spheres: int, point: Checkpoint | None) -> None:
         self.folder, self.plugin, self.spheres = folder, plugin, spheres
-        self.planned, self.end = scene.output_steps, scene.steps
+        self.planned, self.end, self.retires = scene.output_steps, scene.steps, scene.retire
         self.step = point.step if point else 0
         self.logs: logs.Sums = dict(point.logs) if point else {}
         self.framed = self._frames_before(self.step) if point else 0
 
     def _frames_before(self, step: int) -> int:
-        return int(np.searchsorted(self.planned, step))
+        return int(np.searchsorted(self.planned, step, "right" if self.retires else "left"))
 
     def watch(self) -> None:
         """Write the sums of each checkpoint that has become whole since, and remove older ones than the last two."""
@@ -242,12 +243,14 @@ class Recorder:
         new = sorted(step for name, step in there if name == last and step > self.step)
         for step in new:
             states = [self.folder / saved(name, step) for name in ("engine", "state")[: 1 + self.plugin]]
-            if not holds(states[0].read_bytes(), self.spheres):
+            spheres = state_file.count(states[1]) if self.plugin else self.spheres
+            if not holds(states[0].read_bytes(), spheres):
                 for path in states:
                     path.unlink()  # cut off, as by a full disk
                 continue
             until = self._frames_before(step)
-            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], step - 1)
+            framed = step if self.retires else step - 1
+            grown = logs.extended(self.folder, self.logs, step, self.planned[self.framed : until], framed)
             if isinstance(grown, str):
                 if step < new[-1]:
                     raise self._not_whole(grown)

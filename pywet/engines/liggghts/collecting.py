@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
-from pywet.runs import tables
+from pywet.runs import retired, tables
 from pywet.scene import Scene, Slide, Vibration, WallMesh
 
 TABLES = "tables"
@@ -36,7 +37,8 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     """
     made = folder / TABLES
     shutil.rmtree(made, ignore_errors=True)
-    convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s)
+    gone = retired.records(folder) if scene.retire else None
+    convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s, gone)
     trajectory = steps_of(made / "trajectory.parquet")
     planned(trajectory, scene, str(folder / logs.TRAJECTORY))
     windows.collect(scene, folder, made / "history")
@@ -44,9 +46,12 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     rows = [(step, name, *of[k]) for k, step in enumerate(scene.output_steps) for name, of in shifts.items()]
     write_table(pd.DataFrame(rows, columns=["step", "mesh", "dx", "dy", "dz"]), made / "mesh_motion.parquet")
     spheres = int((trajectory == 0).sum())
+    if gone is not None:
+        write_table(tables.to_frame(gone), made / "history" / "retired.parquet")
     if not scene.effects.bridges:
         return spheres, None
-    tables.convert(folder, made / "history")
+    added = {"films": partial(retired.with_films, retired=gone)} if gone is not None else {}
+    tables.convert(folder, made / "history", more=added)
     for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
         planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")
     return spheres, tables.ledger_error(read_table(made / "history" / "ledger.parquet"))
@@ -126,9 +131,10 @@ def read_trajectory(path: Path, time_step: float) -> pd.DataFrame:
     return pd.concat(list(_trajectory(path, time_step)), ignore_index=True)
 
 
-def convert_trajectory(path: Path, table: Path, time_step: float) -> None:
-    """The same from file to file."""
-    write_parts(_trajectory(path, time_step), table)
+def convert_trajectory(path: Path, table: Path, time_step: float, gone: np.ndarray | None = None) -> None:
+    """The same from file to file, with the spheres that were retired (`gone`)."""
+    parts = _trajectory(path, time_step)
+    write_parts(parts if gone is None else retired.with_places(parts, gone, time_step), table)
 
 
 def _trajectory(path: Path, time_step: float) -> Iterator[pd.DataFrame]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,6 +33,8 @@ FALLING, SKIN = 2.0, 3.6
 diameter; measured, docs/engine.md."""
 FASTEST = 5.0
 """Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
+IDS_A_LINE = 100
+"""Numbers of spheres in one line of the engine's script."""
 
 
 def sliding_drag(m_eff: float, time_step: float) -> float:
@@ -69,8 +72,8 @@ def property_matrices(scene: Scene) -> dict[str, str]:
 
 
 def attached(scene: Scene) -> bool:
-    """Whether the plugin takes part: for bridges, for dry contacts with prisms, or for spheres that enter during the run."""
-    return scene.effects.bridges or scene.is_fed or any(w.prisms for w in scene.walls)
+    """Whether the plugin takes part: for bridges, dry contacts with prisms, spheres that enter or are retired."""
+    return scene.effects.bridges or scene.is_fed or scene.retire or any(w.prisms for w in scene.walls)
 
 
 def film_factor(scene: Scene) -> float:
@@ -167,6 +170,15 @@ def runs(scene: Scene, done: int = 0) -> list[Run]:
         )
         for piece in schedule.pieces(scene, checkpoints(scene), done)
     ]
+
+
+def retirement(ids: Iterable[int]) -> list[str]:
+    """Lines that take spheres out of the engine after a run."""
+    words = [str(number) for number in ids]
+    if not words:
+        return []
+    group = [f"group retired id {' '.join(words[k : k + IDS_A_LINE])}" for k in range(0, len(words), IDS_A_LINE)]
+    return [*group, "delete_atoms group retired compress no"]
 
 
 def write_data(scene: Scene, spheres: pd.DataFrame, path: Path) -> None:
@@ -288,7 +300,7 @@ def write_deck(
     begin = {
         "restart_file": resume.engine.relative_to(folder) if resume else None,
         "at": done,
-        "first_frame": done % every == 0,
+        "first_frame": done % every == 0 and not (done and scene.retire),  # else the frame is of the spheres that stay
     }
     # the plugin's worker has given the file its name by then, the stock program cannot
     again = {"restart_file": saved("engine", "${at}", whole=attached(scene)), "at": "${at}", "first_frame": False}

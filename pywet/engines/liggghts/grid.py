@@ -8,16 +8,12 @@ one side of a tower, all spheres are then on one rank.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pywet.scene import Scene
 
-STATE_HEAD_B = 96
-STATE = np.dtype([("id", "<i8"), ("place", "<f8", (2,)), ("rest", "<f8", (9,))])
-"""Of the plugin's states: bytes before the number of spheres, and a sphere (checkpoint.h)."""
 RESOLVED = 20
 """Grids are equally good where the spheres of their fullest columns differ by less than the mean over this."""
 
@@ -46,13 +42,6 @@ def chosen(scene: Scene, xy: ArrayLike, ranks: int) -> tuple[int, int]:
 def words(scene: Scene, xy: ArrayLike, ranks: int) -> str:
     """The chosen columns as the engine's script says them."""
     return " ".join(map(str, chosen(scene, xy, ranks)))
-
-
-def places(state: Path) -> np.ndarray:
-    """Where the spheres of a checkpoint are in the plan view, (n, 2): from the plugin's state of it."""
-    count = int(np.fromfile(state, "<i8", 1, offset=STATE_HEAD_B)[0])
-    spheres = np.memmap(state, STATE, "r", STATE_HEAD_B + 8, (count,)) if count else np.zeros(0, STATE)
-    return np.asarray(spheres["place"])
 
 
 def _grids(ranks: int) -> Iterator[tuple[int, int]]:

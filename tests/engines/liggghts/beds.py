@@ -74,6 +74,16 @@ def prepare(
     )
 
 
+def retiring(run_dir: Path, **more: int) -> Scene:
+    """A bed on a floor that hardly vibrates, which is a bin: spheres of its lowest layer are retired as they come to rest."""
+    down = RADIUS - 2.0 * RADIUS
+    spheres = [small.Sphere(s.kind, (*s.position[:2], s.position[2] + down), s.velocity) for s in bed((5, 5, 5))]
+    scene = prepare(run_dir, spheres, **more)
+    shaken = scene.vibration.model_copy(update={"amplitude_m": (1e-5, 0.0, 2e-5)}) if scene.vibration else None
+    quiet = scene.output.model_copy(update={"energy": False})
+    return scene.model_copy(update={"retire": True, "bin_z_m": 0.016, "vibration": shaken, "output": quiet})
+
+
 def table(run_dir: Path, name: str) -> pd.DataFrame:
     """A table of a finished run."""
     return pd.read_parquet(run_dir / f"{name}.parquet")

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from reference_impl.replay.replay import replay, table
-from tests.engines.liggghts import planted
+from tests.engines.liggghts import beds, planted, planted_in_bin
 
 pytestmark = pytest.mark.engine
 SLOW = pytest.mark.slow
 SECOND = {
     "gap left out", "volume twice in the force", "viscosity ten times", "half and half", "speed along n", "spin sign",
-    "rupture of equal spheres", "drawn twice", "angle of i on both sides",
+    "rupture of equal spheres", "drawn twice", "angle of i on both sides", "fast ones retired",
 }  # fmt: skip
 """Each has a like among the others; run with `-m slow`."""
 
@@ -69,6 +69,20 @@ def test_fault_that_outputs_and_events_show(foundry: planted.Foundry, tmp_path: 
     result = replay(tmp_path)
     said = [f["sentence"] for f in result["diagnosis"]["findings"] if quantity in f["quantities"]]
     assert not result["quantities"][quantity]["ok"] and words in said[0]
+
+
+@pytest.mark.parametrize(
+    "fault", [pytest.param(f, marks=SLOW if f in SECOND else ()) for f in planted_in_bin.IN_PLUGIN]
+)
+def test_fault_of_retirement(foundry: planted.Foundry, tmp_path: Path, fault: str) -> None:
+    """The plugin retires the wrong spheres of a bed, or books their liquid wrongly."""
+    quantity, words = planted_in_bin.IN_PLUGIN[fault]
+    scene = beds.retiring(tmp_path, steps=1200, checkpoints=11, outputs=100)
+    (tmp_path / "scene.json").write_text(scene.model_dump_json())
+    foundry.run(tmp_path, [], fault)
+    result = replay(tmp_path)
+    said = [s for f in result["diagnosis"]["findings"] for s in (f["sentence"], *f["consequences"])]
+    assert not result["quantities"][quantity]["ok"] and any(words in sentence for sentence in said), said
 
 
 @pytest.mark.parametrize("what", planted.UNSEEN)

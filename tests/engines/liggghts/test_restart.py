@@ -82,6 +82,10 @@ def same_bits(unbroken: Path, resumed: Path) -> None:
 def prepare(run_dir: Path, kind: str, **more: int) -> Scene:
     """A small bed between a vibrating floor and a drawn plate."""
     liquid = SOAPY if kind == "drops" else WATER
+    if kind == "retired":
+        scene = beds.retiring(run_dir, **{**SMALL, **more})
+        (run_dir / "scene.json").write_text(scene.model_dump_json())
+        return scene
     scene = beds.prepare(run_dir, beds.bed((5, 5, 5)), **{**SMALL, **more}, liquid=liquid).model_copy(
         update=CHANGES[kind]
     )
@@ -98,7 +102,8 @@ def kill_and_compare(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, 
     driver.run(tmp_path / "whole", ranks, progress=False)
     if kind != "dry":
         events = beds.table(tmp_path / "whole", "history/events")
-        assert len(events) > 70 and set(events["kind"]) == {0, 1} and set(events["partner_kind"]) >= {0, 1}
+        ends = {0, 1, 2} if kind == "retired" else {0, 1}
+        assert len(events) > 70 and set(events["kind"]) == ends and set(events["partner_kind"]) >= {0, 1}
         assert (len(beds.table(tmp_path / "whole", "history/drops")) > 20) == (kind == "drops")
     for step in moments:
         folder = tmp_path / str(step)
@@ -141,6 +146,8 @@ def test_killed_and_resumed(unbroken: Path, tmp_path: Path) -> None:
         ("impulses", 1, (500,)),
         ("dry", 1, (2500,)),
         ("drops", 1, (500,)),
+        ("retired", 1, (500,)),
+        ("retired", 2, (700,)),
     ],
 )
 def test_the_same_bits(tmp_path: Path, kind: str, ranks: int, moments: tuple[int, ...]) -> None:

@@ -55,6 +55,7 @@ def make(
         "fines_near_mesh_m3": 0.45 * fines,
         "wires_m3": 0.5 * walls,
         "side_wall_m3": 0.5 * walls,
+        "collecting_bin_m3": np.zeros_like(TIMES),
         "initial_m3": np.ones_like(TIMES),
     }
     liquid = pd.DataFrame({"time_since_opening_s": TIMES, **columns})

@@ -102,7 +102,7 @@ void Booking::book_formations() {
 
 void Booking::book_ruptures() {
   for (const Event &e : events)
-    if (e.kind == RUPTURE) {
+    if (e.kind != FORMATION) {
       count(e);
       const int k = standing_.find(e.partner_kind, e.i, e.j);
       if (k < 0) continue;

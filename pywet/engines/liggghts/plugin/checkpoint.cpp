@@ -16,12 +16,12 @@ namespace pywet {
 
 namespace {
 
-const char MAGIC[16] = "pywet state 3\n";
+const char MAGIC[16] = "pywet state 4\n";
 
 struct Head {
   char magic[16];
   int64_t step, formations, ruptures, spheres, triangles, bridges;
-  double initial, left, formed, ruptured;
+  double initial, left, retired, formed, ruptured;
 };
 
 uint32_t check_sum(const char *data, size_t size) {  // CRC-32
@@ -54,6 +54,7 @@ void Checkpoint::save() {
   const Ranks &ranks = world_.ranks;
   std::vector<SphereState> spheres;
   for (int a = 0; a < at.nlocal; a++) {
+    if (world_.spheres.is_retired(at.tag[a])) continue;
     const double *x = at.x[a], *l = at.liquid[a], *f = at.f[a], *t = at.torque[a];
     spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
@@ -73,7 +74,7 @@ void Checkpoint::save() {
   head.step = world_.clock.now; head.formations = int64_t(numbers[2]); head.ruptures = int64_t(numbers[3]);
   head.spheres = int64_t(spheres.size()); head.triangles = int64_t(films_.wall.size());
   head.bridges = int64_t(bridges.size());
-  head.initial = films_.initial; head.left = films_.left; head.formed = numbers[0]; head.ruptured = numbers[1];
+  head.initial = films_.initial; head.left = films_.left; head.retired = films_.retired; head.formed = numbers[0]; head.ruptured = numbers[1];
   std::vector<char> out;
   auto put_all = [&](const auto &numbers) {
     const int64_t n = int64_t(numbers.size());
@@ -82,6 +83,7 @@ void Checkpoint::save() {
   };
   put(out, &head, 1);
   put_all(spheres);
+  put_all(world_.spheres.retired);
   put(out, &sums, 1);
   put_all(films_.wall);
   put(out, bridges.data(), bridges.size());
@@ -117,7 +119,7 @@ void Checkpoint::resume(const std::string &state_file) {
     std::memcpy(&sum, file_.get() + size, sizeof(sum));
     if (sum == check_sum(file_.get(), size)) std::memcpy(&head, file_.get(), sizeof(head));
   }
-  if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.spheres != world_.spheres.count ||
+  if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.spheres > world_.spheres.count ||
       head.triangles != int64_t(films_.wall.size()))
     throw std::runtime_error("the checkpoint " + state_file + " is damaged or of another scene");
   const char *from = file_.get() + sizeof(Head);
@@ -130,6 +132,7 @@ void Checkpoint::resume(const std::string &state_file) {
   take(from, &count_, 1);
   spheres_ = reinterpret_cast<const SphereState *>(from);
   from += count_ * sizeof(SphereState);
+  take_all(world_.spheres.retired);
   Sums sums;
   take(from, &sums, 1);
   if (world_.ranks.first()) {
@@ -157,6 +160,7 @@ void Checkpoint::resume(const std::string &state_file) {
   world_.clock.now = head.step;
   films_.initial = head.initial;
   films_.left = head.left;
+  films_.retired = head.retired;
 }
 
 const SphereState &Checkpoint::of(int id) const {

@@ -8,13 +8,13 @@
 
 namespace pywet {
 
-// A sphere of a checkpoint: its place in the plan view (for grid.py, which reads these records), its liquid as in View::liquid, force
+// A sphere of a checkpoint: its place in the plan view (for state_file.py, which reads these records), its liquid as in View::liquid, force
 // and torque of the step.
 struct SphereState {
   int64_t id;
   double place[2], film, load, weighed, force[3], torque[3];
 };
-static_assert(sizeof(SphereState) == 96, "records must match STATE of grid.py");
+static_assert(sizeof(SphereState) == 96, "records must match SPHERE of state_file.py");
 
 class Checkpoint {
  public:

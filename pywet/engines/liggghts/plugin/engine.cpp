@@ -293,13 +293,13 @@ Vec Engine::press(int a, double radius, const Vec &d, double distance, const Vec
 void Engine::check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const {
   int here = at.nlocal, all = here;
   if (!ranks.alone()) MPI_Allreduce(&here, &all, 1, MPI_INT, MPI_SUM, ranks.all);
-  const int64_t expected = spheres.count;
+  const int64_t expected = spheres.count - int64_t(spheres.retired.size());
   if (all == expected) return;
   std::vector<int> mine(spheres.ids(), 0), seen(spheres.ids(), 0);
   for (int a = 0; a < at.nlocal; a++) mine[at.tag[a]] = 1;
   MPI_Allreduce(mine.data(), seen.data(), int(mine.size()), MPI_INT, MPI_MAX, ranks.all);
   for (size_t id = 1; id < seen.size(); id++)
-    if (spheres.exists(id) && !seen[id])
+    if (spheres.exists(id) && !seen[id] && !spheres.is_retired(int64_t(id)))
       throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) + " (" +
                  std::to_string(expected - all) + " lost in all); enlarge the box or lower the time step");
 }

@@ -58,6 +58,7 @@ void Films::add(int id, double more) {
     throw std::runtime_error("the film on sphere " + std::to_string(id) + " would be " + number(1e9 * now) + " mm3 after step " +
                std::to_string(world_.clock.now) + ", expected zero or more; the formation law draws more than it says");
   world_.engine.at.liquid[a][FILM] = now;
+  if (world_.spheres.is_retired(id)) return;  // nothing is looked for at its film any more
   look_at(a);
   thicker = std::max(thicker, thickness_[a] - thickness_then[a]);
 }

@@ -20,6 +20,7 @@ class Films {
   std::vector<double> wall;              // index: triangle [m3]
   double initial = 0;                    // what all spheres had together at the start
   double left = 0;                       // liquid that fell on nothing
+  double retired = 0;                    // films of spheres that were taken out; known to all ranks
   // when near pairs were last looked for, by local index; what sphere's and what wall's film has grown most since
   std::vector<double> thickness_then, part_thickness_then;
   double thicker = 0, wall_thicker = 0;

@@ -15,6 +15,7 @@ void Logs::open(const std::string &directory) {
   film_.open(directory + "/films" + end);
   if (!world_.ranks.first()) return;
   drops_.open(directory + "/drops" + end);
+  if (world_.rules.retires) retired_.open(directory + "/retired" + end);
   ledger_.open(directory + "/ledger" + end);
   wall_film_.open(directory + "/wall_films" + end);
   energies_.open(directory + "/energy" + end);
@@ -24,6 +25,10 @@ void Logs::write(const Event &e) { events_.write(e); }
 
 void Logs::write(const Drop &d) {
   if (world_.ranks.first()) drops_.write(d);
+}
+
+void Logs::write(const RetiredSphere &s) {
+  if (world_.ranks.first()) retired_.write(s);
 }
 
 void Logs::write(const WireContact &c) { wires_.write(c); }
@@ -69,6 +74,7 @@ void Logs::ledger() {
   for (double w : films_.wall) wall += w;
   l.initial = double(films_.initial - sum[TO_COME]);
   l.films = double(sum[FILMS] - sum[TO_COME]); l.bridges = double(sum[BRIDGES]); l.walls = double(wall); l.left = films_.left;
+  l.retired = films_.retired;
   l.spheres = world_.spheres.count;
   l.bridge_count = int64_t(sum[HOW_MANY]);
   l.formations = int64_t(sum[FORMED]); l.ruptures = int64_t(sum[RUPTURED]);
@@ -106,14 +112,15 @@ void Logs::snapshot() {
   energies();
   ledger();
   const View &at = world_.engine.at;
-  for (int a = 0; a < at.nlocal; a++) film_.write(Film{now, at.tag[a], 0, films_.volume(a)});
+  for (int a = 0; a < at.nlocal; a++)
+    if (!world_.spheres.is_retired(at.tag[a])) film_.write(Film{now, at.tag[a], 0, films_.volume(a)});
   for (size_t k = 0; k < films_.wall.size() && world_.ranks.first(); k++)
     if (films_.wall[k] > 0) wall_film_.write(Film{now, int32_t(k), 0, films_.wall[k]});
   flush();
 }
 
 void Logs::flush() {
-  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &ledger_, &film_, &wall_film_, &energies_})
+  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &retired_, &ledger_, &film_, &wall_film_, &energies_})
     log->flush();
 }
 

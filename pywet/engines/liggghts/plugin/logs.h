@@ -17,6 +17,7 @@ class Logs {
   void write(const Event &e);
   void write(const Drop &d);
   void write(const WireContact &c);
+  void write(const RetiredSphere &s);
   void contact(const Bridge &b, const Geometry &g, const Terms &t, double weight);
   void snapshot();                       // films, bridges, ledger, energy; every rank takes part
   void flush();
@@ -30,7 +31,7 @@ class Logs {
   Standing &standing_;                   // closest points at walls are remembered when they are asked for
   const EnergyBook &energy_;
   std::string directory_;
-  RecordFile contacts_, bridges_, wires_, events_, drops_, ledger_, film_, wall_film_, energies_;
+  RecordFile contacts_, bridges_, wires_, events_, drops_, retired_, ledger_, film_, wall_film_, energies_;
 
   void ledger();
   void energies();

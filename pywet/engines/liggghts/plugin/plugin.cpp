@@ -173,6 +173,14 @@ EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int s
 // Bridges act every so many steps, see impulses.cpp; outputs and checkpoints are at such steps.
 EXPORT void pywet_set_impulses(int every) { state->world.clock.bridges_every = every; }
 
+// Spheres whose centre is below a height and that are slower than a speed are taken out at checkpoints.
+EXPORT void pywet_set_retirement(double below, double slower) {
+  pywet::Rules &rules = state->world.rules;
+  rules.retires = true;
+  rules.retire_below = below;
+  rules.retire_slower = slower;
+}
+
 // Density of the liquid, for its weight (where it has one: the dry mass of a sphere of each type) and for drops.
 EXPORT void pywet_set_liquid_mass(double density, int weighs, const double *type_mass, int64_t drop_every) {
   pywet::World &world = state->world;

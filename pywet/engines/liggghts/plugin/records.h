@@ -7,7 +7,7 @@
 
 namespace pywet {
 
-enum { FORMATION = 0, RUPTURE = 1 };
+enum { FORMATION = 0, RUPTURE = 1, RETIREMENT = 2 };  // RETIREMENT: the bridge ends since a sphere of it is taken out
 enum { SPHERE = 0, LARGE_WALL = 1, SMALL_WALL = 2, LEFT = 3 };  // LEFT: of drops alone
 
 #pragma pack(push, 1)
@@ -32,7 +32,7 @@ struct Contact {
 };
 struct Ledger {
   int64_t step;
-  double time, films, bridges, walls, left, initial;
+  double time, films, bridges, walls, left, retired, initial;
   int64_t spheres, bridge_count, formations, ruptures;
 };
 struct BridgeSnapshot {
@@ -61,14 +61,21 @@ struct WireContact {
   int32_t mesh, triangle, i, pad;
   double spring[3];
 };
+struct RetiredSphere {
+  int64_t step;
+  double time;
+  int32_t id, type;
+  double film, x[3], v[3];
+};
 #pragma pack(pop)
 static_assert(sizeof(Event) == 120, "records must match pywet/schema.py");
 static_assert(sizeof(Contact) == 400, "records must match pywet/schema.py");
-static_assert(sizeof(Ledger) == 88, "records must match pywet/schema.py");
+static_assert(sizeof(Ledger) == 96, "records must match pywet/schema.py");
 static_assert(sizeof(BridgeSnapshot) == 96, "records must match pywet/schema.py");
 static_assert(sizeof(Energy) == 120, "records must match pywet/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/schema.py");
 static_assert(sizeof(Drop) == 112, "records must match pywet/schema.py");
+static_assert(sizeof(RetiredSphere) == 80, "records must match pywet/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 
 // A number in a sentence: six digits whatever its size, where std::to_string would write a film's 3e-7 as 0.000000.

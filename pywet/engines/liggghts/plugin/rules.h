@@ -12,6 +12,9 @@ struct Rules {
   bool energy = true;                   // works are added up and logged
   bool weighs = false;                  // the liquid has mass
   double density = 0;                   // of the liquid
+  bool retires = false;                 // spheres that lie in the bin are taken out at checkpoints
+  double retire_below = 0;              // height of the centre [m]
+  double retire_slower = 0;             // speed [m/s]
 };
 
 }  // namespace pywet

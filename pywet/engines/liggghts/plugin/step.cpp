@@ -76,6 +76,7 @@ void Plugin::step(int64_t n) {
   }
   energy.add_up();
   shedding.shed();
+  retirement.retire();
   if (rules.moist && clock.output()) logs.snapshot();
   if (clock.checkpoint()) checkpoint.save();
 }

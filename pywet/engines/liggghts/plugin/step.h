@@ -8,6 +8,7 @@
 #include "booking.h"
 #include "checkpoint.h"
 #include "forces.h"
+#include "retirement.h"
 
 namespace pywet {
 
@@ -27,6 +28,7 @@ class Plugin {
   Weight weight{world, standing, energy};
   Booking booking{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
+  Retirement retirement{world, films, standing, booking, logs};
   Checkpoint checkpoint{world, films, standing, energy, wires, weight, shedding, logs};
 
   Plugin() = default;

@@ -1,0 +1,25 @@
+// Spheres that have passed and lie in the bin are taken out of the run at checkpoints, with the liquid that is theirs.
+#pragma once
+#include "booking.h"
+
+namespace pywet {
+
+class Retirement {
+ public:
+  Retirement(World &world, Films &films, Standing &standing, Booking &booking, Logs &logs)
+      : world_(world), films_(films), standing_(standing), booking_(booking), logs_(logs) {}
+  void retire();                         // at the end of a step, when its forces and events are complete
+
+ private:
+  World &world_;
+  Films &films_;
+  Standing &standing_;
+  Booking &booking_;
+  Logs &logs_;
+
+  std::vector<RetiredSphere> chosen() const;  // of this rank
+  void end_bridges();
+  void hand_over(std::vector<RetiredSphere> &all);
+};
+
+}  // namespace pywet

@@ -1,0 +1,66 @@
+"""Whether spheres that lie in the collecting bin are taken out of a run (`retire` of config.yaml), why, and what that saves.
+
+What passes the screen, and where the liquid goes, does not need them: they go on being counted. What happens in the bin does.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+
+from pywet.config.settings import Switch
+from pywet.errors import PywetError
+from pywet.scene import Effects, Output, not_retirable
+
+GATHERED_S = 3.3
+"""Time [s] from the opening of the slide until 90 % of a step is spent on spheres in the bin (case 2 at full scale)."""
+IN_THE_BIN = 0.93
+"""Part of a step that is spent on them from then on."""
+WORTH = 0.5
+"""Part of the processor time that retirement must save for `auto` to be on."""
+
+
+@dataclass(frozen=True)
+class Retirement:
+    """The decision; `saves`: estimated part of the run's processor time, if it is on."""
+
+    on: bool
+    why: str
+    saves: float
+
+    @property
+    def lines(self) -> list[str]:
+        """For `pywet plan`, in 80 columns."""
+        saving = f"saves about {100 * self.saves:.0f} % of the processor time: " if self.on else ""
+        start = f"{'retire':<19}{'on' if self.on else 'off':<5}"
+        return textwrap.wrap(
+            f"{start}{saving}{self.why}", 80, subsequent_indent=" " * len(start), drop_whitespace=False
+        )
+
+
+def decide(
+    switch: Switch,
+    effects: Effects,
+    output: Output,
+    gravity: tuple[float, float, float],
+    plugin: bool,
+    after_opening_s: float,
+) -> Retirement:
+    """Decide it for a screening case; `plugin`: whether the run has the plugin anyway, without which nobody is retired.
+
+    Raises `PywetError` where it is on by hand and not possible.
+    """
+    obstacle = not_retirable(effects, output, gravity)
+    saves = IN_THE_BIN * max(0.0, 1.0 - GATHERED_S / after_opening_s) if after_opening_s > 0 else 0.0
+    if switch is True and obstacle:
+        raise PywetError(f"config.yaml: retire is on but {obstacle}, expected auto or off")
+    if switch != "auto":
+        return Retirement(switch, f"retire is {'on' if switch else 'off'} in config.yaml", saves)
+    if obstacle:
+        return Retirement(False, obstacle, saves)
+    if not plugin:
+        return Retirement(False, "a dry run without analytic wires runs on the stock program", saves)
+    if saves < WORTH:
+        why = f"the run ends {after_opening_s:.3g} s after the opening, before many spheres lie there"
+        return Retirement(False, why, saves)
+    return Retirement(True, "what passes and where the liquid goes is asked, not what happens in the bin", saves)

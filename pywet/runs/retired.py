@@ -1,0 +1,48 @@
+"""Spheres that were retired during a run, in the tables of its outputs: at rest where they were, with the liquid they left with.
+
+So every table goes on holding all spheres, and whoever reads it need not know of retirement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pywet.runs.tables import in_order, read_raw
+from pywet.schema import RAW
+
+MOTION = ("vx", "vy", "vz", "wx", "wy", "wz")
+
+
+def records(folder: Path) -> np.ndarray:
+    """Records of the spheres that were retired, in the order of steps and ids."""
+    return in_order(read_raw(folder, "retired"), ["step", "id"])
+
+
+def with_films(parts: Iterator[np.ndarray], retired: np.ndarray) -> Iterator[np.ndarray]:
+    """Records of films at whole outputs, with those of the spheres that were retired at or before each."""
+    for part in parts:
+        step, gone = _later(np.unique(part["step"]), retired, with_own=True)
+        more = np.zeros(len(gone), RAW["films"])
+        more["step"], more["id"], more["film"] = step, gone["id"], gone["film"]
+        yield np.concatenate([part, more])
+
+
+def with_places(parts: Iterator[pd.DataFrame], retired: np.ndarray, time_step: float) -> Iterator[pd.DataFrame]:
+    """Parts of the trajectory, whole outputs, with the spheres that were retired before each: at rest where they were last."""
+    for part in parts:
+        step, gone = _later(part["step"].unique(), retired, with_own=False)
+        rows = {"step": step, "time": step * time_step, "id": gone["id"].astype(np.int64)}
+        rows |= {"type": gone["type"].astype(np.int64), **{axis: gone["x"][:, k] for k, axis in enumerate("xyz")}}
+        more = pd.DataFrame({**rows, **dict.fromkeys(MOTION, 0.0)}, columns=part.columns)
+        yield pd.concat([part, more], ignore_index=True).sort_values(["step", "id"], kind="stable", ignore_index=True)
+
+
+def _later(steps: np.ndarray, retired: np.ndarray, with_own: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Step and record of every sphere at each of the outputs after its retirement; `with_own`: at the output of that step too."""
+    count = np.searchsorted(retired["step"], steps, "right" if with_own else "left")
+    which = np.concatenate([np.arange(n) for n in count]) if len(count) else np.zeros(0, int)
+    return np.repeat(steps, count), retired[which]

@@ -1,0 +1,196 @@
+"""Spheres that were retired: who, when, and with which liquid.
+
+What is planned follows from scene.json alone: a sphere is retired at the first of the checkpoints outside the windows, at which
+its centre lies two largest diameters below the plane of the bin and its speed lifts it by a hundredth of that depth. Checkpoints
+are outputs then, so that trajectory.parquet holds who qualifies. All later outputs hold a retired sphere at rest, with the film
+it left with.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from reference_impl.replay import io, laws, plans
+from reference_impl.replay.arrays import Floats
+from reference_impl.replay.arrays import size as length
+from reference_impl.replay.compare import Quantity, compare
+from reference_impl.replay.io import ReplayError, Run
+from reference_impl.replay.lives import RETIREMENT
+
+NEVER = np.iinfo(np.int64).max
+DIAMETERS, RISE, LONGEST_S = 2.0, 0.01, 0.25
+NEAR = 1e-9
+"""Part of the limits within which rounding decides who qualifies."""
+FAR = 100.0
+"""Distance [m] from the apparatus, and from each other, at which places are put that nothing may touch."""
+NAMES = ["step", "id", "type", "film", "x_x", "x_y", "x_z", "v_x", "v_y", "v_z"]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Height of the centre and speed below which a sphere is retired, and the steps at which that is looked at."""
+
+    below: float
+    slower: float
+    steps: Floats
+
+    def holds(self, z: Floats, v: Floats, room: float = 0.0) -> Floats:
+        """For whom it holds; with `room` for whom it may, by rounding (negative: for whom it holds beyond doubt)."""
+        return (z < self.below + room * abs(self.below)) & (length(v) < self.slower * (1.0 + room))
+
+
+def rule(folder: Path) -> Rule | None:
+    """Of a scene; None where nobody is retired."""
+    scene = io.scene(folder)
+    if not scene.get("retire", False):
+        return None
+    planned = plans.plan(folder)
+    depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
+    g = abs(scene["gravity_m_per_s2"][2])
+    outputs, wanted = int(planned.outputs[1] - planned.outputs[0]), int(scene["output"].get("checkpoints", 0))
+    seldom = max(1, math.ceil(planned.steps / ((wanted + 1) * outputs)))
+    every = outputs * min(seldom, max(1, int(LONGEST_S / (outputs * scene["time_step_s"]))))
+    at = np.arange(every, planned.steps, every)
+    inside = np.zeros(len(at), dtype=bool)
+    for first, last in planned.windows:
+        inside |= (at >= first) & (at < last)
+    return Rule(float(scene["bin_z_m"]) - depth, math.sqrt(2.0 * g * RISE * depth), at[~inside])
+
+
+def whole(folder: Path) -> int:
+    """Refuse a table of retired spheres that does not fit start and plan; its number of rows."""
+    found, own, path = table(folder), rule(folder), folder / "history" / "retired.parquet"
+    kinds = io.columns(folder / "history" / "spheres.parquet", ["id", "type"]).set_index("id")["type"]
+    steps = own.steps if own else np.zeros(0)
+    for wrong, what in (
+        (found["id"].duplicated(), "twice"),
+        (found["id"].map(kinds) != found["type"], "with a number or class that the start does not have"),
+        (~found["step"].isin(steps), "at a step that is no checkpoint outside the windows"),
+    ):
+        if wrong.any():
+            row = found[wrong].iloc[0]
+            raise ReplayError(
+                f"{path} names sphere {int(row['id'])} at step {int(row['step'])} {what}; expected each sphere of the start "
+                f"once, at steps that scene.json plans: {plans.AGAIN}"
+            )
+    return len(found)
+
+
+def table(folder: Path) -> pd.DataFrame:
+    """history/retired.parquet in order of steps; without rows where nobody is retired."""
+    if not io.scene(folder).get("retire", False):
+        return pd.DataFrame({name: np.zeros(0) for name in NAMES}).astype({n: np.int64 for n in NAMES[:3]})
+    return io.columns(folder / "history" / "retired.parquet", NAMES).sort_values(["step", "id"], ignore_index=True)
+
+
+def leaves(folder: Path, ids: Floats) -> Floats:
+    """Last step at which each of these spheres takes part."""
+    gone, found = table(folder), np.full(len(ids), NEVER)
+    found[np.searchsorted(ids, gone["id"].to_numpy())] = gone["step"].to_numpy()
+    return found
+
+
+def nowhere(count: int) -> Floats:
+    """Places that are far from everything and from each other, shape (count, 3)."""
+    return np.stack([-FAR * (np.arange(count) + 1.0), np.zeros(count), np.zeros(count)], axis=1)
+
+
+SCALES = {
+    "retired_who": ("spheres that do not qualify", 0.0),
+    "retired_missed": ("spheres that qualify and stay", 0.0),
+    "retired_place": ("height of the limit", 1e-12),
+    "retired_speed": ("limit of the speed", 1e-9),
+    "retired_rest": ("1 m and 1 m/s", 0.0),
+    "retired_events": ("events that do not fit in", 0.0),
+    "retired_bridges": ("bridges of retired spheres", 0.0),
+}
+"""What each deviation is relative to, and its limit."""
+Deviation = tuple[str, pd.DataFrame, Floats, float]
+"""Its name, rows, how far each row is off, the limit."""
+OF_PLACES = ["step", "id", "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz"]
+
+
+class Count:
+    """What the logs and the outputs say of retirement, part by part."""
+
+    def __init__(self, run: Run) -> None:
+        self.rule, self.gone = rule(run.folder), table(run.folder)
+
+    def check(self, part: Run, outputs: Floats, shots: Floats, mean: float) -> list[Quantity]:
+        """Of a part of the logs; `shots`: liquid of all holders after its outputs, `mean` film of a sphere."""
+        rows = self.gone[self.gone["step"].isin(outputs)].reset_index(drop=True)
+        films, size = shots[np.searchsorted(outputs, rows["step"]), rows["id"]], np.full(len(rows), mean)
+        found = compare("retired_film", "mean film of a sphere", rows["film"].to_numpy(float), films, size, rows)
+        return [found, *map(_quantity, self.deviations(part))] if self.rule else []
+
+    def deviations(self, part: Run) -> list[Deviation]:
+        """Who was retired, where they lie, and which bridges ended with them; none where nobody is retired."""
+        if self.rule is None:
+            return []
+        return [*of_places(self.rule, self.gone, part.table("trajectory")), *self._of_bridges(part)]
+
+    def _of_bridges(self, part: Run) -> list[Deviation]:
+        """A bridge ends by retirement where a sphere of it is retired in that step, and none outlives its spheres."""
+        events, bridges = part.table("events"), part.table("bridges")
+        step_of = dict(zip(self.gone["id"], self.gone["step"], strict=True))
+        first, later = (_earliest(rows, step_of) for rows in (events, bridges))
+        ended, step = (events["kind"] == RETIREMENT).to_numpy(), events["step"].to_numpy(np.int64)
+        wrong = np.where(ended, first != step, step > first)
+        return [
+            ("retired_events", events, wrong.astype(float), 0.0),
+            ("retired_bridges", bridges, (bridges["step"].to_numpy() >= later).astype(float), 0.0),
+        ]
+
+
+def of_dry(folder: Path) -> list[Quantity]:
+    """The same of a dry run."""
+    own = rule(folder)
+    trajectory = io.columns(folder / "trajectory.parquet", OF_PLACES) if own else pd.DataFrame()
+    return [*map(_quantity, of_places(own, table(folder), trajectory))] if own else []
+
+
+def _quantity(deviation: Deviation) -> Quantity:
+    name, rows, off, limit = deviation
+    return compare(name, SCALES[name][0], off, np.zeros(len(off)), np.ones(len(off)), rows, limit)
+
+
+def of_places(own: Rule, gone: pd.DataFrame, trajectory: pd.DataFrame) -> list[Deviation]:
+    """Who was retired at some outputs, against who qualified; where retired spheres are afterwards."""
+    now = trajectory[OF_PLACES].merge(
+        gone.drop(columns=["type", "film"]).rename(columns={"step": "last"}), on="id", how="left"
+    )
+    last, step = now["last"].fillna(NEVER).to_numpy(), now["step"].to_numpy()
+    stays = (step < last) & np.isin(step, own.steps)
+    missed = stays & own.holds(now["z"].to_numpy(), now[["vx", "vy", "vz"]].to_numpy(float), -NEAR)
+    moment, rest = (now[rows].reset_index(drop=True) for rows in (step == last, step > last))
+
+    def at(rows: pd.DataFrame, *names: str) -> Floats:
+        return rows[list(names)].to_numpy(float)
+
+    x, v = (at(moment, *(f"{q}_{axis}" for axis in "xyz")) for q in "xv")
+    off = (
+        length(at(rest, *"xyz") - at(rest, "x_x", "x_y", "x_z"))
+        + length(at(rest, "vx", "vy", "vz"))
+        + length(at(rest, "wx", "wy", "wz"))
+    )
+    found = {
+        "retired_who": (moment, (~own.holds(x[:, 2], v, NEAR)).astype(float)),
+        "retired_missed": (now, missed.astype(float)),
+        "retired_place": (moment, length(at(moment, *"xyz") - x) / abs(own.below)),
+        "retired_speed": (moment, length(at(moment, "vx", "vy", "vz") - v) / own.slower),
+        "retired_rest": (rest, off),
+    }
+    return [(name, rows, values, SCALES[name][1]) for name, (rows, values) in found.items()]
+
+
+def _earliest(rows: pd.DataFrame, step_of: dict[Any, Any]) -> Floats:
+    """The first step at which an end of each row's bridge is retired."""
+    j = rows["j"].where(rows["partner_kind"] == laws.SPHERE, -1)
+    ends = [side.map(step_of).fillna(NEVER).to_numpy() for side in (rows["i"], j)]
+    return np.minimum(*ends)
