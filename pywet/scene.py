@@ -37,6 +37,7 @@ Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
 """A name that becomes a folder or a file: letters, digits, _, - and ., not first of them a dot or a dash."""
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 """A name that an engine's script uses as a word of its own."""
+Contacts = Literal["batched", "stock"]
 Inside = Annotated[Path, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -229,6 +230,8 @@ class Scene(Strict):
     viscous_integration: Literal["explicit", "semi_implicit"] = "explicit"
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
+    contacts: Contacts = "batched"
+    """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pywet.config.entries import Limited, RatioEntry
 from pywet.laws import own
 from pywet.laws.kinds import LawName, Laws, Preset
-from pywet.scene import Word
+from pywet.scene import Contacts, Word
 from pywet.strict import Strict
 
 FILE = "config.yaml"
@@ -102,6 +102,8 @@ class Settings(Limited):
     laws: LawSettings = LawSettings()
     effects: EffectSettings
     time_step: TimeStepSettings
+    contacts: Contacts = "batched"
+    """Contacts of spheres in batches, or one by one in the engine's stock loop, to the same bits: wherever the plugin runs."""
     output: OutputSettings = OutputSettings()
     retire: Switch = "auto"
     """Take spheres that lie in the collecting bin out of the run. auto: where what happens in the bin is not asked and much is

@@ -141,6 +141,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         gravity_m_per_s2=(0.0, 0.0, -GRAVITY if made.plan.effects.gravity else 0.0),
         viscous_integration=config.settings.time_step.viscous_integration,
         bridges_every=config.settings.time_step.bridges_every if made.plan.effects.bridges else 1,
+        contacts=config.settings.contacts,
         box_low_m=apparatus.box_low,
         box_high_m=apparatus.box_high,
         spheres_file=Path("spheres.parquet"),

@@ -92,7 +92,8 @@ class Plugin:
             self._library.pywet_set_feed(len(numbers), _pointer(numbers), _pointer(steps))
         gravity, implicit = _doubles(scene.gravity_m_per_s2), scene.viscous_integration == "semi_implicit"
         overlap, every = C.c_double(scene.largest_overlap), C.c_int64(checkpoint_every(scene))
-        self._library.pywet_set_rules(_pointer(gravity), overlap, implicit, every, moist, scene.output.energy)
+        batched = scene.contacts == "batched"
+        self._library.pywet_set_rules(_pointer(gravity), overlap, implicit, every, moist, scene.output.energy, batched)
         self._library.pywet_set_impulses(scene.bridges_every)
         if scene.retire:
             self._library.pywet_set_retirement(
@@ -171,10 +172,11 @@ class Plugin:
         self._library.pywet_wait()
 
     def held(self) -> dict[str, int]:
-        """What a rank holds, the most of all ranks; known to the first one. Every rank takes part."""
-        most = (C.c_int64 * 3)()
+        """What a rank holds, the most of all ranks, and whether contacts are in batches; the first one knows, all take part."""
+        names = ("spheres_and_ghosts", "bridges", "wall_pairs", "contacts_in_batches")
+        most = (C.c_int64 * len(names))()
         self._library.pywet_held(most)
-        return dict(zip(("spheres_and_ghosts", "bridges", "wall_pairs"), most, strict=True))
+        return dict(zip(names, most, strict=True))
 
     def finish(self) -> None:
         """Close the logs and end MPI; the last call of a worker."""

@@ -1,5 +1,7 @@
-// The only file with the engine's headers; LAMMPS has its own (engines/lammps/plugin).
+// One of two files with the engine's headers, beside contacts.cpp; LAMMPS has its own (engines/lammps/plugin).
 #include "engine.h"
+
+#include "contacts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -233,7 +235,7 @@ void Engine::shorten_lists() {
       if (history) {
         touch = history->firstneigh[a];
         springs = history->firstdouble[a];
-        runs_.push_back(Run{touch, springs, history->dnum, {}});
+        if (!batches_forget_) runs_.push_back(Run{touch, springs, history->dnum, {}});
       }
     }
     end = partner + count;
@@ -241,21 +243,29 @@ void Engine::shorten_lists() {
     if (history) history->firstneigh[a] = touch, history->firstdouble[a] = springs;
     for (int k = 0; k < count; k++) {
       const int b = partner[k] & NEIGHMASK;
-      const double reach = radius[a] + radius[b] + skin;
+      const double radii = radius[a] + radius[b], reach = radii + skin;
       const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
-      if (dot(apart, apart) > reach * reach) continue;
+      const double square = dot(apart, apart);
+      if (square > reach * reach) continue;
       *to++ = partner[k];
       if (!history) continue;
-      *touch++ = touched[k];
-      springs = std::copy(sprung + history->dnum * k, sprung + history->dnum * (k + 1), springs);
-      runs_.back().pairs.push_back({a, b});
+      const bool parted = square >= radii * radii && touched[k];
+      *touch++ = parted ? 0 : touched[k];
+      const double *spring = sprung + history->dnum * k;
+      springs = parted ? std::fill_n(springs, history->dnum, 0.0) : std::copy(spring, spring + history->dnum, springs);
+      if (!batches_forget_) runs_.back().pairs.push_back({a, b});
     }
     list->numneigh[a] = int(to - list->firstneigh[a]);
   }
-  forget_springs();
 }
 
-// The engine itself does so only for pairs within its contact distance, each of which costs it nearly as much as a contact.
+bool Engine::contacts_in_batches(bool forgets) {
+  const bool batched = batch_contacts(lmp_, forgets);
+  batches_forget_ = batched && forgets;
+  return batched;
+}
+
+// The engine itself forgets only the springs of pairs within its contact distance, each of which costs it nearly as much as a contact.
 void Engine::forget_springs() const {
   const double *radius = lmp_->atom->radius;
   for (const Run &run : runs_)

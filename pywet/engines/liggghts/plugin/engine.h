@@ -61,7 +61,8 @@ class Engine {
   bool lists_are_new(int64_t step) const;
   std::vector<std::pair<int, int> > neighbours() const;
   void shorten_lists();                                 // to the pairs that can touch before they are made anew
-  void forget_springs() const;                          // of pairs of the shortened lists that no longer touch
+  bool contacts_in_batches(bool forgets);               // false: this engine or its contact model has none
+  void forget_springs() const;                          // of listed pairs that no longer touch, where no batches do so
   void check_box(const Spheres &spheres, const Ranks &ranks, int64_t step) const;
 
   // Motion of the meshes that move in this step, or of all; returns the power of their dry contacts on the spheres.
@@ -82,6 +83,7 @@ class Engine {
     std::vector<std::pair<int, int> > pairs;
   };
   std::vector<Run> runs_;
+  bool batches_forget_ = false;                         // springs of pairs that have parted
   std::vector<bool> sent_;                              // of the owned spheres: ghosts of another rank since the last lists
 
   double said(const char *variable) const;              // by the deck

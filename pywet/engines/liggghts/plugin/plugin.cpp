@@ -160,9 +160,10 @@ EXPORT void pywet_set_output(int n, const int64_t *steps, int windows, const int
 }
 
 EXPORT void pywet_set_rules(const double *gravity, double largest_overlap, int semi_implicit, int64_t checkpoint_every,
-                            int moist, int energy) {
+                            int moist, int energy, int batched) {
   pywet::Rules &rules = state->world.rules;
   rules.moist = moist != 0;
+  rules.batched = batched != 0;
   rules.gravity = pywet::Vec(gravity);
   rules.largest_overlap = largest_overlap;
   rules.semi_implicit = semi_implicit != 0;
@@ -206,11 +207,13 @@ EXPORT const char *pywet_attach(void *lmp, const char *fix_id, const char *direc
 // Until all ranks are here: what the first one has named is there for all.
 EXPORT void pywet_wait() { MPI_Barrier(state->world.ranks.all); }
 
-// Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here; on the first rank the most of any.
+// Spheres with ghosts, bridges and pairs of a sphere and a wall part that are held here, and whether contacts are made in batches;
+// on the first rank the most of any.
 EXPORT void pywet_held(int64_t *most) {
   state->world.engine.look();
-  const int64_t here[3] = {state->world.engine.at.nall, int64_t(state->standing.bridges.size()), int64_t(state->near.at_walls())};
-  MPI_Reduce(here, most, 3, MPI_INT64_T, MPI_MAX, 0, state->world.ranks.all);
+  const int64_t here[4] = {state->world.engine.at.nall, int64_t(state->standing.bridges.size()), int64_t(state->near.at_walls()),
+                           state->world.rules.batched};
+  MPI_Reduce(here, most, 4, MPI_INT64_T, MPI_MAX, 0, state->world.ranks.all);
 }
 
 // Closes the logs and ends MPI; the engine library leaves that to its caller.

@@ -13,6 +13,7 @@ void Plugin::attach(LAMMPS_NS::LAMMPS *lmp, const std::string &directory) {
   films.begin();
   wires.arrange();
   weight.begin();
+  world.rules.batched = world.rules.batched && world.engine.contacts_in_batches(wet());
   logs.open(directory);
 }
 

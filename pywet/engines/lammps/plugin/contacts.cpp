@@ -1,0 +1,8 @@
+// LAMMPS makes its contacts itself.
+#include "engine.h"
+
+namespace pywet {
+
+bool Engine::contacts_in_batches(bool) { return false; }
+
+}  // namespace pywet
