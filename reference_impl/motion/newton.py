@@ -24,7 +24,7 @@ import pandas as pd
 from reference_impl.motion import dry, mesh, pushes, touching, wet
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
-from reference_impl.motion.window import Setup, Window, springs, windows
+from reference_impl.motion.window import Setup, Wall, Window, springs, windows
 from reference_impl.replay import arrays, coverage
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.compare import Quantity, compare
@@ -108,9 +108,22 @@ def _window(
         least = np.maximum(sizes, window.mass * STANDARD_WEIGHT)
         checks |= pushes.against_log(run, setup, window, bridges, force, torque, least, doubt / limit(setup))
     counts["dry_contacts"] = len(touches)
+    counts["at_walls"] = int(touches.wall.sum())
+    counts["between_spheres"] = len(touches) - counts["at_walls"]
+    for wall in setup.walls:
+        if wall.motion == "turns":
+            counts[f"on {wall.name}"] = _on(setup, wall, touches, bridges)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
     return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts, start, known)
+
+
+def _on(setup: Setup, wall: Wall, t: touching.Touches, bridges: wet.Bridges | None) -> int:
+    """Dry contacts and bridges with one wall."""
+    found = int((t.wall & (t.b >= wall.first) & (t.b < wall.last)).sum())
+    if bridges is not None:
+        found += int((bridges.wall & np.isin(bridges.b, setup.part[wall.first : wall.last])).sum())
+    return found
 
 
 def _springs(
