@@ -43,6 +43,7 @@ SCENES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 ONE_OF_EACH = {
     0: "a case whose bridges act every other step with semi-implicit drag, and form in a window",
+    128: "a case whose films shed drops while its walls hold no films",
     10: "a case with two touching spheres of which one's spin is lost in the rounding of the other's kick",
 }
 
