@@ -66,11 +66,13 @@ def run_scene(
     folder = out_dir or Path("results") / "scenes" / file.stem
     for line in commands.plan(description).table:
         tell(line)
-    commands.run(description, folder, ranks, progress=True)
+    objections = commands.finish(description, folder, ranks, progress=True)
     picture = commands.view(folder)
     showing.show_run(folder)
     said = f"tables, time series for ParaView and {picture.name} are in {folder}"
     tell(f"{said}; the report is {folder / 'report.html'}")
+    if objections:
+        raise PywetError(f"{'; '.join(objections)}; all results are in {folder} and marked")
 
 
 @app.command()

@@ -33,8 +33,17 @@ def plan(scene: Scene) -> EffectPlan:
 def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> Run:
     """Build, simulate, evaluate and replay a scene in a folder; a finished run of the same scene there is not simulated again.
 
-    Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees.
+    Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees: then all results
+    are written all the same, and `load` reads them.
     """
+    objections = finish(scene, folder, ranks, progress)
+    if objections:
+        raise PywetError("; ".join(objections))
+    return load(folder)
+
+
+def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> list[str]:
+    """Do the same, and return the objections: one sentence for every check that failed."""
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory")
     where, word = Path(folder), _fingerprint(scene)
@@ -44,11 +53,11 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
         second.leave(where, placed_laws(scene.laws, scene.folder).reference)
         stages.simulate(where, ranks, progress)
         results.write(where)
-        stages.replay(where)
-        objections = verdict.objections(where)
-    if objections:
-        raise PywetError("; ".join(objections))
-    return load(where)
+        try:
+            stages.replay(where)
+        except PywetError as unreadable:
+            return [str(unreadable), *verdict.objections(where)]
+        return verdict.objections(where)
 
 
 def _fingerprint(scene: Scene) -> str:

@@ -151,10 +151,14 @@ def in_order(records: np.ndarray, names: Sequence[str]) -> np.ndarray:
 
 
 def ledger_error(ledger: pd.DataFrame) -> float:
-    """Largest |films + bridges + walls + left + retired − initial| / initial over all outputs; without liquid in m3."""
+    """Largest |films + bridges + walls + left + retired − initial| over all outputs, relative to the largest initial; without
+    liquid in m3.
+
+    Spheres that are inserted later bring their liquid with them: before the first one there is nothing to be relative to.
+    """
     held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"]
-    initial = ledger["initial"].where(ledger["initial"] > 0, 1.0)
-    return float(((held - ledger["initial"]).abs() / initial).max())
+    most = float(ledger["initial"].max())
+    return float((held - ledger["initial"]).abs().max()) / (most if most > 0.0 else 1.0)
 
 
 def convert(folder: Path, history: Path, block: int = BLOCK, more: Mapping[str, Added] = MappingProxyType({})) -> None:

@@ -92,17 +92,22 @@ class Section:
     def as_dict(self) -> dict[str, Any]:
         """For replay.json."""
         return {
-            "checked": bool(self.quantities),
-            "ok": all(q.ok for q in self.quantities) if self.quantities else None,
+            "checked": self.any,
+            "ok": all(q.ok for q in self.quantities) if self.any else None,
             "compared": self.compared,
             "not_checked": self.not_checked,
             "findings": [f["sentence"] for f in self.findings],
         }
 
     @property
+    def any(self) -> bool:
+        """Whether a single value was compared."""
+        return any(q.count for q in self.quantities)
+
+    @property
     def said(self) -> str:
         """In one line: never `agrees` where nothing was compared."""
-        if not self.quantities:
+        if not self.any:
             return f"{self.name}: not checked"
         bad = sum(not q.ok for q in self.quantities)
         return f"{self.name}: {'DISAGREES' if bad else 'agrees'} ({'; '.join(self.compared)})"

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.motion import impulses
+from reference_impl.motion import summed
 from reference_impl.motion.newton import Forces
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, io
 from reference_impl.replay.arrays import Floats, dot
-from reference_impl.replay.bodies import bodies, pairs
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
@@ -39,21 +38,16 @@ def judged(run: Run) -> bool:
     return bool(logged and not run.meta["effects"].get("liquid_weight"))
 
 
-def depth(run: Run, table: pd.DataFrame, gap: Floats, distance: Floats) -> tuple[Floats, Floats]:
-    """Capillary energy of bridges, -integral of the force from the gap to the static rupture distance; the force at the gap."""
-    name, p = coverage.law(run, "capillary"), pairs(table, bodies(run))
-    volume, sigma = table["volume"].to_numpy(float), run.meta["surface_tension"]
-
-    def force(s: Floats) -> Floats:
-        return capillary.LAWS[name](s, volume, p.ri, p.rj, p.wall, p.ti, p.tj, sigma) if name else 0.0 * s
-
+def depth(run: Run, table: pd.DataFrame, gap: Floats, distance: Floats) -> Floats:
+    """Capillary energy of bridges, -integral of the force from the gap to the static rupture distance."""
+    force = summed.pull_of(run, table)
     # in s = u^2 the square-root start of some laws is smooth
     low, high = np.sqrt(np.maximum(gap, 0.0)), np.sqrt(distance)
     total = np.maximum(-gap, 0.0) * force(0.0 * gap)
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         u = low + (high - low) * 0.5 * (1.0 + node)
         total += 0.5 * weight * (high - low) * 2.0 * u * force(u**2)
-    return -total, force(np.maximum(gap, 0.0))
+    return -total
 
 
 @dataclass
@@ -66,7 +60,7 @@ class Budget:
     formed: float = 0.0
     ruptured: float = 0.0
     steps: float = 0.0
-    """Work of the capillary force in the steps in which bridges form and rupture, by their sizes [J]."""
+    """What a sum over steps misses of the works of the bridges that formed and ruptured [J]."""
     begun: Floats | None = None
     """Where weight began to act on each sphere; not a number where it has not yet."""
     doubt: float = 0.0
@@ -78,11 +72,11 @@ class Budget:
         """A part of the logs; the table of places has the speeds too."""
         table, events = part.table("trajectory").sort_values(["step", "id"]), part.table("events")
         outputs = np.unique(table["step"].to_numpy())
-        of_bridges = self._bridges(part, events, lives, outputs) if self.known else {}
-        if not len(outputs):
-            return
         shape = (len(outputs), len(self.setup.ids), 3)
         x, v, w = (table[list(c)].to_numpy(float).reshape(shape) for c in ("xyz", VELOCITY[:3], VELOCITY[3:]))
+        of_bridges = self._bridges(part, events, lives, (outputs, v)) if self.known else {}
+        if not len(outputs):
+            return
         m, free = self.setup.mass, self.setup.free
         fall, doubt = self._fall(outputs, x, v, events)
         room = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
@@ -124,13 +118,15 @@ class Budget:
         name = coverage.law(self.run, "capillary")
         return name is None or name in capillary.LAWS
 
-    def _bridges(self, part: Run, events: pd.DataFrame, lives: Lives, outputs: Floats) -> dict[str, Floats]:
-        """Sums over the events up to each output, and over the bridges that stand there."""
+    def _bridges(
+        self, part: Run, events: pd.DataFrame, lives: Lives, at_outputs: tuple[Floats, Floats]
+    ) -> dict[str, Floats]:
+        """Sums over the events up to each output, and over the bridges that stand there; outputs and all speeds at them."""
+        outputs, v = at_outputs
         gap, distance = (events[n].to_numpy(float) for n in ("separation", "rupture_distance"))
-        energy, pull = depth(part, events, gap, distance)
+        energy = depth(part, events, gap, distance)
         formation = (events["kind"] == FORMATION).to_numpy()
-        way = np.abs(pull) * events["speed"].to_numpy(float) * self.setup.step
-        way *= np.where(formation, 1, impulses.every(self.run))
+        way = summed.of_events(part, self.setup, events)
         until, found = np.searchsorted(events["step"].to_numpy(), outputs, "right"), {}
         for name, terms in (
             ("formed", np.where(formation, energy, 0.0)),
@@ -143,8 +139,9 @@ class Budget:
         shots = part.table("bridges")
         at = lives.at(keys(shots), shots["step"].to_numpy(np.int64), strictly=False)
         distance = np.append(lives.all.rupture_distance, np.nan)[at]
-        stored = depth(part, shots, shots["separation"].to_numpy(float), distance)[0]
+        stored = depth(part, shots, shots["separation"].to_numpy(float), distance)
         found["capillary_stored"] = np.bincount(np.searchsorted(outputs, shots["step"]), stored, len(outputs))
+        found["steps"] = found["steps"] + summed.standing(part, self.setup, shots, outputs, v)
         return found
 
     def both(self) -> tuple[pd.DataFrame, Floats]:
@@ -186,17 +183,13 @@ class Budget:
             found += [one(n, both[f"{n}_own"], size, "all formations and ruptures") for n in OF_BRIDGES]
             own_work = both["formed_own"] - both["ruptured_own"] - both["capillary_stored_own"]
             of_events = both["formed_own"].abs() + both["ruptured_own"].abs()
-            room = SLACK * both["steps"] + 1e-9 * turnover + SUMMED * of_events
-            found.append(one("capillary", own_work, room, "works of the steps of the events"))
+            room = both["steps"] + 1e-9 * turnover + SUMMED * of_events
+            found.append(one("capillary", own_work, room, "what a sum over steps may miss"))
         return found
 
 
 OF_BRIDGES = ("formed", "ruptured", "capillary_stored")
 OF_STATE = ("kinetic", "spin", *OF_BRIDGES)
-SLACK = 0.5
-"""Times the work along the whole relative way in the steps of events: a bridge acts from the step after its formation, and at its
-rupture no more, so that sums of the halves of both steps' powers leave out half a step; half an interval at ruptures where
-bridges act every few steps (see impulses.py)."""
 SUMMED = 2e-3
 """Part of the energies of formations and ruptures by which a sum over steps is off besides, to second order at the kink where
 bodies touch: at most 9.4e-4 in the hard scenes (ten g, step 4e-6 s), 3e-4 in sixty others."""

@@ -20,16 +20,23 @@ def every(run: Run) -> int:
     return int(run.meta.get("bridges_every", 1))
 
 
+def new(run: Run, table: Table) -> Floats:
+    """Rows of bridges that act in the step in which they form."""
+    step = np.asarray(table["step"], dtype=np.int64)
+    if every(run) == 1 or not len(table):
+        return np.zeros(len(table), dtype=bool)
+    # of the events only those of the same steps can tell that a bridge is new
+    lives = Lives(none(), run.rows("events", int(step.min()), int(step.max())), 0, int(step.min()) - 1)
+    at = lives.at(keys(table), step, strictly=False)
+    return np.asarray(np.append(lives.all.step, -1)[at] == step)
+
+
 def weights(run: Run, table: Table) -> Floats:
     """Steps for which each logged force acts."""
     k, step = every(run), np.asarray(table["step"], dtype=np.int64)
-    if k == 1 or not len(table):
+    if k == 1:
         return np.ones(len(table))
-    # of the events only those of the same steps can tell that a bridge is new
-    lives = Lives(none(), run.rows("events", int(step.min()), int(step.max())), 0, int(step.min()) - 1)
-    new = lives.at(keys(table), step, strictly=False)
-    new = np.append(lives.all.step, -1)[new] == step
-    return np.asarray(np.where(new, np.where(step > 0, 0.5, 1.0) * (k - 1), k))
+    return np.asarray(np.where(new(run, table), np.where(step > 0, 0.5, 1.0) * (k - 1), k))
 
 
 def check(run: Run, table: Table) -> list[Quantity]:

@@ -24,13 +24,14 @@ import pandas as pd
 from reference_impl.motion import dry, mesh, pushes, touching, wet
 from reference_impl.motion.wall_motion import Motion
 from reference_impl.motion.weight import carried
-from reference_impl.motion.window import Setup, Window, springs, windows
+from reference_impl.motion.window import Setup, Wall, Window, springs, windows
 from reference_impl.replay import arrays, coverage
 from reference_impl.replay.arrays import Floats, vectors
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run
 
 TOLERANCE = 1e-9
+DRIFT = 1e-12
 STANDARD_WEIGHT = 9.81
 """Forces are held against the sum of their sizes, or m times this where that is larger."""
 
@@ -107,9 +108,22 @@ def _window(
         least = np.maximum(sizes, window.mass * STANDARD_WEIGHT)
         checks |= pushes.against_log(run, setup, window, bridges, force, torque, least, doubt / limit(setup))
     counts["dry_contacts"] = len(touches)
+    counts["at_walls"] = int(touches.wall.sum())
+    counts["between_spheres"] = len(touches) - counts["at_walls"]
+    for wall in setup.walls:
+        if wall.motion == "turns":
+            counts[f"on {wall.name}"] = _on(setup, wall, touches, bridges)
     counts["beside_an_edge"] = _beside_edges(setup, touches)
     counts["no_rolling_direction"] = int((contact.doubt > TOLERANCE * setup.radius[touches.a] * contact.elastic).sum())
     return Forces(window, touches, contact, bridges, force, torque, doubt, sizes, checks, counts, start, known)
+
+
+def _on(setup: Setup, wall: Wall, t: touching.Touches, bridges: wet.Bridges | None) -> int:
+    """Dry contacts and bridges with one wall."""
+    found = int((t.wall & (t.b >= wall.first) & (t.b < wall.last)).sum())
+    if bridges is not None:
+        found += int((bridges.wall & np.isin(bridges.b, setup.part[wall.first : wall.last])).sum())
+    return found
 
 
 def _springs(
@@ -209,7 +223,7 @@ SCALES = {
     "newton_force": ("sum of the forces' sizes, at least the weight at 9.81 m/s2", TOLERANCE),
     "newton_torque": ("r times the same, and the doubt about a rolling direction over the limit", TOLERANCE),
     "newton_kick": ("speed, or half a kick where that is more", 1e-12),
-    "newton_drift": ("radius", 1e-12),
+    "newton_drift": ("radius, and the rounding of a position over the limit", DRIFT),
     "contact_spring": ("spring of the step before and slip in the step, at least 1e-9 r", 1e-6),
     "contact_logged": ("radius, by the overlap of a contact that is not in the log", TOLERANCE),
     "wall_closest_point": ("radius", TOLERANCE),
@@ -278,8 +292,13 @@ def law(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:
         "newton_force": (m[:, None] * dv / dt, own, scale, rows),
         "newton_torque": (inertia[:, None] * dw / dt, turn, r * scale + doubt / limit(setup), rows),
         "newton_kick": (dv, kick, np.maximum(speed, 1e-300), rows),
-        "newton_drift": (drift, middle, r, rows),
+        "newton_drift": (drift, middle, np.maximum(r, _lost_digits(w.x[at + 1, who])), rows),
     }
+
+
+def _lost_digits(x: Floats) -> Floats:
+    """Rounding of positions and of their difference, over the limit of a drift."""
+    return np.asarray(2.0 * np.finfo(float).eps * arrays.size(x) / DRIFT)
 
 
 def against_log(setup: Setup, f: Forces) -> dict[str, tuple[Any, ...]]:

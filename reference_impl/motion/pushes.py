@@ -1,5 +1,8 @@
 """What semi-implicit drag starts from, in the recorded windows: by how much all other forces push the bodies of a bridge in the
-step, and among how many bridges the mass of a sphere is shared. Forces are those of newton.py without the drag."""
+step, and among how many bridges the mass of a sphere is shared. Forces are those of newton.py without the drag.
+
+Where bridges act every few steps, a new one acts in the step in which it forms, after all others: their drag pushes it, the new
+bridges push none of them; and it shares its spheres with the bridges that are left, they with those that rupture."""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from reference_impl.motion import impulses
 from reference_impl.motion.wet import Bridges
 from reference_impl.motion.window import Setup, Window
 from reference_impl.replay.arrays import Floats, vectors
@@ -28,30 +32,39 @@ def against_log(
 
     Behind logged values, own ones, scale and rows stands what the second sphere has of the own value.
     """
-    force, torque, count = force.copy(), torque.copy(), _ruptured(run, setup, window.steps)
+    new = impulses.new(run, b.table)
+    broke = _ruptured(run, setup, window.steps)
     pair = np.flatnonzero(~b.wall)
-    drag = b.weight[:, None] * (b.force() + (b.capillary * b.acting["capillary"])[:, None] * b.n)
+    whole = b.weight[:, None] * b.force()
+    drag = whole + b.weight[:, None] * (b.capillary * b.acting["capillary"])[:, None] * b.n
     turns = [b.weight[:, None] * turn for turn in b.torques(setup)]
     ends = (np.arange(len(b.k)), b.a, 1.0), (pair, b.b, -1.0)
-    for (at, who, sign), turn in zip(ends, turns, strict=True):
-        np.add.at(force, (b.k[at], who[at]), -sign * drag[at])
-        np.add.at(torque, (b.k[at], who[at]), -turn[at])
-        np.add.at(count, (b.k[at], who[at]), 1.0)
     linear = np.where(setup.free, setup.step / window.mass, 0.0)
     turning = linear / (0.4 * setup.radius**2)
     own = {name: np.zeros((len(b.k), 3)) for name in ("window_push", "window_spin_push")}
     of_second = {name: np.zeros((len(b.k), 3)) for name in own}
     scale = {name: np.full(len(b.k), 1e-300) for name in own}
     shared = np.zeros((len(b.k), 2))
-    for (at, who, sign), column in zip(ends, (0, 1), strict=True):
-        where, r = (b.k[at], who[at]), setup.radius[who[at]]
-        of_second["window_push"][at] = sign * linear[where][:, None] * force[where]
-        of_second["window_spin_push"][at] = (r * turning[where])[:, None] * torque[where]
-        for name, pushed in own.items():
-            pushed[at] += of_second[name][at]
-        scale["window_push"][at] += linear[where] * sizes[where]
-        scale["window_spin_push"][at] += r * turning[where] * (r * sizes[where] + doubt[where])
-        shared[at, column] = count[where] * setup.free[who[at]]
+    for mine, later, broken in ((~new, new, broke), (new, np.zeros_like(new), np.zeros_like(broke))):
+        if not mine.any():
+            continue
+        apart = np.where(mine[:, None], drag, later[:, None] * whole), mine | later
+        pushed_by, turned_by, count = force.copy(), torque.copy(), broken.copy()
+        for (at, who, sign), turn in zip(ends, turns, strict=True):
+            on = b.k[at], who[at]
+            np.add.at(pushed_by, on, -sign * apart[0][at])
+            np.add.at(turned_by, on, -turn[at] * apart[1][at, None])
+            np.add.at(count, on, 1.0 - later[at])
+        for (at, who, sign), column in zip(ends, (0, 1), strict=True):
+            at = at[mine[at]]
+            on, r = (b.k[at], who[at]), setup.radius[who[at]]
+            of_second["window_push"][at] = sign * linear[on][:, None] * pushed_by[on]
+            of_second["window_spin_push"][at] = (r * turning[on])[:, None] * turned_by[on]
+            for name, pushed in own.items():
+                pushed[at] += of_second[name][at]
+            scale["window_push"][at] += linear[on] * sizes[on]
+            scale["window_spin_push"][at] += r * turning[on] * (r * sizes[on] + doubt[on])
+            shared[at, column] = count[on] * setup.free[who[at]]
     logged = {"window_push": vectors(b.table, "push"), "window_spin_push": vectors(b.table, "spin_push")}
     for pushed in of_second.values():
         pushed[b.wall] = 0.0  # of the first alone

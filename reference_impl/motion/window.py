@@ -111,7 +111,7 @@ class Window:
     """Velocity with which the forces of the step were taken, half a step before its end."""
     w_half: Floats
     w_room: Floats
-    """By how much rounding may have moved the size of `w_half` [rad/s], shape (steps, spheres)."""
+    """By how much `w_half` may be off [rad/s]: rounding, and components that count as none; shape (steps, spheres)."""
     mass: Floats
     """With which the spheres move [kg], shape (steps, spheres)."""
     liquid: Floats
@@ -266,10 +266,17 @@ def _window(
     turn = acted * (0.5 * setup.step / (0.4 * mass * setup.radius**2))[:, :, None]
     spun = turn * s["t"]
     w_half, largest = s["w"] - spun, np.abs(spun).max(axis=2)
+    # of the kick some ten roundings, of the spin that of the sum
+    room = np.finfo(float).eps * (8.0 * largest + np.abs(s["w"]).max(axis=2))
     # a sphere that did not spin must not seem to: rolling resistance asks for the direction alone
-    w_half[np.abs(w_half) < 1e-13 * largest[:, :, None]] = 0.0
-    room = 8.0 * np.finfo(float).eps * largest
+    lost = (np.abs(w_half) < STILL * largest[:, :, None]) & (w_half != 0.0)
+    w_half[lost] = 0.0
+    room += STILL * largest * np.sqrt(lost.sum(axis=2))
     return Window(steps, s["x"], s["v"], s["w"], s["f"], s["t"], s["v"] - kick * s["f"], w_half, room, mass, liquid)
+
+
+STILL = 1e-13
+"""Part of the spin of half a kick below which a component counts as none."""
 
 
 def springs(setup: Setup, name: str) -> pd.DataFrame:

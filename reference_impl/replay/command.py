@@ -1,6 +1,7 @@
 """What the commands `pywet replay` and `python -m reference_impl` do: one run as a table, several as a line each, or JSON.
 
-Exit status: 0 all agree (a dry run has nothing that could disagree), 1 one is beyond a tolerance, 2 one cannot be read.
+Exit status: 0 all agree (`in part` where nothing was compared of a kind that the scene has; a dry run has nothing that could
+disagree), 1 one is beyond a tolerance, 2 one cannot be read.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 from reference_impl.replay import io, plans, sections, whole
 from reference_impl.replay.replay import replay, table
 
-STATUS = {"agrees": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
+STATUS = {"agrees": 0, "in part": 0, "dry": 0, "disagrees": 1, "unreadable": 2}
 
 
 def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] | None = None) -> dict[str, Any]:
@@ -30,7 +31,8 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
         result = replay(folder, out, functions)
     except io.ReplayError as error:
         return {**where, "status": "unreadable", "reason": str(error)}
-    return {**where, "status": "agrees" if result["ok"] else "disagrees", "reason": None, **result}
+    agrees = "in part" if result["nothing_compared"] else "agrees"
+    return {**where, "status": agrees if result["ok"] else "disagrees", "reason": None, **result}
 
 
 def forget(folder: Path, out: Path | None = None) -> None:
@@ -56,11 +58,15 @@ def line(found: dict[str, Any], width: int) -> str:
     count = f"{found['events']:8d} events {found['contacts']:8d} contacts {found['wall_s']:6.1f} s"
     if found["ok"]:
         exact = max((q["largest"] for q in rows.values() if q["sample_of"] is None), default=0.0)
-        return f"{start} {count}  largest deviation {exact:.1e}"
+        return f"{start} {count}  largest deviation {exact:.1e}{_nothing(found)}"
     named = [f["sentence"] for f in found["diagnosis"]["findings"]] or [
         f"beyond: {n}" for n, q in rows.items() if not q["ok"]
     ]
     return f"{start} {count}  {'; '.join(named)}"
+
+
+def _nothing(found: dict[str, Any]) -> str:
+    return "".join(f"; nothing compared: {sentence}" for sentence in found["nothing_compared"])
 
 
 def run(

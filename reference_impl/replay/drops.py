@@ -49,6 +49,8 @@ class Places:
 
     def __init__(self, run: Run) -> None:
         self._setup = window.read(run.folder)
+        # walls that hold no films take no drops either: they pass
+        self._walls = self._setup.walls if self._setup.scene["effects"].get("wall_films", True) else ()
         self._motion = Motion(self._setup)
         self.at: dict[int, Floats] = {}
         self.down = self._setup.gravity / np.linalg.norm(self._setup.gravity)
@@ -82,7 +84,7 @@ class Places:
     def _wall(self, step: int, start: Floats) -> tuple[int, float]:
         """The first triangle below a point and how far: the point's shadow lies on one side of all its edges' shadows."""
         best = (-1, np.inf)
-        for wall in self._setup.walls:
+        for wall in self._walls:
             corners = self._motion.to_world(wall, step, self._setup.corners[wall.first : wall.last].reshape(-1, 3))
             t = corners.reshape(-1, 3, 3) - start
             turns = [np.cross(t[:, k], t[:, (k + 1) % 3]) @ self.down for k in range(3)]

@@ -68,7 +68,7 @@ class Lives:
         # a bridge and a step as one number; what stood at the start counts as formed before it
         self._span = max(int(step.max(initial=start)) - start, 0) + 2
         self._code = rank * self._span + np.maximum(self.all.step[self._order] - start, 0)
-        self._ends = np.append(new[1:], True)
+        self._ends = np.append(new[1:], True)[: len(new)]
         self._last, self._formed = np.flatnonzero(self._ends), self.formation[self._order]
         previous = np.full(len(sorted_key), -1)
         previous[1:] = np.where(new[1:], -1, self._order[:-1])

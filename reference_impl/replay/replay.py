@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from reference_impl.diagnosis import diagnosis, faults, kept, looked
 from reference_impl.motion import dynamics, window
-from reference_impl.replay import coverage, io, liquid, retired, second, sections, spans, transfer, whole
+from reference_impl.replay import coverage, io, liquid, nothing, retired, second, sections, spans, transfer, whole
 from reference_impl.replay.compare import Quantity
 from reference_impl.shown import vtk
 
@@ -51,6 +51,7 @@ def replay(run_dir: Path, out: Path | None = None, functions: Mapping[str, str] 
             "ok": not failed,
             **logs.entries,
             "compared": held,
+            "nothing_compared": nothing.compared(io.scene(folder), quantities, logs.motion, beside),
             "second": {} if run is None else dict(functions or {}),
             "not_checked": [*logs.not_checked, *dynamics.not_checked(logs.motion, held), *vtk.not_checked(folder)],
             "notes": dynamics.notes(logs.motion),
@@ -139,6 +140,7 @@ def table(result: dict[str, Any]) -> str:
         f"{result['wall_s']:.1f} s, {result['cpu_s']:.1f} s of the processor: {result['events']} events at "
         f"{result['events_per_s']:.3g} and {result['contacts']} contacts at {result['contacts_per_s']:.3g} per processor second"
     )
-    missing = [f"not checked: {sentence}" for sentence in result["not_checked"]]
+    missing = [f"nothing compared: {sentence}" for sentence in result["nothing_compared"]]
+    missing += [f"not checked: {sentence}" for sentence in result["not_checked"]]
     held = whole.said(result["compared"])
     return "\n".join([*lines, held, *missing, speed, *result["notes"], *diagnosis.text(result["diagnosis"])])

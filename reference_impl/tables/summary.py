@@ -115,10 +115,10 @@ def _of_ledger(given: Mapping[str, Any], scene: Mapping[str, Any], folder: Path)
     yield from _group(
         "events", given, {"formations": formed, "ruptures": ended, "standing_bridges": formed - ended}, LOGS
     )
-    apart = (
-        ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"] - ledger["initial"]
-    )
-    error = float((apart.abs() / ledger["initial"].where(ledger["initial"] > 0.0, 1.0)).max())
+    held = ledger["films"] + ledger["bridges"] + ledger["walls"] + ledger["left"] + ledger["retired"]
+    # before the first sphere is inserted there is no liquid to be relative to: the most that there ever is
+    most = float(ledger["initial"].max())
+    error = float((held - ledger["initial"]).abs().max()) / (most if most > 0.0 else 1.0)
     yield Held("summary.json: ledger_error", given.get("ledger_error", MISSING), error, LOGS, 1.0)
 
 

@@ -143,10 +143,12 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
         for column in table.columns:
             if column.endswith("_m3") and column not in ("initial_m3", "total_m3"):
                 name = column.removesuffix("_m3").replace("_", " ")
-                yield _curve(f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"], 1.0)
+                yield _curve(
+                    f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"].max(), 1.0
+                )
     elif ledger is not None:
         for column in ("films", "bridges", "walls"):
-            yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / ledger["initial"], 1.0)
+            yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / ledger["initial"].max(), 1.0)
 
 
 def _counts(run: RunDir) -> Iterator[Quantity]:

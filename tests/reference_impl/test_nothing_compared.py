@@ -1,0 +1,61 @@
+"""A replay that compared nothing of a kind that the scene has does not say that it agrees."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import pywet
+from reference_impl.diagnosis.held import Held, Section
+from reference_impl.replay import command, nothing
+from reference_impl.replay.compare import Quantity
+from tests.test_sound_runs import SCENES
+
+DRUM = {
+    "effects": {"bridges": True}, "output": {"energy": True}, "classes": [{"count": 60}],
+    "walls": [{"name": "mantle", "motion": "turns"}, {"name": "floor", "motion": "fixed"}],
+}  # fmt: skip
+COUNTED = ("film_i_before", "separation", "newton_force", "energy_budget")
+LAW = {"between_spheres": 7, "at_walls": 5, "on mantle": 4}
+
+
+def said(law: dict[str, int], *left_out: str) -> list[str]:
+    """Sentences of a drum's replay in which nothing of `left_out` was compared."""
+    quantities = [Quantity(name, "itself", 0 if name in left_out else 9, 0.0, 1e-9) for name in COUNTED]
+    return nothing.compared(DRUM, quantities, {"newton": law}, [])
+
+
+@pytest.mark.parametrize("name", LAW)
+def test_contacts_of_a_kind(name: str) -> None:
+    """Turning walls too: their spin enters nothing but the forces of what is in contact with them."""
+    assert said(LAW) == []
+    words = {"between_spheres": "between spheres", "at_walls": "with walls", "on mantle": "turning wall mantle"}[name]
+    (sentence,) = said({**LAW, name: 0})
+    assert words in sentence
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_quantities_without_a_record(name: str) -> None:
+    """One kind, one sentence."""
+    assert len(said(LAW, name)) == 1
+
+
+def test_a_section_without_a_value() -> None:
+    """It is not checked, whatever it says of its quantities; one value is enough for a verdict."""
+    section = Section("results")
+    section.add("results_checks", "1", [], "values of the checks")
+    assert section.said == "results: not checked" and section.as_dict()["ok"] is None
+    both = [Quantity(name, "itself", 1, 0.0, 1.0) for name in COUNTED[:2]]
+    assert nothing.compared({**DRUM, "output": {}}, both, {"newton": None}, [section]) == ["section results: no value"]
+    section.add("results_checks", "1", [Held("a", 1.0, 1.0, "logs")], "values of the checks")
+    assert section.as_dict()["ok"] is True
+
+
+@pytest.mark.engine
+def test_a_run_without_any_contact_agrees_in_part(tmp_path: Path) -> None:
+    """Two beads that fall side by side: the liquid on them and their flight agree, of contacts and bridges nothing is known."""
+    pywet.run(pywet.Scene(name="beads", **SCENES["no bridge forms"]), tmp_path)
+    found = command.outcome(tmp_path)
+    assert found["ok"] and (found["status"], command.STATUS[found["status"]]) == ("in part", 0)
+    assert len(found["nothing_compared"]) == 4

@@ -1,0 +1,132 @@
+"""No sound run raises an alarm: scenes that did, some of each kind of short runs, and (slow) two hundred of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import pywet
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.runs.tables import ledger_error
+from pywet.screening import verdict
+from reference_impl.motion import newton, window
+from reference_impl.replay.lives import Lives, none
+from tests import sound_runs
+
+BEADS = {"name": "beads", "material": "glass", "diameter_mm": 3}
+SCENES: dict[str, dict[str, Any]] = {
+    "no bridge forms": {
+        "duration_s": 0.002, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"percent": 1},
+        "spheres": [{**BEADS, "at_mm": [[0, 0, 2], [3.1, 0, 2]]}],
+        "walls": [{"name": "tray", "block": {"low_mm": [-10, -10, -5], "high_mm": [10, 10, 0]}}],
+    },
+    "bridges shorter than a step's way": {
+        "duration_s": 0.01, "materials": {"glass": {"density_kg_per_m3": 2500, "contact_angle_deg": 20}},
+        "liquid": {"percent": 1.0e-9},
+        "spheres": [{**BEADS, "count": 12, "box": {"low_mm": [-6, -6, 0.05], "high_mm": [6, 6, 14]}}],
+        "walls": [{"name": "pan", "vessel": {"inner_width_mm": 13, "height_mm": 16}}],
+    },
+    "spheres that are inserted later": {
+        "duration_s": 0.02, "materials": {"glass": {"density_kg_per_m3": 2500}}, "liquid": {"percent": 1},
+        "spheres": [{
+            **BEADS, "count": 5, "box": {"low_mm": [-9, -9, 4], "high_mm": [9, 9, 12]},
+            "velocity_m_per_s": [0, 0, -1], "fed": {"from_s": 0.002, "for_s": 0.01},
+        }],
+        "walls": [{"name": "tray", "block": {"low_mm": [-20, -20, -5], "high_mm": [20, 20, 0]}}],
+    },
+}  # fmt: skip
+ONE_OF_EACH = {
+    0: "a case whose bridges act every other step with semi-implicit drag, and form in a window",
+    128: "a case whose films shed drops while its walls hold no films",
+    10: "a case with two touching spheres of which one's spin is lost in the rounding of the other's kick",
+}
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("name", SCENES)
+def test_scenes_that_raised_an_alarm(tmp_path: Path, name: str) -> None:
+    """`pywet.run` raises where a check, the ledger or the replay objects; the replay has compared the liquid at all outputs."""
+    run = pywet.run(pywet.Scene(name=name, **SCENES[name]), tmp_path)
+    assert run.replay["quantities"]["ledger"]["count"] == len(run.scene.output_steps)
+    assert (len(run.events) == 0) == (name == "no bridge forms")
+
+
+@pytest.mark.engine
+def test_results_of_a_run_with_an_objection_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`pywet run-scene` ends with 1 and the sentence, and has written tables, time series, picture and a page that is marked."""
+    monkeypatch.setattr(verdict, "objections", lambda folder: ["check no_particle_lost failed: one is missing"])
+    file = tmp_path / "scene.yaml"
+    file.write_text(yaml.safe_dump({"name": "one", **SCENES["no bridge forms"]}))
+    done = CliRunner().invoke(app, ["run-scene", str(file), "--out", str(tmp_path / "run")])
+    said = " ".join(done.output.split())
+    assert done.exit_code == 1 and "one is missing; all results are in" in said
+    made = {path.name for path in (tmp_path / "run").iterdir()}
+    assert {"results", "summary.json", "replay.json", "vtk", "picture.png", "report.html"} <= made
+    assert "one is missing" in (tmp_path / "run" / "report.html").read_text()
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("number", ONE_OF_EACH)
+def test_short_runs(tmp_path: Path, number: int) -> None:
+    sound_runs.simulate(number, tmp_path)
+    assert sound_runs.alarms(tmp_path) == []
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+@pytest.mark.parametrize("number", range(200))
+def test_two_hundred_runs(tmp_path: Path, number: int) -> None:
+    """Of some a sphere leaves the box, or does not fit: they are no sound runs."""
+    try:
+        sound_runs.simulate(number, tmp_path)
+    except PywetError as error:
+        pytest.skip(str(error))
+    assert sound_runs.alarms(tmp_path) == []
+
+
+def test_ledger_before_the_first_inserted_sphere() -> None:
+    """Round-off before it is relative to all liquid that comes; a millionth of that lost at the end is a millionth."""
+    none = [0.0, 0.0]
+    ledger = pd.DataFrame(
+        {"films": [0.0, 1e-9], "bridges": none, "walls": none, "left": none, "initial": [2.9e-23, 1e-9]}
+    )
+    assert ledger_error(ledger) == pytest.approx(2.9e-14)
+    assert ledger_error(ledger.assign(films=[0.0, 1e-9 * (1.0 - 1e-6)])) == pytest.approx(1e-6, rel=1e-6)
+    assert ledger_error(0.0 * ledger) == 0.0
+
+
+def test_lives_of_no_bridges() -> None:
+    """Of an empty log nothing stands, at any step."""
+    whole = {name: np.zeros(0, np.int64) for name in ("step", "kind", "partner_kind", "i", "j")}
+    real = {name: np.zeros(0) for name in ("volume", "rupture_distance")}
+    lives = Lives(none(), pd.DataFrame({**whole, **real}), 0, -1)
+    assert len(lives.standing()) == len(lives.standing(3)) == len(lives.previous) == 0
+
+
+def test_a_component_that_counts_as_none_is_in_doubt() -> None:
+    """A spin below 1e-13 of the kick is taken for none: by so much, and not by the rounding of the kick alone, it may be off."""
+    dry = window.dry_contacts({"pairs": [], "time_step_s": 1e-5, "effects": {}}, {})
+    one = np.ones(1)
+    setup = window.Setup(
+        Path(), {"time_step_s": 1e-5, "liquid": None, "effects": {}}, np.array([1]), one.astype(int), one, one, one > 0,
+        dry, (), np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(1, int), frozenset(),
+    )  # fmt: skip
+    torque, true = np.array([800.0, 0.0, 0.0]), np.array([0.0, 0.0, 3e-17])
+    kick = 0.5 * 1e-5 / 0.4 * torque
+    state = {name: np.zeros((1, 1, 3)) for name in "xvf"} | {"w": (true + kick)[None, None], "t": torque[None, None]}
+    found = window._window(setup, np.array([5]), state, None)
+    assert kick[0] == pytest.approx(1e-2) and found.w_half[0, 0, 2] == 0.0
+    assert np.abs(found.w_half[0, 0] - true).max() <= found.w_room[0, 0] <= 2e-13 * kick[0]
+
+
+def test_rounding_of_positions_far_from_the_origin() -> None:
+    """At a kilometre a position has 1.1e-13 m of rounding, a difference of two 4.4e-13 m; near the origin the radius decides."""
+    far, near = newton._lost_digits(np.array([[1e3, 0.0, 0.0], [0.1, 0.0, 0.0]]))
+    assert newton.DRIFT * far == pytest.approx(4.4e-13, rel=0.02) and near < 1e-3
