@@ -84,7 +84,7 @@ def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggght
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if not chosen(engine).rolling:
         loaded = loaded.without_rolling()
-    return loaded.with_preset(preset) if preset else loaded
+    return loaded if preset is None else loaded.with_preset(preset)
 
 
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:

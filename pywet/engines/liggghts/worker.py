@@ -17,6 +17,7 @@ import pandas as pd
 
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck, grid
+from pywet.engines.liggghts.border import check_start
 from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
@@ -64,6 +65,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
         begun = run_dir / scene.spheres_file
+        check_start(spheres, part_by_part(begun, "id", "type"))
         places = grid.places(Path(saved("state", step))) if step else part_by_part(begun, "x", "y")
         tell(f'variable columns string "{grid.words(scene, places, ranks)}"')
         library.lammps_file(engine, script)
