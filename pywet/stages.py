@@ -73,14 +73,16 @@ def _run(work: Callable[[], Any]) -> tuple[str | None, Exception | None]:
     return None, None
 
 
-def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
-    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed.
+def resolved(
+    config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None, trust: bool = False
+) -> Config:
+    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed; `trust`: see `load`.
 
     Rolling resistance is off for an engine that does not have it as the scene means it.
     """
     from pywet import config
 
-    loaded = config.load(config_dir)
+    loaded = config.load(config_dir, trust)
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if not chosen(engine).rolling:
         loaded = loaded.without_rolling()

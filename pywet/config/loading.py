@@ -105,8 +105,11 @@ def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, t
     return {} if moist is None else {f"{config.case(moist).name}_exact": (moist, "exact")}
 
 
-def load(config_dir: Path) -> Config:
-    """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake."""
+def load(config_dir: Path, trust: bool = False) -> Config:
+    """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake.
+
+    `trust`: laws in files outside of the folder may run.
+    """
     folder, wrong = Path(config_dir), Mistakes()
     read = {
         file: wrong.keep(partial(_read_model, folder / file, model))
@@ -116,7 +119,7 @@ def load(config_dir: Path) -> Config:
     cases = wrong.keep(lambda: _read_cases(folder / cases_module.FILE))
     wrong.say()
     chosen = read[settings.FILE]
-    chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder)})
+    chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder, trust)})
     config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases)
     wrong.keep(lambda: _check_choice(config))
     wrong.keep(lambda: _check_references(config))
@@ -264,12 +267,15 @@ def _read_cases(path: Path) -> dict[int, Case]:
     return found
 
 
-def placed_laws(laws: LawSettings, folder: Path) -> LawSettings:
-    """The same laws with whole paths for files of the user's own, looked for in `folder`; they may run from now on."""
+def placed_laws(laws: LawSettings, folder: Path, trust: bool = False) -> LawSettings:
+    """The same laws with whole paths for files of the user's own, looked for in `folder`.
+
+    Those in or below it may run from now on; with `trust` the others too.
+    """
     given = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     named = {kind: own.placed(law, folder) for kind, law in given.items()}
     seconds = {kind: own.placed(function, folder) for kind, function in laws.reference.items()}
-    own.trust([*named.values(), *seconds.values()])
+    own.trust([*named.values(), *seconds.values()], None if trust else folder)
     for kind, function in seconds.items():
         own.check_second(kind, function)
     return laws.model_copy(update={**named, "reference": seconds})

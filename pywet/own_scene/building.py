@@ -132,7 +132,7 @@ class Building:
         """Which effects are on, and why."""
         said = self.said
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
-        laws = placed_laws(said.laws, said.folder)
+        laws = placed_laws(said.laws, said.folder, said.file is None)
         return plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
 
     @property

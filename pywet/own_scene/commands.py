@@ -35,7 +35,7 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
     """
     where = Path(folder)
     building.write(scene, where)
-    second.leave(where, placed_laws(scene.laws, scene.folder).reference)
+    second.leave(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
     stages.simulate(where, ranks, progress)
     results.write(where)
     stages.replay(where)
