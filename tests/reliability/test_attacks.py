@@ -461,6 +461,47 @@ def test_a_user_without_a_home_can_work(open_folder: Path) -> None:
     assert list(kept.rglob("*.nbc"))
 
 
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+def test_machine_code_is_not_loaded_from_a_folder_open_to_all(variable: str, tmp_path: Path) -> None:
+    """Its pickles would run: an own folder is taken in its place."""
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(0o777)
+    code = (
+        "from pywet import machine_code as m; print(m._settings.CACHE_DIR); "
+        "from pathlib import Path; from pywet import caches; print(caches.folder())"
+    )
+    surroundings = {
+        k: v for k, v in os.environ.items() if k not in ("PYWET_CACHE", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=surroundings | {"HOME": str(tmp_path / "home"), "TMPDIR": str(tmp_path), variable: str(shared)},
+        capture_output=True, text=True, check=True, cwd=ROOT,
+    )  # fmt: skip
+    for folder in map(Path, done.stdout.split()):
+        assert not folder.is_relative_to(shared)
+        assert folder.stat().st_mode & 0o777 == 0o700
+    assert not any(shared.iterdir())
+    if variable == "NUMBA_CACHE_DIR":
+        assert (
+            f"{shared} can be written by others (mode 777)" in done.stderr and "machine code is kept in" in done.stderr
+        )
+
+
+def test_the_reference_keeps_nothing_in_a_folder_open_to_all(tmp_path: Path) -> None:
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    for mode, kept in ((0o777, "False"), (0o700, "True")):
+        shared.chmod(mode)
+        code = "from reference_impl import compiled; print(compiled.KEPT)"
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=os.environ | {"NUMBA_CACHE_DIR": str(shared)}, capture_output=True,
+            text=True, check=True, cwd=ROOT,
+        )  # fmt: skip
+        assert done.stdout.strip() == kept
+
+
 # --- programs that hang
 
 
