@@ -113,9 +113,10 @@ def border(
     names.
     """
     given = given or shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    quiet: tuple[type[BaseException], ...] = (BrokenPipeError, *passed)
     try:
         yield
-    except (BrokenPipeError, *passed):
+    except quiet:
         raise  # the reader of a pipe has gone: the caller ends quietly
     except (PywetError, OSError, MemoryError) as error:
         lines = _lines(given, error)

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit  # type: ignore[attr-defined]
+import numba
+from numba import njit
 
 
 def _private(folder: str) -> bool:
@@ -24,7 +25,8 @@ def _private(folder: str) -> bool:
     return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
-KEPT = not config.CACHE_DIR or _private(config.CACHE_DIR)
+_folder = getattr(numba.config, "CACHE_DIR", "")
+KEPT = not _folder or _private(_folder)
 """Whether machine code is kept: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
 
 
