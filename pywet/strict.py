@@ -12,8 +12,8 @@ LEAST, MOST = 1e-40, 1e15
 """Sizes between which a number in SI units can be computed with: powers of what is beyond leave double precision."""
 
 
-def _numbers(value: Any) -> Iterator[int | float]:
-    if isinstance(value, (int, float)):
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, float):
         yield value
     elif isinstance(value, (tuple, list)):
         for part in value:
