@@ -16,6 +16,7 @@ from platformdirs import user_cache_path
 
 from pywet.errors import PywetError, shown
 from pywet.files import atomic_write
+from pywet.notices import notice
 
 SEAL = ".sha256"
 """Ending of the file that holds the check sum of the one beside it."""
@@ -35,11 +36,22 @@ def folder(*below: str) -> Path:
     return path
 
 
+def given(place: str, name: str) -> Path:
+    """A folder in one that an environment variable names, if both are the caller's own; else that of the cache, with a notice."""
+    try:
+        return _private(_private(Path(place).absolute()) / name)
+    except PywetError as error:
+        notice.warning(f"{error}; machine code is kept in {folder(name)}")
+        return folder(name)
+
+
 def _chosen() -> Path:
     if os.environ.get("PYWET_CACHE"):
         return _private(Path(os.environ["PYWET_CACHE"]).absolute())
     with suppress(PywetError):
-        return _private(user_cache_path("pywet"))
+        above = user_cache_path()
+        if not above.exists() or _private(above):
+            return _private(above / "pywet")
     return _private(Path(tempfile.gettempdir()) / f"pywet-{os.getuid()}")
 
 

@@ -8,6 +8,12 @@ first.
 from __future__ import annotations
 
 import os
+import shlex
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -86,3 +92,56 @@ def refused(error: OSError) -> str:
     """What the operating system refused, as a sentence: full disk, no permission, a name that is too long."""
     where = shown(Path(os.fsdecode(error.filename))) if isinstance(error.filename, str | bytes) else "a file"
     return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"
+
+
+FAULT = 70
+"""Exit code of a command that ended in an exception that is none of ours (EX_SOFTWARE of sysexits.h)."""
+
+
+def _to_stderr(sentence: str) -> None:
+    print(sentence, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def border(
+    given: str | None = None, say: Callable[[str], None] = _to_stderr, passed: tuple[type[BaseException], ...] = ()
+) -> Iterator[None]:
+    """Let a command end in a sentence and an exit code, whatever it raises; `given`: as it was called, where not by `sys.argv`.
+
+    Exit code 1 for what the user can fix: a `PywetError`, what the operating system refuses, memory that ran out. Every other
+    exception but those `passed` is a fault of pywet: the exit code is `FAULT`, and the traceback is in a file that the sentence
+    names.
+    """
+    given = given or shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    quiet: tuple[type[BaseException], ...] = (BrokenPipeError, *passed)
+    try:
+        yield
+    except quiet:
+        raise  # the reader of a pipe has gone: the caller ends quietly
+    except (PywetError, OSError, MemoryError) as error:
+        lines = _lines(given, error)
+        say("\n".join(one_line(line, 2000) for line in lines))
+        raise SystemExit(1) from None
+    except Exception as error:
+        say(fault(given, error))
+        raise SystemExit(FAULT) from None
+
+
+def _lines(given: str, error: Exception) -> list[str]:
+    if isinstance(error, MemoryError):
+        return [f"{given}: this needs more memory than there is ({one_line(error)}); expected a smaller input"]
+    return [refused(error)] if isinstance(error, OSError) else str(error).splitlines()
+
+
+def fault(given: str, error: Exception) -> str:
+    """The sentence on an exception that is none of ours; writes the traceback into a file of its own."""
+    text = f"{given}\npython {sys.version}\n\n{''.join(traceback.format_exception(error))}"
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="pywet-fault-", suffix=".txt", delete=False, errors="replace"
+        ) as file:
+            file.write(text)
+        where = f"the traceback is in {file.name}: please report it, with that file and the input"
+    except OSError:  # a full disk
+        where = f"no file could be written for the traceback: please report it, with the input: {text}"
+    return f"{one_line(given)}: a fault in pywet, not in what was given ({type(error).__name__}: {one_line(error)}); {where}"

@@ -137,6 +137,8 @@ def write_parts(parts: Iterable[pd.DataFrame | Mapping[str, np.ndarray]], path: 
             writer.write_table(rows)
 
 
+MOST_B = 200_000_000
+"""Largest JSON, YAML or CSV file that is read, and largest Python file of a law [bytes]."""
 MAX_DEPTH = 100
 """Deepest nesting of a JSON file that is read; this package writes four levels."""
 
@@ -192,13 +194,28 @@ def parse_json(text: str | bytes, name: str, cure: str) -> Any:
 def read_bytes(path: Path, cure: str) -> bytes:
     """The bytes of a file; a sentence where it is missing, a folder or not readable."""
     try:
-        return Path(path).read_bytes()
+        with open(regular(path, cure), "rb") as file:
+            content = file.read(MOST_B + 1)
     except OSError as error:
         raise FileError(
             f"{shown(path)} could not be read ({error.strerror}); expected a file: {cure}", path=path
         ) from error
     except ValueError as error:  # a path with a zero byte
         raise FileError(f"{shown(path)} is no path ({error}); expected a file: {cure}", path=path) from error
+    if len(content) > MOST_B:
+        raise FileError(
+            f"{shown(path)} is larger than {MOST_B / 1e6:g} MB; expected a file of that size: {cure}", path=path
+        )
+    return content
+
+
+def regular(path: Path, cure: str) -> Path:
+    """The path, unless it is a pipe, a socket or a device: reading one may never end. A missing file is left to who reads it."""
+    with suppress(OSError, ValueError):
+        kind = os.stat(path).st_mode
+        if not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
+            raise FileError(f"{shown(Path(path))} is a pipe or a device; expected a regular file: {cure}", path=path)
+    return path
 
 
 def read_json(path: Path, cure: str = AGAIN, shape: Any = Any) -> Any:
@@ -243,6 +260,7 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
 
     path = Path(path)
     with _readable(path, cure):
+        _bounded(path)
         filters = None if step is None else [("step", "==", step)]
         table = pd.read_parquet(path, page_checksum_verification=True, filters=filters)
     _check_table(table, path, cure, columns, empty=None if step is None else False)
@@ -256,6 +274,7 @@ def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int 
 
     path = Path(path)
     with _readable(path, cure):
+        regular(path, cure)
         file = parquet.ParquetFile(path, page_checksum_verification=True)
         none = file.schema_arrow.empty_table().to_pandas()
     _check_table(none, path, cure, columns, empty=file.metadata.num_rows == 0)
@@ -267,6 +286,17 @@ def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int 
                 yield part
     if not file.metadata.num_rows:
         yield none[list(columns)]
+
+
+def _bounded(path: Path) -> None:
+    """Refuse a table whose values would not fit into memory, before they are unpacked."""
+    from pyarrow import parquet
+
+    about = parquet.ParquetFile(regular(path, AGAIN)).metadata
+    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    asked = 8 * about.num_rows * about.num_columns
+    if asked > there:
+        raise ValueError(f"{about.num_rows} rows take {asked / 1e9:.3g} GB, this machine has {there / 1e9:.3g} GB")
 
 
 @contextmanager
@@ -309,6 +339,7 @@ def read_csv(path: Path, cure: str = AGAIN, **how: Any) -> pd.DataFrame:
     import pandas as pd
 
     with _readable(path, cure):
+        regular(path, cure)
         table: pd.DataFrame = pd.read_csv(path, **how)
     return table
 

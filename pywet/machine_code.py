@@ -71,7 +71,7 @@ def _checked(content: bytes) -> Any:
 _NAME = f"machine-code-{key()}"
 _settings: Any = numba.config
 _GIVEN = _settings.CACHE_DIR  # the user's $NUMBA_CACHE_DIR
-_settings.CACHE_DIR = str(Path(_GIVEN) / _NAME if _GIVEN else caches.folder(_NAME))
+_settings.CACHE_DIR = str(caches.given(_GIVEN, _NAME) if _GIVEN else caches.folder(_NAME))
 caching.IndexDataCacheFile = CheckedFiles  # type: ignore[misc]
 njit = numba.njit
 

@@ -191,6 +191,8 @@ class Output(Strict):
     """Whether a moist run adds up the work of every effect in every step, for `history/energy`."""
 
 
+MOST_STEPS, MOST_OUTPUTS = 2**31 - 1, 1_000_000
+"""Steps that an engine counts; outputs whose steps can be listed."""
 RESERVED = ("gravity", "walls", "integrate", "pywet")
 RESERVED_STARTS = ("p_", "move_", "drive_")
 """Words of the decks themselves, which no wall can have for its name."""
@@ -257,6 +259,14 @@ class Scene(Strict):
         if taken:
             raise ValueError(
                 f"scene {self.name}: the wall names {', '.join(taken)} are taken; expected one for each wall"
+            )
+        if not 1 <= self.steps <= MOST_STEPS:
+            raise ValueError(
+                f"scene {self.name}: duration_s ({self.duration_s:g}) of 1 to {MOST_STEPS} time steps ({self.time_step_s:g} s)"
+            )
+        if self.steps / self.output_every > MOST_OUTPUTS:
+            raise ValueError(
+                f"scene {self.name}: at most {MOST_OUTPUTS} outputs, not one each {self.output.interval_s:g} s: less often"
             )
         types = [c.type for c in self.classes]
         if types != list(range(1, len(types) + 1)):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from pywet import run_folder
 from pywet.engines.choice import chosen
-from pywet.errors import PywetError, refused
+from pywet.errors import PywetError, one_line, refused
 from pywet.files import write_json
 from pywet.notices import notice, shown
 from pywet.screening.status import EVALUATIONS, NEEDS, Status, missing, problems, results_made, status_path
@@ -38,8 +38,11 @@ def logged(path: Path, echo: bool = False) -> Iterator[None]:
 
 
 def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = True) -> Status:
-    """Run a stage when the one it needs went well; write and return its status. Tracebacks go to the notices, and, `aloud`, why
-    it failed."""
+    """Run a stage when the one it needs went well; write and return its status.
+
+    An exception that is none of ours, a fault, is in the status as well; `aloud` its traceback and why the stage failed go to
+    the notices, else the fault is raised.
+    """
     with run_folder.hold(run_dir, shared=stage in EVALUATIONS):
         return _attempt(run_dir, stage, work, aloud)
 
@@ -47,47 +50,52 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = Tr
 def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) -> Status:
     needed = NEEDS[stage]
     earlier = Status.read(status_path(run_dir, needed)) if needed else None
-    started = time.monotonic()
+    started, fault = time.monotonic(), None
     if earlier is not None and not earlier.ok:
         status = Status(stage, False, 0.0, earlier.failed_at, earlier.reason)
     else:
-        reason = _run(work)
+        reason, fault = _run(work)
         status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
     run_folder.check_held(run_dir)
     write_json(status_path(run_dir, stage), asdict(status))
+    if fault is not None and not aloud:
+        raise fault
+    if fault is not None:
+        notice.error("a fault in the program", exc_info=fault)
     if not status.ok and aloud:
         notice.error(f"{Path(run_dir).name}: stage {status.failed_at} failed: {status.reason}")
     return status
 
 
-def _run(work: Callable[[], Any]) -> str | None:
-    """None when the work succeeded, else the reason in one sentence."""
+def _run(work: Callable[[], Any]) -> tuple[str | None, Exception | None]:
+    """Why the work failed, in one sentence, and the exception where it is none of ours."""
     try:
         work()
     except PywetError as error:
-        return str(error)
+        return str(error), None
     except OSError as error:
-        return refused(error)
+        return refused(error), None
     except Exception as error:
-        notice.exception("a fault in the program")
-        return f"fault in the program, {type(error).__name__}: {error} (traceback in the log)"
-    return None
+        return f"fault in the program, {type(error).__name__}: {one_line(error)} (traceback in the log)", error
+    return None, None
 
 
-def resolved(config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None) -> Config:
-    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed.
+def resolved(
+    config_dir: Path, preset: str | None = None, engine: str = "liggghts", seed: int | None = None, trust: bool = False
+) -> Config:
+    """The configuration as a run takes it: `preset` replaces its laws, `seed` its seed; `trust`: see `load`.
 
     Rolling resistance and retirement are off for an engine that does not have them as the scene means it.
     """
     from pywet import config
 
-    loaded = config.load(config_dir)
+    loaded = config.load(config_dir, trust)
     loaded = loaded if seed is None else loaded.with_seed(seed)
     if not chosen(engine).rolling:
         loaded = loaded.without_rolling()
     if not chosen(engine).retires:
         loaded = loaded.without_retirement()
-    return loaded.with_preset(preset) if preset else loaded
+    return loaded if preset is None else loaded.with_preset(preset)
 
 
 def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> None:

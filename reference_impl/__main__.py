@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from reference_impl import faults
 from reference_impl.replay import command
 
 
@@ -14,7 +15,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="reference_impl",
         description="independent replay of moist runs",
-        epilog="exit status: 0 agrees, 1 beyond a tolerance, 2 a run is not whole or cannot be read",
+        epilog="exit status: 0 agrees, 1 beyond a tolerance, 2 a run is not whole or cannot be read, 70 a fault of this program",
     )
     parser.add_argument("run_dirs", type=Path, nargs="+", metavar="RUN_DIR")
     parser.add_argument("--json", action="store_true", help="print JSON (of several runs a list) in place of the table")
@@ -28,7 +29,8 @@ def main() -> int:
     functions = dict(text.split("=", 1) for text in given.reference)
     if given.out and len(given.run_dirs) > 1:
         parser.error("--out is for one RUN_DIR")
-    return command.run(given.run_dirs, given.json, given.out, lambda folder: functions)
+    with faults.border(2):
+        return command.run(given.run_dirs, given.json, given.out, lambda folder: functions)
 
 
 if __name__ == "__main__":

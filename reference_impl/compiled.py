@@ -5,15 +5,34 @@ For changes numba looks in the file of the kept function alone: what is compiled
 
 from __future__ import annotations
 
+import os
+import stat
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import numba
 from numba import njit
+
+
+def _private(folder: str) -> bool:
+    """Whether a folder is the caller's own and nobody else can write to it: what it keeps is loaded as code."""
+    try:
+        Path(folder).mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = os.stat(folder)
+    except (OSError, ValueError):
+        return False
+    return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+_folder = getattr(numba.config, "CACHE_DIR", "")
+KEPT = not _folder or _private(_folder)
+"""Whether machine code is kept: not in a folder of $NUMBA_CACHE_DIR to which others can write."""
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """The function as machine code; by zero it divides as numpy does."""
     try:
-        return njit(cache=True, error_model="numpy")(function)
+        return njit(cache=KEPT, error_model="numpy")(function)
     except RuntimeError:  # no folder in which it can be kept
         return njit(error_model="numpy")(function)

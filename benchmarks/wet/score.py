@@ -53,7 +53,7 @@ def read(path: Path) -> list[dict]:
             if not set(COLUMNS) <= set(table.fieldnames or []):
                 raise Refused(f"{path} has the columns {table.fieldnames}; expected {', '.join(COLUMNS)}")
             rows = [row for row in table if (row["value"] or "").strip()]
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise Refused(f"{path} cannot be read ({error}); expected a CSV file with {', '.join(COLUMNS)}") from None
     for number, row in enumerate(rows, 2):
         try:

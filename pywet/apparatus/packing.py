@@ -7,6 +7,7 @@ slide, on which it settles. It is not a packed bed.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -23,6 +24,8 @@ SOLID_FRACTION = 0.28
 GROWTH = 1.1
 """When the spheres do not fit at a fraction, the next attempt takes this much more height."""
 ROUNDS = 400
+SPHERE_B = 1000
+"""Memory that placing a sphere takes at least: its tries, their neighbours, its rows."""
 SPACING = 1.0 + 1e-6
 """Centres keep at least this multiple of the sum of the radii."""
 
@@ -52,11 +55,22 @@ class FeedRegion:
         return x * y * (1.0 if self.shape == "square" else 0.25 * math.pi)
 
 
+def refuse_beyond_memory(count: int, where: str, cure: str) -> None:
+    """Refuse more spheres than this machine's memory can hold, before it is asked for."""
+    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if count * SPHERE_B > there:
+        raise PywetError(
+            f"{where}: {count:.3g} spheres need at least {count * SPHERE_B / 1e9:.3g} GB of memory, this machine has "
+            f"{there / 1e9:.3g} GB; {cure}"
+        )
+
+
 def fill(classes: Sequence[SphereClass], region: FeedRegion, seed: int) -> pd.DataFrame:
     """Place `count` spheres of every class; columns id (from 1), type, x, y, z [m].
 
     The same seed gives the same table. Raises `PywetError` when the spheres do not fit into the region.
     """
+    refuse_beyond_memory(sum(c.count for c in classes), region.name, region.cure)
     solid = sum(c.count * 4.0 / 3.0 * math.pi * c.radius_m**3 for c in classes)
     largest = max((c.radius_m for c in classes if c.count), default=0.0)
     available = region.z_high_m - region.z_low_m

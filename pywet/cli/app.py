@@ -1,11 +1,14 @@
 """The command `pywet`: one thin function per subcommand, here and in `cases`, `bodies` and `evidence`; others do the work.
 
-A user's mistake ends with one red sentence and exit code 1.
+A user's mistake ends with one red sentence and exit code 1, a fault of the program with one and exit code 70 (`errors.border`).
 Heavy modules are imported inside the commands, so that `pywet --help` answers at once.
 """
 
 from __future__ import annotations
 
+import io
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,14 +18,21 @@ from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, showing
 from pywet.cli.showing import err, out, tell
-from pywet.errors import PywetError, one_line, refused
+from pywet.errors import PywetError, border
 from pywet.evidence.command import app as study
 from pywet.files import make_folder
 from pywet.notices import shown
 
+ENDS = (typer.Exit, typer.Abort, typer.BadParameter.__mro__[2])
+"""How typer ends a command; the last is ClickException, which it does not export."""
+
 
 class Group(TyperGroup):
-    """Turns a `PywetError` of any command, and what the operating system refuses, into red sentences and exit code 1."""
+    """Ends every command in a red sentence and an exit code, see `errors.border`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        ctx.meta["given"] = shlex.join(["pywet", *args])
+        return super().parse_args(ctx, args)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Refuse an empty argument: it is most often a variable of the shell that is not set, and would name this folder."""
@@ -40,15 +50,17 @@ class Group(TyperGroup):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        try:
+        def say(sentence: str) -> None:
+            err.print(sentence, style="red", soft_wrap=True, markup=False)
+
+        with border(ctx.meta["given"], say, passed=ENDS):
             return super().invoke(ctx)
-        except BrokenPipeError:
-            raise  # the reader of a pipe has gone: typer ends quietly
-        except (PywetError, OSError) as error:
-            lines = [refused(error)] if isinstance(error, OSError) else str(error).splitlines()
-            said = "\n".join(one_line(line, 2000) for line in lines)
-            err.print(said, style="red", soft_wrap=True, markup=False)
-            raise typer.Exit(1) from None
+
+    def main(self, *args: Any, **how: Any) -> Any:
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")  # a terminal without UTF-8 shows ± as \xb1
+        return super().main(*args, **how)
 
 
 app = typer.Typer(

@@ -58,11 +58,15 @@ def run_scene(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
+    trust: Trust = False,
 ) -> None:
     """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
+    from pywet.config.loading import placed_laws
     from pywet.own_scene import commands
 
     description = commands.read_scene(file)
+    if trust:
+        placed_laws(description.laws, description.folder, trust)
     folder = out_dir or Path("results") / "scenes" / file.stem
     for line in commands.plan(description).table:
         tell(line)
@@ -93,7 +97,7 @@ def bridge(
     from pywet.laws import own
 
     query = bridge_query.read(file)
-    own.trust(query.laws if trust else ())
+    own.trust(query.laws, None if trust else file.parent)
     machine_code.say_wait()
     if engine is None:
         answer = bridge_query.answer(query)

@@ -34,13 +34,14 @@ def plan(
     write: Annotated[Path | None, typer.Option("--write", metavar="DIR", help="Copy the config with them.")] = None,
     why: Annotated[bool, typer.Option("--why", help="What each number is, and the reason.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
+    trust: Trust = False,
 ) -> None:
     """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
     Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
     from pywet.screening import cases
 
-    loaded = settings.load(config)
+    loaded = settings.load(config, trust)
     name = loaded.settings.scale if scale is None else scale
     if case is None:
         if accuracy is not None:
@@ -76,13 +77,14 @@ def run(
     preset: Annotated[
         str | None, typer.Option("--preset", help="paper or exact, in place of the laws of config.yaml.")
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Run one case: build, simulate, results, replay; with --seeds several times, for the spread."""
     from pywet import stages
     from pywet.engines.choice import chosen
 
     chosen(engine, ranks)
-    loaded = stages.resolved(config, preset, engine=engine, seed=seed)
+    loaded = stages.resolved(config, preset, engine=engine, seed=seed, trust=trust)
     name = loaded.settings.scale if scale is None else scale
     loaded.scale(name)
     suffix = ("" if engine == "liggghts" else f"_{engine}") + (f"_{preset}" if preset else "")

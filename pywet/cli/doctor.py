@@ -16,7 +16,7 @@ from pywet import caches
 from pywet.engines import process
 from pywet.engines.lammps import build as lammps
 from pywet.engines.liggghts import build
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 
 MEND = "run `make setup`"
 LIBRARY = "libliggghts.so.3"
@@ -164,4 +164,5 @@ def main(as_json: bool = False) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with border():
+        sys.exit(main())

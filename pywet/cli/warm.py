@@ -5,11 +5,10 @@ Each kind of question is asked once, so that whatever it compiles is kept. Quick
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 from pywet import machine_code
-from pywet.errors import PywetError
+from pywet.errors import border
 
 
 def _laws() -> None:
@@ -51,17 +50,14 @@ QUESTIONS: dict[str, Callable[[], None]] = {
 }
 
 
-def main() -> str | None:
-    """Ask what has not been asked with these sources on this processor; why it could not be, or None."""
-    try:
-        for name, ask in () if machine_code.ready() else QUESTIONS.items():
-            print(f"machine code, once for this processor: {name}", flush=True)
-            ask()
-        machine_code.mark()
-    except PywetError as error:
-        return str(error)
-    return None
+def main() -> None:
+    """Ask what has not been asked with these sources on this processor."""
+    for name, ask in () if machine_code.ready() else QUESTIONS.items():
+        print(f"machine code, once for this processor: {name}", flush=True)
+        ask()
+    machine_code.mark()
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with border():
+        main()

@@ -9,6 +9,8 @@ import os
 import sys
 from pathlib import Path
 
+from pywet.errors import border
+
 LOCKS = Path(".snakemake/locks")
 SCRIPTS = ".snakemake/scripts/"
 """What the command of a job holds."""
@@ -51,4 +53,5 @@ def release(folder: Path) -> str | None:
 
 
 if __name__ == "__main__":
-    sys.exit(release(Path(os.getcwd())))
+    with border():
+        sys.exit(release(Path(os.getcwd())))

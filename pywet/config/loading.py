@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -67,7 +68,7 @@ class Config:
     def with_preset(self, name: str) -> Config:
         """The same with another preset of laws, and no law named besides."""
         if name not in PRESETS:
-            raise ConfigError(f"there is no preset {one_line(name)}; expected one of {', '.join(PRESETS)}")
+            raise ConfigError(f"there is no preset {name and one_line(name)!r}; expected one of {', '.join(PRESETS)}")
         chosen = LawSettings.model_validate({"preset": name})
         return replace(self, settings=self.settings.model_copy(update={"laws": chosen}))
 
@@ -108,8 +109,11 @@ def twins(config: Config, cases: Mapping[str, int], wanted: bool) -> dict[str, t
     return {} if moist is None else {f"{config.case(moist).name}_exact": (moist, "exact")}
 
 
-def load(config_dir: Path) -> Config:
-    """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake."""
+def load(config_dir: Path, trust: bool = False) -> Config:
+    """Read config.yaml, materials.yaml, scales.yaml and cases.csv of a folder; raises `PywetError` for any mistake.
+
+    `trust`: laws in files outside of the folder may run.
+    """
     folder, wrong = Path(config_dir), Mistakes()
     read = {
         file: wrong.keep(partial(_read_model, folder / file, model))
@@ -119,7 +123,7 @@ def load(config_dir: Path) -> Config:
     cases = wrong.keep(lambda: _read_cases(folder / cases_module.FILE))
     wrong.say()
     chosen = read[settings.FILE]
-    chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder)})
+    chosen = chosen.model_copy(update={"laws": placed_laws(chosen.laws, folder, trust)})
     config = Config(folder, chosen, read[materials.FILE], read[scales.FILE], cases)
     wrong.keep(lambda: _check_choice(config))
     wrong.keep(lambda: _check_references(config))
@@ -172,8 +176,19 @@ def _read_text(path: Path) -> str:
         ) from error
 
 
+MOST_NODES = 1_000_000
+"""Values and groups of a YAML file, each alias counted as what it stands for."""
+
+
 class _Loader(yaml.SafeLoader):
     """YAML whose keys are text as it was written, each once in its group."""
+
+    def get_single_node(self) -> Any:
+        """The document, unless its aliases stand for more than can be worked with."""
+        node = super().get_single_node()
+        if _size(node, {}) > MOST_NODES:
+            raise ConstructorError(None, None, f"its aliases unfold to more than {MOST_NODES} values", node.start_mark)
+        return node
 
     def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
         node = super().compose_mapping_node(anchor)
@@ -189,6 +204,17 @@ class _Loader(yaml.SafeLoader):
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         self.flatten_mapping(node)
         return {str(key.value): self.construct_object(value, deep=deep) for key, value in node.value}
+
+
+def _size(node: Any, known: dict[int, float]) -> float:
+    """Nodes at and below a node, of an alias again; infinite where one holds itself."""
+    if not isinstance(node, yaml.CollectionNode):
+        return 1.0
+    if id(node) not in known:
+        known[id(node)] = math.inf  # until it is done
+        inside = node.value if isinstance(node, yaml.SequenceNode) else [n for pair in node.value for n in pair]
+        known[id(node)] = 1.0 + sum(_size(n, known) for n in inside)
+    return known[id(node)]
 
 
 def read_yaml(path: Path, model: type[BaseModel]) -> dict[str, Any]:
@@ -245,12 +271,15 @@ def _read_cases(path: Path) -> dict[int, Case]:
     return found
 
 
-def placed_laws(laws: LawSettings, folder: Path) -> LawSettings:
-    """The same laws with whole paths for files of the user's own, looked for in `folder`; they may run from now on."""
+def placed_laws(laws: LawSettings, folder: Path, trust: bool = False) -> LawSettings:
+    """The same laws with whole paths for files of the user's own, looked for in `folder`.
+
+    Those in or below it may run from now on; with `trust` the others too.
+    """
     given = laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)
     named = {kind: own.placed(law, folder) for kind, law in given.items()}
     seconds = {kind: own.placed(function, folder) for kind, function in laws.reference.items()}
-    own.trust([*named.values(), *seconds.values()])
+    own.trust([*named.values(), *seconds.values()], None if trust else folder)
     for kind, function in seconds.items():
         own.check_second(kind, function)
     return laws.model_copy(update={**named, "reference": seconds})

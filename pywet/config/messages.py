@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import reprlib
 import types
 import typing
 from typing import Any
@@ -16,6 +17,9 @@ from pywet.ranges import comma
 Loc = tuple[int | str, ...]
 
 
+LITTLE = reprlib.Repr()
+LITTLE.maxlist = LITTLE.maxtuple = LITTLE.maxdict = LITTLE.maxstring = LITTLE.maxother = LITTLE.maxlong = 100
+LITTLE.maxlevel = 4
 MOST = 20
 """Mistakes that are listed; a file of another kind has hundreds."""
 
@@ -57,7 +61,7 @@ def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:
 
 def _shown(value: Any) -> str:
     """What was given, on one line and not at length."""
-    text = one_line(repr(value))
+    text = one_line(LITTLE.repr(value))
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 

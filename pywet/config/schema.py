@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.config.loading import FILES
+from pywet.errors import border
 from pywet.files import write_json
 
 
@@ -23,7 +24,8 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 
 if __name__ == "__main__":
-    for name, schema in schemas().items():
-        path = Path(sys.argv[1] if len(sys.argv) > 1 else "workflow/schemas") / name
-        write_json(path, schema)
-        print(path)
+    with border():
+        for name, schema in schemas().items():
+            path = Path(sys.argv[1] if len(sys.argv) > 1 else "workflow/schemas") / name
+            write_json(path, schema)
+            print(path)

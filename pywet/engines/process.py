@@ -173,7 +173,7 @@ def _line_reporter(scene: Scene) -> Report:
         shown = tenth
         elapsed = time.monotonic() - started
         tail = f", about {elapsed * (total - done) / done:.0f} s to go" if done and done < total else ""
-        notice.info(f"{scene.name}: {100 * done / total:3.0f} % after {elapsed:.0f} s{tail}")
+        notice.info(f"{scene.name}: {100 * done / max(total, 1):3.0f} % after {elapsed:.0f} s{tail}")
 
     return report
 

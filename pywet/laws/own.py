@@ -1,7 +1,8 @@
 """Laws in a file of the user's own, `path/to/file.py:function`: whose they are, and whether they come to an end.
 
-A run directory or a query may come from somebody else and name any file, so a file is run only if the user's own configuration
-names it, the user's own Python code uses it, or `--trust` was given: `trust` remembers its path and content. It is then tried
+A file may come from somebody else and name any other, so a law's file is run only if it lies in or below the folder of the
+configuration, scene or query that the user gave, the user's own Python code uses it, or `--trust` was given; what a run directory
+names needs `--trust` always. `trust` remembers path and content. It is then tried
 once in a child process, because a law may loop for ever or end the program. What a law must be is in `registry.py`.
 """
 
@@ -33,10 +34,14 @@ def is_own(name: str) -> bool:
     return ".py:" in name
 
 
-def trust(names: Iterable[str | None]) -> None:
-    """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over."""
+def trust(names: Iterable[str | None], below: Path | None = None) -> None:
+    """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over.
+
+    `below`: only files that lie in or below this folder, that of the file which names them; links are followed first.
+    """
     for name in names:
-        if name and is_own(name) and _path(name).is_file():
+        inside = below is None or (name and _path(name).resolve().is_relative_to(Path(below).resolve()))
+        if name and inside and is_own(name) and _path(name).is_file():
             _mark(_path(name), read_bytes(_path(name), CURE)).touch()
 
 
@@ -101,8 +106,8 @@ def functions(kind: str, name: str) -> Any:
     source = read_bytes(path, CURE)
     if not _mark(path, source).exists():
         raise LawError(
-            f"law {name} was not run: {path} is not named by your own configuration, or has changed since; read the file, "
-            "then name it under laws in config.yaml or give --trust",
+            f"law {name} was not run: {path} is not in the folder of a file that you gave, or has changed since; read the file, "
+            "then move it below the file that names it, or give --trust",
             law=name,
         )
     _try(kind, name, path, source)

@@ -31,7 +31,7 @@ from pywet.own_scene.feeding import waiting, ways
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
-from pywet.screening.amounts import common_film_thickness, liquid_volume
+from pywet.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 
 MARGIN_M = 0.010
 """Room between all that is there, wherever it moves, and the simulated box."""
@@ -133,7 +133,7 @@ class Building:
         """Which effects are on, and why."""
         said = self.said
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
-        laws = placed_laws(said.laws, said.folder)
+        laws = placed_laws(said.laws, said.folder, said.file is None)
         return plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
 
     @property
@@ -209,6 +209,7 @@ def _sphere_class(kind: int, spheres: Spheres, said: Scene) -> typed.SphereClass
 def _film(classes: list[typed.SphereClass], percent: float | None, film_um: float | None, density: float) -> float:
     """Thickness [m] of the same film on all spheres of these classes."""
     if film_um is not None:
+        refuse_too_thin(1e-6 * film_um, classes)
         return 1e-6 * film_um
     return common_film_thickness(classes, liquid_volume(classes, percent or 0.0, density))
 

@@ -14,7 +14,7 @@ from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
-from pywet.own_scene.walls import MM, Box, Wall, chosen
+from pywet.own_scene.walls import CURE, MM, Box, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"
@@ -73,7 +73,9 @@ class Cylinder(Excusable):
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
         x, y, z = (MM * c for c in self.origin_mm)
-        return FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
+        return FeedRegion(
+            "cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y), name="cylinder", cure=CURE
+        )
 
 
 class Fed(Excusable):
@@ -96,7 +98,7 @@ class Spheres(Excusable):
     mass_g: Positive | None = None
     box: Box | None = None
     cylinder: Cylinder | None = None
-    at_mm: tuple[Vector, ...] | None = None
+    at_mm: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
     fed: Fed | None = None
     """They enter during the run, and their liquid with them; without it they are there from the start."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pywet.apparatus.packing import refuse_beyond_memory
 from pywet.apparatus.surface import Floats
 from pywet.errors import ConfigError
 from pywet.own_scene.description import Spheres
@@ -15,6 +17,8 @@ from pywet.scene import SphereClass
 
 ROOM = 1.05
 """Least distance of centres over that at which spheres and their films touch."""
+MOST_PLACES = 10_000_000
+"""Places on the ways of a class, a diameter apart, that are looked at for walls."""
 TRIES = 2000
 """Places that are tried for a sphere."""
 
@@ -26,6 +30,8 @@ def waiting(
 
     `entries` and the thickness of the first films [m] are those of `classes`.
     """
+    for c, entry in zip(classes, entries, strict=True):
+        _refuse_narrow(entry, c)
     random = np.random.default_rng(seed)
     turn = sorted((at, c.type) for c in classes for at in times(c))
     reach = np.array([c.radius_m for c in classes]) + np.array(films)
@@ -44,6 +50,26 @@ def waiting(
                 "fed.for_s or a larger velocity_m_per_s"
             )
     return pd.DataFrame({"type": kinds, **dict(zip("xyz", places.T, strict=True))})
+
+
+def _refuse_narrow(entry: Spheres, sphere: SphereClass) -> None:
+    """Refuse a region in which no sphere has room, and ways so long that they cannot be laid out."""
+    if not sphere.fed:
+        return
+    refuse_beyond_memory(sphere.count, f"spheres {entry.name}", "expected a smaller count or mass_g")
+    region = (entry.box or entry.cylinder).region()  # type: ignore[union-attr]
+    least = min(*region.sides_m, region.z_high_m - region.z_low_m)
+    if least <= 2.0 * sphere.radius_m:
+        raise ConfigError(
+            f"spheres {entry.name}: their region is {1e3 * least:g} mm wide or high, the sphere {2e3 * sphere.radius_m:g} mm; "
+            "expected room for one: a larger box or cylinder"
+        )
+    way = (sphere.fed.from_s + sphere.fed.for_s) * math.hypot(*entry.velocity_m_per_s)
+    if sphere.count * way / (2.0 * sphere.radius_m) > MOST_PLACES:
+        raise ConfigError(
+            f"spheres {entry.name}: {sphere.count} of them come {way:.3g} m until the last enters, expected at most "
+            f"{MOST_PLACES:.0e} diameters of travel in all: a smaller velocity_m_per_s or an earlier end of feeding"
+        )
 
 
 def ways(classes: Sequence[SphereClass], table: pd.DataFrame) -> tuple[Floats, Floats]:

@@ -18,6 +18,8 @@ from pywet.config.entries import Excusable
 from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
 
 MM = 1e-3
+CURE = "make the region of the spheres larger or take fewer"
+"""Where to fix a region that is too small."""
 OwnMotion = Vibration | Rotation | Slide
 Axis = Literal["x", "y", "z"]
 
@@ -49,7 +51,7 @@ class Box(Excusable):
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)), "box", CURE)
 
 
 class Block(Box):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 from pywet.files import atomic_write
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
@@ -129,4 +129,5 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
 
 
 if __name__ == "__main__":
-    draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), int(sys.argv[4]), Path(sys.argv[2]))
+    with border():
+        draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), int(sys.argv[4]), Path(sys.argv[2]))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 from pywet.files import atomic_write
 from pywet.report import caption, render
 from pywet.report.sketch import colour_limit
@@ -109,4 +109,5 @@ def _loop(pictures: list[Image.Image], path: Path) -> Path:
 
 
 if __name__ == "__main__":
-    draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))
+    with border():
+        draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))

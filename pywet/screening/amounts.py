@@ -8,8 +8,12 @@ from collections.abc import Sequence
 from scipy.optimize import brentq
 
 from pywet.config import Case, Materials, Scale
+from pywet.errors import PywetError
 from pywet.laws.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
 from pywet.scene import ContactPair, SphereClass
+
+THINNEST = 1e-13
+"""Thinnest film over the radius of its sphere; below it, their sum in double precision hardly knows of the film."""
 
 
 def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
@@ -42,11 +46,22 @@ def common_film_thickness(classes: Sequence[SphereClass], volume_m3: float) -> f
         return 0.0
     area = sum(c.count * 4.0 * math.pi * c.radius_m**2 for c in classes)
     upper = volume_m3 / area  # as if flat: a sphere's film of this thickness holds more
+    refuse_too_thin(upper, classes)
 
     def excess(share: float) -> float:
         return sum(c.count * film_volume(share * upper, c.radius_m) for c in classes) / volume_m3 - 1.0
 
     return upper * float(brentq(excess, 0.0, 1.0, xtol=1e-16, rtol=1e-15))
+
+
+def refuse_too_thin(film_m: float, classes: Sequence[SphereClass]) -> None:
+    """Refuse a film that is lost where it is added to a radius."""
+    radius = max(c.radius_m for c in classes)
+    if 0.0 < film_m < THINNEST * radius:
+        raise PywetError(
+            f"the liquid makes a film of {film_m:.3g} m on spheres of {2e3 * radius:g} mm, which round-off swallows; expected "
+            f"none or at least {THINNEST * radius:.2g} m: more liquid, or none"
+        )
 
 
 def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from reference_impl.faults import border
 from reference_impl.replay.arrays import Floats
 from reference_impl.shown import drawn, scenes, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
@@ -319,4 +320,5 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    with border(1):
+        sys.exit(main(sys.argv[1:]))

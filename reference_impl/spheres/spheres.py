@@ -15,6 +15,7 @@ import numpy as np
 from scipy.integrate import DOP853, LSODA, Radau
 from scipy.optimize import brentq
 
+from reference_impl.faults import border
 from reference_impl.spheres.forces import accelerations
 
 SOLVERS = {"dop853": DOP853, "radau": Radau, "lsoda": LSODA}
@@ -290,4 +291,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with border(1):
+        sys.exit(main())

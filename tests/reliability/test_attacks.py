@@ -18,7 +18,7 @@ import pytest
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
-from pywet import caches, config, machine_code
+from pywet import caches, config, machine_code, stages
 from pywet.bench import small
 from pywet.cli import doctor
 from pywet.cli.app import app
@@ -147,13 +147,75 @@ def test_a_law_that_somebody_else_names_runs_only_with_trust(
     command: str, side: tuple[Path, Path], tmp_path: Path, cache: Path
 ) -> None:
     law, ran = side
-    file = run_with(law, tmp_path / "run") if command == "timestep" else query_with(law, tmp_path / "query.json")
+    folder = tmp_path / "given"
+    folder.mkdir()
+    file = run_with(law, tmp_path / "run") if command == "timestep" else query_with(law, folder / "query.json")
     code, said = pywet(command, file)
     assert code == 1
-    assert f"{law} is not named by your own configuration" in said and "--trust" in said
+    assert f"{law} is not in the folder of a file that you gave" in said and "--trust" in said
     assert not ran.exists()
     code, said = pywet(command, file, "--trust")
     assert (code, ran.exists()) == (0, True), said
+
+
+OWN_SCENE = """
+name: a bead with a law
+duration_s: 0.001
+materials: {glass: {density_kg_per_m3: 2500}}
+liquid: {percent: 1}
+laws: {capillary: LAW}
+spheres: [{name: beads, material: glass, diameter_mm: 3, at_mm: [[0, 0, 2]]}]
+"""
+
+
+def naming(command: str, law: str, folder: Path) -> list[str]:
+    """Arguments of a command on a file in a folder that names the law."""
+    if command == "bridge":
+        return ["bridge", str(query_with(Path(law), folder / "query.json"))]
+    if command == "run-scene":
+        (folder / "scene.yaml").write_text(OWN_SCENE.replace("LAW", f"{law}:law"))
+        return ["run-scene", str(folder / "scene.yaml"), "--out", str(folder / "out")]
+    shutil.copytree(ROOT / "config", folder / "config")
+    settings = folder / "config" / "config.yaml"
+    text = settings.read_text()
+    assert "  preset: paper " in text
+    settings.write_text(text.replace("  preset: paper ", f"  capillary: {law}:law\n  preset: paper ", 1))
+    return ["plan", "2", "--config", str(folder / "config")]
+
+
+@pytest.mark.parametrize("command", ["bridge", "run-scene", "plan"])
+def test_one_rule_for_laws_that_a_given_file_names(
+    command: str, side: tuple[Path, Path], tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the folder of the file that was given a law runs; elsewhere, also behind a link in that folder, only with --trust."""
+    monkeypatch.setattr(stages, "simulate", lambda *_, **__: 1 / 0)  # a law is tried before that
+    law, ran = side
+    folder = tmp_path / "given"
+    folder.mkdir()
+    arguments = naming(command, str(law), folder)
+    code, said = pywet(*arguments)
+    assert code == 1 and "move it below the file that names it, or give --trust" in said, said
+    assert not ran.exists()
+    shutil.rmtree(folder / "config", ignore_errors=True)
+    arguments = naming(command, "law.py", folder)
+    below = folder / ("config" if command == "plan" else "") / "law.py"
+    below.symlink_to(law)
+    assert pywet(*arguments)[0] == 1 and not ran.exists()
+    below.unlink()
+    shutil.copy(law, below)
+    pywet(*arguments)
+    assert ran.exists()
+    ran.unlink()
+    pywet(*naming_elsewhere(command, law, folder), "--trust")
+    assert ran.exists()
+
+
+def naming_elsewhere(command: str, law: Path, folder: Path) -> list[str]:
+    """The same of a law outside of the folder, with another text, so that it has not been tried yet."""
+    other = law.with_name("other.py")
+    other.write_text(law.read_text() + "# other\n")
+    shutil.rmtree(folder / "config", ignore_errors=True)
+    return naming(command, str(other), folder)
 
 
 @pytest.mark.parametrize("command", ["replay", "compare", "vtk"])
@@ -175,12 +237,13 @@ def test_a_law_of_the_configuration_runs_as_it_was_when_it_was_named(
     side: tuple[Path, Path], tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Named by its way from the configuration, it is known from every folder; a changed file has to be named anew."""
-    law, ran = side
+    made, ran = side
     shutil.copytree(ROOT / "config", tmp_path / "config")
     text = (tmp_path / "config" / "config.yaml").read_text()
     (tmp_path / "config" / "config.yaml").write_text(
-        text.replace("  preset: paper", "  preset: paper\n  capillary: ../law.py:law", 1)
+        text.replace("  preset: paper", "  preset: paper\n  capillary: law.py:law", 1)
     )
+    law = Path(shutil.copy(made, tmp_path / "config"))
     monkeypatch.chdir(tmp_path)
     name = config.load(Path("config")).settings.laws.capillary
     assert name == f"{law}:law"
@@ -396,6 +459,47 @@ def test_a_user_without_a_home_can_work(open_folder: Path) -> None:
     kept = open_folder / "pywet-65534"
     assert (kept.stat().st_uid, kept.stat().st_mode & 0o777) == (65534, 0o700)
     assert list(kept.rglob("*.nbc"))
+
+
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+def test_machine_code_is_not_loaded_from_a_folder_open_to_all(variable: str, tmp_path: Path) -> None:
+    """Its pickles would run: an own folder is taken in its place."""
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(0o777)
+    code = (
+        "from pywet import machine_code as m; print(m._settings.CACHE_DIR); "
+        "from pathlib import Path; from pywet import caches; print(caches.folder())"
+    )
+    surroundings = {
+        k: v for k, v in os.environ.items() if k not in ("PYWET_CACHE", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=surroundings | {"HOME": str(tmp_path / "home"), "TMPDIR": str(tmp_path), variable: str(shared)},
+        capture_output=True, text=True, check=True, cwd=ROOT,
+    )  # fmt: skip
+    for folder in map(Path, done.stdout.split()):
+        assert not folder.is_relative_to(shared)
+        assert folder.stat().st_mode & 0o777 == 0o700
+    assert not any(shared.iterdir())
+    if variable == "NUMBA_CACHE_DIR":
+        assert (
+            f"{shared} can be written by others (mode 777)" in done.stderr and "machine code is kept in" in done.stderr
+        )
+
+
+def test_the_reference_keeps_nothing_in_a_folder_open_to_all(tmp_path: Path) -> None:
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    for mode, kept in ((0o777, "False"), (0o700, "True")):
+        shared.chmod(mode)
+        code = "from reference_impl import compiled; print(compiled.KEPT)"
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=os.environ | {"NUMBA_CACHE_DIR": str(shared)}, capture_output=True,
+            text=True, check=True, cwd=ROOT,
+        )  # fmt: skip
+        assert done.stdout.strip() == kept
 
 
 # --- programs that hang

@@ -30,6 +30,7 @@ from pywet.cli.app import app
 from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
+NEVER = ("Traceback", "a fault in pywet", "a fault in the reference", "fault in the program")
 ROWS = [
     pytest.param(row, id=f"{file.stem}: {row['name']}")
     for file in sorted((Path(__file__).parent / "rows").glob("*.yaml"))
@@ -96,9 +97,8 @@ def test_a_bad_input_ends_in_one_sentence(row: dict[str, Any], tmp_path: Path, m
     arguments = [str(a).format(here=here, config=config, run=run, twin=twin) for a in row["run"]]
     result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, arguments)
     said = result.stderr + result.stdout
-    assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)
     assert result.exit_code == row["exit"], said
-    assert "Traceback" not in said and "fault in the program" not in said
+    assert not any(words in said for words in NEVER), said
     for words in row["says"]:
         assert words in re.sub(r"\s+", " ", said), said
     if row["exit"] == 1:

@@ -15,7 +15,7 @@ from pywet.engines.lammps.deck import SCRIPT
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
 from pywet.engines.process import die_with_parent
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 from pywet.files import read_table
 from pywet.scene import Scene
 
@@ -70,11 +70,8 @@ def run(run_dir: Path, folder: Path) -> None:
 def main() -> int:
     """`python -m pywet.engines.lammps.worker RUN_DIR ENGINE_FOLDER`."""
     die_with_parent()
-    try:
+    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
         run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve())
-    except PywetError as error:
-        print(f"ERROR: {error}", file=sys.stderr, flush=True)
-        return 1
     return 0
 
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 import hashlib
 import shutil
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 from pywet import caches
 from pywet.engines import process
-from pywet.errors import EngineError, PywetError
+from pywet.errors import EngineError, border
 
 ENGINE_VERSION = "3.8.0"
 SOURCES = Path(__file__).parent / "plugin"
@@ -97,14 +96,11 @@ def compile_to(target: Path, before: list[str], sources: list[Path], after: list
         caches.seal(target)
 
 
-def main() -> str | None:
-    """Build and say where, or return why not; used by `make setup`."""
-    try:
-        print(f"plugin: {plugin_path()}")
-    except PywetError as error:
-        return str(error)
-    return None
+def main() -> None:
+    """Build and say where; used by `make setup`."""
+    print(f"plugin: {plugin_path()}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    with border():
+        main()

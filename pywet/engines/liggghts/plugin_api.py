@@ -17,6 +17,7 @@ import pandas as pd
 
 from pywet.apparatus.initial import wall_groups
 from pywet.apparatus.prisms import prism_of
+from pywet.engines.liggghts.border import check_tables
 from pywet.engines.liggghts.build import engine_version, plugin_path
 from pywet.engines.schedule import checkpoint_every, drop_every
 from pywet.errors import EngineError, PywetError
@@ -69,6 +70,7 @@ class Plugin:
         self, scene: Scene, spheres: pd.DataFrame, tables: pd.DataFrame, nodes: dict[str, np.ndarray]
     ) -> None:
         """Everything but the logs: liquid, types, laws, transfer tables, walls, films; of a dry scene prisms and feed."""
+        check_tables(scene, spheres, tables, nodes)
         liquid, moist = scene.liquid, scene.effects.bridges
         sigma, eta = (liquid.surface_tension_N_per_m, liquid.viscosity_Pa_s) if liquid and moist else (0.0, 0.0)
         self._library.pywet_create(C.c_double(sigma), C.c_double(eta))

@@ -17,12 +17,13 @@ import pandas as pd
 
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck, grid, state_file
+from pywet.engines.liggghts.border import check_start
 from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import die_with_parent
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 from pywet.files import read_parts, read_table, write_json
 from pywet.scene import Scene
 
@@ -64,6 +65,7 @@ def run(run_dir: Path, folder: Path, done: int = 0, ranks: int = 1) -> None:
         spheres = part_by_part(history / "spheres.parquet", "id", "type", "film")
         nodes = corner_points(read_table(history / "triangles.parquet")) if scene.walls else {}
         begun = run_dir / scene.spheres_file
+        check_start(spheres, part_by_part(begun, "id", "type"))
         state = Path(saved("state", step))
         places = state_file.places(state) if step else part_by_part(begun, "x", "y")
         tell(f'variable columns string "{grid.words(scene, places, ranks)}"')
@@ -123,11 +125,8 @@ def plugin_rank() -> int:
 def main() -> int:
     """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP RANKS`; STEP of the checkpoint to go on from, or 0."""
     die_with_parent()
-    try:
+    with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
         run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), int(sys.argv[3]), int(sys.argv[4]))
-    except PywetError as error:
-        print(f"ERROR: {error}", file=sys.stderr, flush=True)
-        return 1
     return 0
 
 

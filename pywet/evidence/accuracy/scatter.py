@@ -20,6 +20,7 @@ import pandas as pd
 
 from pywet import config as settings
 from pywet.config import Config
+from pywet.errors import border
 from pywet.evidence import study
 from pywet.evidence.accuracy import measure, sieve
 from pywet.evidence.accuracy.edit import put, with_entries
@@ -141,5 +142,6 @@ def stored() -> pd.DataFrame:
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "results/studies/scatter")
-    folder.mkdir(parents=True, exist_ok=True)
-    print(ScatterStudy(folder).carry_out(lambda name, share: print(f"{share:.0%} {name}", flush=True)))
+    with border():
+        folder.mkdir(parents=True, exist_ok=True)
+        print(ScatterStudy(folder).carry_out(lambda name, share: print(f"{share:.0%} {name}", flush=True)))

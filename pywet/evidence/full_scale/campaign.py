@@ -22,7 +22,7 @@ from pywet import run_folder
 from pywet.config import Config
 from pywet.engines.liggghts.checkpoint import last_step
 from pywet.engines.process import die_with_parent
-from pywet.errors import PywetError, one_line
+from pywet.errors import PywetError, border, one_line
 from pywet.evidence.accuracy import edit
 from pywet.evidence.accuracy.command import calibrated
 from pywet.evidence.accuracy.cost import Coefficients
@@ -222,4 +222,5 @@ def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with border():
+        typer.run(main)

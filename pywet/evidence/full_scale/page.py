@@ -12,6 +12,7 @@ import typer
 
 from pywet import config as settings
 from pywet.config import Config
+from pywet.errors import border
 from pywet.evidence.full_scale import basis, kept, reasons, retirement, spread, trials
 from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement, judge, neighbours
 from pywet.evidence.full_scale.kept import Kept
@@ -328,4 +329,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with border():
+        main()

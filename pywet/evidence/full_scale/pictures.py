@@ -12,6 +12,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from pywet.errors import border
 from pywet.files import atomic_write
 from pywet.report import caption, render
 from pywet.report.sketch import colour_limit
@@ -50,4 +51,5 @@ def main(run_dir: Annotated[Path, typer.Argument(help="Run of case 3 at full sca
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with border():
+        typer.run(main)

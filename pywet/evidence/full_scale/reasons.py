@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import typer
 
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 from pywet.evidence.full_scale.kept import COARSE, DIGITS, UNDERSIZE, WALLS, Kept
 from pywet.evidence.full_scale.quantities import MAJORITY, through
 from pywet.files import read_json, write_csv
@@ -273,4 +273,5 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    with border():
+        typer.run(main)

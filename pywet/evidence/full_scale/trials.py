@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import pandas as pd
 import typer
 
-from pywet.errors import PywetError
+from pywet.errors import PywetError, border
 from pywet.evidence.accuracy import edit
 from pywet.evidence.full_scale.kept import DIGITS
 from pywet.files import write_csv
@@ -93,4 +93,5 @@ def divisions(run: RunDir) -> dict[str, float | str]:
 
 
 if __name__ == "__main__":
-    app()
+    with border():
+        app()

@@ -1,0 +1,42 @@
+"""How a command of the reference ends: in one sentence, also after an exception that is none of its own."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+STATUS = 70
+"""Exit status of a command that ended in such an exception (EX_SOFTWARE of sysexits.h)."""
+
+
+@contextmanager
+def border(refused: int) -> Iterator[None]:
+    """Print what a command raises as one sentence; exit status `refused` for files that the system does not give."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        sys.stderr.write(
+            f"{error.filename or 'a file'}: {error.strerror}; expected a file that can be read and written\n"
+        )
+        raise SystemExit(refused) from None
+    except Exception as error:
+        sys.stderr.write(f"{_sentence(' '.join(sys.argv[1:]), error)}\n")
+        raise SystemExit(STATUS) from None
+
+
+def _sentence(given: str, error: Exception) -> str:
+    """One sentence that names what was given and the file with the traceback, which it writes."""
+    text = "".join(traceback.format_exception(error))
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="reference-fault-", suffix=".txt", delete=False) as file:
+            file.write(text)
+        where = f"the traceback is in {file.name}: please report it, with that file and the input"
+    except (OSError, ValueError):
+        where = f"no file could be written for the traceback: please report it, with the input: {text}"
+    said = " ".join(str(error).split())[:300]
+    return f"{given}: a fault in the reference, not in what was given ({type(error).__name__}: {said}); {where}"
