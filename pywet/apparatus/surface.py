@@ -86,6 +86,18 @@ def enclosed(corners: Floats) -> float:
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 
 
+def inside(point: Floats, corners: Floats) -> bool:
+    """Whether a point lies within triangles: their solid angles about it add up to more than half a sphere."""
+    if not len(corners):
+        return False
+    a, b, c = np.moveaxis(corners - point, 1, 0)
+    x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    of = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dots = [np.einsum("ij,ij->i", p, q) for p, q in ((a, b), (b, c), (c, a))]
+    below = x * y * z + dots[0] * z + dots[1] * x + dots[2] * y
+    return abs(float(np.arctan2(of, below).sum()) * 2.0) > 2.0 * np.pi
+
+
 def make_surface(
     name: str,
     holder: Holder,
@@ -127,12 +139,14 @@ def check_surface(surface: Surface) -> None:
     _check_shape(surface)
     _check_edges(surface)
     count, body = surface.components()
-    volumes = np.array([enclosed(surface.corners[body == k]) for k in range(count)])
-    if (volumes <= 0).any():
-        raise PywetError(
-            f"surface {surface.name}: its triangles enclose {volumes.min():.3g} m3, expected a positive volume; "
-            "reverse the triangles so that normals point outward"
-        )
+    for k in range(count):
+        own, others = surface.corners[body == k], surface.corners[body != k]
+        volume = enclosed(own)
+        if volume <= 0 and not (volume < 0 and inside(own[0].mean(axis=0), others)):  # a cavity looks inward
+            raise PywetError(
+                f"surface {surface.name}: its triangles enclose {volume:.3g} m3, expected a positive volume; "
+                "reverse the triangles so that normals point outward"
+            )
 
 
 def _check_parts(surface: Surface) -> None:

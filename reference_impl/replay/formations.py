@@ -7,6 +7,7 @@ and in the windows that record motion, there at every step at which bridges act.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +30,8 @@ ROOM_OF_WAY = 1.02, 1e-5
 """A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
 FASTER = 2.0
 """Between an output and an event a sphere is at most this many times as fast as at either."""
+ONE_PLACE = 2e-6
+"""Part of the radius within which closest points of two parts of a wall are one place, where a sphere has one bridge."""
 CORNER = 1e-7
 """Corners this near [m] are one: STL files hold single precision."""
 SMALLEST = 1e-12
@@ -268,7 +271,12 @@ def _at_outputs(run: Run) -> pd.DataFrame:
         first, end = ends[np.searchsorted(frames.step, step)]
         there = np.append(np.sort(standing[first:end]), -1)
         lacking[rows] = there[np.searchsorted(there[:-1], own[rows])] != own[rows]
-    return table.assign(missed=lacking)
+
+    def stands(rows: pd.DataFrame) -> Floats:
+        first, end = ends[np.searchsorted(frames.step, rows["step"].iloc[0])]
+        return np.isin(keys(rows), standing[first:end])
+
+    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
 
 
 def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
@@ -285,7 +293,38 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
         frames.film[k], frames.walls[k] = np.maximum(film[frames.ids], 0.0), np.maximum(film[from_here:], 0.0)
     table = _touching(run, frames)
     at = lives.at(keys(table), table["step"].to_numpy(np.int64), strictly=False)
-    return table.assign(missed=at < 0)
+
+    def stands(rows: pd.DataFrame) -> Floats:
+        return np.asarray(lives.at(keys(rows), rows["step"].to_numpy(np.int64), strictly=False) >= 0)
+
+    lacking = at < 0
+    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
+
+
+def _one_place(
+    run: Run, frames: Frames, table: pd.DataFrame, lacking: Floats, stands: Callable[[pd.DataFrame], Floats]
+) -> Floats:
+    """Rows of a wall's part without a bridge whose sphere has one with another part of that wall, at the same closest point.
+
+    So at a convex edge or corner: the faces that meet there give one bridge.
+    """
+    found = np.zeros(len(table), dtype=bool)
+    rows = np.flatnonzero(lacking & (table["partner_kind"] != laws.SPHERE).to_numpy())
+    parts, fixed = nearest.parts(run) if len(rows) else None, bodies(run)
+    for row in rows:
+        assert parts is not None
+        step, i, part = (int(table[name].iloc[row]) for name in ("step", "i", "j"))
+        x = frames.x[np.searchsorted(frames.step, step), np.searchsorted(frames.ids, i)]
+        all_parts = np.flatnonzero(parts.wall == parts.wall[part])
+        n = len(all_parts)
+        foot = parts.closest(np.full(n, step), np.repeat(x[None], n, axis=0), all_parts).point
+        radius = float(fixed.radius[i])
+        same = (size(foot - foot[all_parts == part]) <= ONE_PLACE * radius) & (all_parts != part)
+        if same.any():
+            others = all_parts[same]
+            kind = np.where(fixed.half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
+            found[row] = stands(pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})).any()
+    return found
 
 
 def _place(step: Any, number: Any) -> Floats:
