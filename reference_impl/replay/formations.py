@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.touching import near_pairs
@@ -99,7 +100,7 @@ def due(run: Run) -> Quantity:
     return compare("formation_due", scale, wrong, zero, zero + 1.0, run.table("events"), 0.0)
 
 
-def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
+def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     """By how much the films of each formation overlapped one look before at least [m], and the way since then.
 
     Zero where a film changed since, where all is new (step 0) and where the engine was set up anew.
@@ -114,10 +115,31 @@ def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
     judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
     excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
-    for row in late_at_walls:  # the closest point may have come over an edge, from a triangle with less
+    for row in late_at_walls:
+        if _over_an_edge(run, lives, events.iloc[row], int(step[row]) - every):
+            excess[row] = 0.0
+            continue
+        # the closest point may have come over an edge, from a triangle with less
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
         excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
+
+
+def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
+    """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that has a corner in common with
+    the event's: at the edge between them both have one closest point, where a sphere has one bridge."""
+    parts, fixed = nearest.parts(run), bodies(run)
+    corners, part, own = parts.setup.corners, parts.setup.part, int(event["j"])
+    same_wall = (parts.wall[part] == parts.wall[own]) & (part != own)
+    points = corners[part == own].reshape(-1, 3)
+    others = corners[same_wall].reshape(-1, 3)
+    if not len(others):
+        return False
+    near = cKDTree(points).query(others)[0].reshape(-1, 3).min(axis=1) < CORNER
+    beside = np.unique(part[same_wall][near])
+    kind = np.where(fixed.half_width[beside] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
+    rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": beside})
+    return bool((lives.at(keys(rows), np.full(len(beside), max(look, lives.start)), strictly=False) >= 0).any())
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
@@ -194,16 +216,16 @@ def _changed(run: Run, held: Held, step: Floats) -> Floats:
     return np.maximum(found[: len(step)], found[len(step) : 2 * len(step)])
 
 
-def late(run: Run, held: Held) -> Quantity:
+def late(run: Run, held: Held, lives: Lives) -> Quantity:
     """A bridge forms at the first look at which the films touch."""
-    excess, _ = lateness(run, held)
+    excess, _ = lateness(run, held, lives)
     events = run.table("events")
     return compare("formation_late", "radius", excess, np.zeros(len(excess)), bodies(run).radius[events["i"]], events)
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
     """All of these, of a part of the log before which the holders were as in `held`."""
-    return [due(run), late(run, held), missed(run, lives, held)]
+    return [due(run), late(run, held, lives), missed(run, lives, held)]
 
 
 def missed(run: Run, lives: Lives, held: Held) -> Quantity:
