@@ -27,7 +27,7 @@ from pywet.files import write_json
 from pywet.laws.contact import film_volume
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
-from pywet.own_scene.placing import ask_unit, from_origin, refuse_far
+from pywet.own_scene.placing import ask_unit, from_origin, mention_bars, refuse_far
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
@@ -99,6 +99,7 @@ class Building:
         found = tuple(wall.surface(self.said.folder) for wall in self.said.walls)
         for wall, surface in zip(self.said.walls, found, strict=True):
             ask_unit(wall, surface, [2.0 * s.radius_m for s in self.said.spheres])
+            mention_bars(wall, surface)
         return found
 
     @cached_property

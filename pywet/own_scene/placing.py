@@ -8,14 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from pywet.apparatus.surface import Floats, Surface
+from pywet.apparatus.surface import LARGE_HALF_WIDTH_M, Floats, Surface
 from pywet.errors import ConfigError
+from pywet.notices import notice
 from pywet.own_scene.description import Scene
 from pywet.own_scene.walls import Wall
 from pywet.scene import Vector
 
 SMALL, LARGE = 0.5, 3000.0
 """Longest side of an STL file over the spheres' diameter below and above which its unit is asked back."""
+THIN = 0.2
+"""Width over length below which a body is a bar."""
 FAR = 20.0
 """Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
 
@@ -65,6 +68,25 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
             f"wall {wall.name}: {wall.stl.name} in {wall.stl_unit} is {1e3 * longest:.4g} mm long beside spheres of "
             f"{1e3 * min(spheres):.4g} to {1e3 * max(spheres):.4g} mm; expected a size that they meet: in {other} it is "
             f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})"
+        )
+
+
+def mention_bars(wall: Wall, surface: Surface) -> None:
+    """Report bodies of an STL file that look like wires or bars but are taken as faces."""
+    if wall.stl is None or wall.half_width_mm is not None:
+        return
+    count, body = surface.components()
+    across = []
+    for k in range(count):
+        points = surface.corners[body == k].reshape(-1, 3)
+        sides = np.sort(np.ptp(points @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T, axis=0))
+        if sides[1] < 2.0 * LARGE_HALF_WIDTH_M and sides[1] < THIN * sides[2] and sides[1] < 2.0 * sides[0]:
+            across.append(1e3 * float(sides[1]))
+    if across:
+        half = 0.5 * np.median(across)
+        notice.warning(
+            f"wall {wall.name}: {len(across)} of its {count} bodies are bars of about {2.0 * half:.3g} mm, taken as "
+            f"faces, whose bridges and films are not a wire's; half_width_mm: {half:.3g} gives each those of a wire"
         )
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
+from pywet.files import read_table
 from pywet.scene import Scene
 
 SAMPLES = 2000
@@ -16,6 +16,8 @@ SAMPLES = 2000
 def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
     """A sentence's end: sphere, position and face, of the first to leave where no `sphere` is known; empty without an output."""
     rows = _last_frame(folder / "trajectory.txt")
+    if not len(rows):
+        rows = _at_start(folder.parent / scene.spheres_file)
     if sphere is not None:
         rows = rows[rows[:, 0] == sphere]
     if not len(rows):
@@ -38,17 +40,22 @@ def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
     return first[1] if first else ""
 
 
+def _at_start(path: Path) -> np.ndarray:
+    """The same rows of the spheres that a run begins with."""
+    if not path.exists():
+        return np.zeros((0, 8))
+    columns = ["id", "type", "x", "y", "z", "vx", "vy", "vz"]
+    return np.asarray(read_table(path).reindex(columns=columns, fill_value=0.0).to_numpy(dtype=float))
+
+
 def _last_frame(path: Path) -> np.ndarray:
-    """Rows of the last whole frame of a text dump: id, type, x, y, z, vx, vy, vz and more."""
+    """Rows of the last whole frame of a text dump that holds all spheres: id, type, x, y, z, vx, vy, vz and more."""
     try:
-        text = path.read_text(errors="replace")
-        blocks = text.split("ITEM: TIMESTEP\n")[1:]
-        for block in reversed(blocks):
-            lines = block.splitlines()
-            count = int(lines[2])
-            if len(lines) >= 8 + count and block.endswith("\n"):
-                numbers = np.array([*chain.from_iterable(line.split() for line in lines[8 : 8 + count])], dtype=float)
-                return numbers.reshape(count, -1)
-    except (OSError, ValueError, IndexError):
+        frames = [block.splitlines() for block in path.read_text(errors="replace").split("ITEM: TIMESTEP\n")[1:]]
+        all_spheres = int(frames[0][2])
+        for lines in reversed(frames):
+            if int(lines[2]) == all_spheres and len(lines) == 8 + all_spheres:
+                return np.array([line.split() for line in lines[8:]], dtype=float)
+    except (OSError, ValueError, IndexError):  # cut off amid a line, or not there yet
         pass
     return np.zeros((0, 8))
