@@ -135,7 +135,7 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     others = corners[same_wall].reshape(-1, 3)
     if not len(others):
         return False
-    near = cKDTree(points).query(others)[0].reshape(-1, 3).min(axis=1) < CORNER
+    near = np.reshape(cKDTree(points).query(others)[0], (-1, 3)).min(axis=1) < CORNER
     beside = np.unique(part[same_wall][near])
     kind = np.where(fixed.half_width[beside] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
     rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": beside})

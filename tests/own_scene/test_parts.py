@@ -16,6 +16,8 @@ from pywet.apparatus.solids import bin_solid, wire
 from pywet.errors import ConfigError
 from pywet.own_scene.building import Building
 from pywet.own_scene.description import Scene
+from pywet.report import render
+from pywet.runs.rundir import RunDir
 from reference_impl.scene import parts, walls
 from tests.own_scene.conftest import beads
 
@@ -34,6 +36,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )  # fmt: skip
     (path / "far.stl").write_text(f"solid cup\n{rows}endsolid cup\n")
     return path
+
+
+class Drawn:
+    """What would be drawn."""
+
+    def __init__(self) -> None:
+        self.meshes: list[Any] = []
+
+    def add_mesh(self, mesh: Any, **_: Any) -> None:
+        self.meshes.append(mesh)
 
 
 def scene(folder: Path, wall: list[dict[str, Any]], at: list[tuple[float, float, float]], **more: Any) -> Scene:
@@ -62,6 +74,12 @@ def test_as_many_bridges_as_faces_that_are_met(folder: Path, tmp_path: Path) -> 
     count = formed.drop_duplicates(["i", "j"]).groupby("i").size()
     assert [int(count[i]) for i in range(1, 8)] == [3, 2, 1, 3, 2, 1, 1]
     assert run.replay["ok"] and run.replay["quantities"]["scene_parts"]["count"] == 3
+
+    drawn = Drawn()
+    render._add_walls(drawn, RunDir(tmp_path), 0, np.full(3, -1.0))
+    faces = drawn.meshes[0]
+    colour = {int(part): tuple(rgb) for part, rgb in zip(faces["part"], faces["colour"], strict=True)}
+    assert [colour[part] for part in (0, 1, 2, 6)] == [render.FACES[k] for k in (0, 1, 2, 0)]
 
     said = json.loads((tmp_path / "scene.json").read_text())
     meshes = walls.read(tmp_path, said)
