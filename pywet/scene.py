@@ -133,6 +133,8 @@ class WallMesh(Strict):
     """For each triangle of the STL, in file order, the index of its part within this mesh (0, 1, …)."""
     part_half_width_m: tuple[float | None, ...]
     """For each part its half width r_w [m] (a wire's radius); None for a large wall."""
+    feature_angle_deg: Annotated[float, Field(gt=0, le=180)] | None = None
+    """Angle between neighbouring facets above which a part ends; None: the parts follow from how the wall was built."""
     prisms: bool = False
     """Every part is a prism along an axis (a wire) and dry contacts are made with its closest point, not with triangles."""
 

@@ -10,10 +10,10 @@ import numpy as np
 import scipy
 
 from pywet.apparatus.solids import wire
-from pywet.apparatus.surface import SAME_POINT_M, SMALLEST_ANGLE_DEG, Floats, Surface, make_surface
+from pywet.apparatus.surface import SAME_POINT_M, Floats, Surface, make_surface
 
-ANGLE_RESERVE = 1.02
-"""Wires are cut for 2 % more than the smallest permitted angle, so that rounding cannot undercut it."""
+SMALLEST_WIRE_ANGLE_DEG = 1.02
+"""Wires are cut so that their triangles are at least twice as blunt as the engine needs."""
 MOST_STEPS_MORE = 12
 """Tries to cut the wires along y so that no node lies on a wire along x."""
 
@@ -60,7 +60,7 @@ def build_wires(aperture: float, diameter: float, sides: int, inner_apothem: flo
                 start, end = np.zeros(3), np.zeros(3)
                 start[axis], end[axis] = ends
                 start[1 - axis] = end[1 - axis] = offset
-                wires.append(wire(start, end, radius, sides, ANGLE_RESERVE * SMALLEST_ANGLE_DEG, more * axis))
+                wires.append(wire(start, end, radius, sides, SMALLEST_WIRE_ANGLE_DEG, more * axis))
         if not _meet(wires):
             break
     return make_surface("wires", "wires", [(corners, radius) for corners in wires], "vibrates")

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from pywet.apparatus.slivers import SMALLEST_ANGLE_DEG, angles_deg, divided
 from pywet.errors import PywetError
 from pywet.scene import Holder
 
@@ -21,8 +22,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Motion = Literal["fixed", "vibrates", "slides", "turns"]
 
-SMALLEST_ANGLE_DEG = 1.0
-"""LIGGGHTS warns below 0.5 deg and stops below 0.26 deg (`EPSILON_CURVATURE` in its surface_mesh.h)."""
 SAME_POINT_M = 2e-8
 """LIGGGHTS takes nodes closer than 1e-8 m in every coordinate for one (`EPSILON_PRECISION`, multi_node_mesh.h)."""
 LARGE_HALF_WIDTH_M = 0.005
@@ -63,12 +62,7 @@ class Surface:
     @property
     def angles_deg(self) -> Floats:
         """The three angles of every triangle, shape (m, 3) [deg]."""
-        corner = self.corners
-        forward = np.roll(corner, -1, axis=1) - corner
-        backward = np.roll(corner, 1, axis=1) - corner
-        across = np.linalg.norm(np.cross(forward, backward), axis=2)
-        along = np.einsum("ijk,ijk->ij", forward, backward)
-        return np.asarray(np.degrees(np.arctan2(across, along)), dtype=np.float64)
+        return angles_deg(self.corners)
 
     def components(self) -> tuple[int, Ints]:
         """Number of bodies not joined by a vertex, and the body of every triangle, shape (m,)."""
@@ -92,21 +86,40 @@ def enclosed(corners: Floats) -> float:
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 
 
+def inside(point: Floats, corners: Floats) -> bool:
+    """Whether a point lies within triangles: their solid angles about it add up to more than half a sphere."""
+    if not len(corners):
+        return False
+    a, b, c = np.moveaxis(corners - point, 1, 0)
+    x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    of = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dots = [np.einsum("ij,ij->i", p, q) for p, q in ((a, b), (b, c), (c, a))]
+    below = x * y * z + dots[0] * z + dots[1] * x + dots[2] * y
+    return abs(float(np.arctan2(of, below).sum()) * 2.0) > 2.0 * np.pi
+
+
 def make_surface(
     name: str,
     holder: Holder,
     parts: Sequence[tuple[Floats, float | None]],
     motion: Motion = "fixed",
 ) -> Surface:
-    """Join parts, each the corner points of its triangles (m, 3, 3) [m] with its half width, into a checked surface."""
+    """Join parts, each the corner points of its triangles (m, 3, 3) [m] with its half width, into a checked surface.
+
+    Triangles sharper than the engine takes are divided.
+    """
     corners = np.concatenate([c for c, _ in parts]).astype(np.float32).astype(np.float64)
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    triangles = index.reshape(-1, 3).astype(np.int64)
+    part = np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64)
+    if len(triangles) and np.isfinite(vertices).all() and angles_deg(corners).min() < SMALLEST_ANGLE_DEG:
+        vertices, triangles, part = divided(vertices, triangles, part)
     surface = Surface(
         name=name,
         holder=holder,
         vertices=vertices,
-        triangles=index.reshape(-1, 3).astype(np.int64),
-        part=np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64),
+        triangles=triangles,
+        part=part,
         part_half_width=tuple(h for _, h in parts),
         motion=motion,
     )
@@ -126,12 +139,14 @@ def check_surface(surface: Surface) -> None:
     _check_shape(surface)
     _check_edges(surface)
     count, body = surface.components()
-    volumes = np.array([enclosed(surface.corners[body == k]) for k in range(count)])
-    if (volumes <= 0).any():
-        raise PywetError(
-            f"surface {surface.name}: its triangles enclose {volumes.min():.3g} m3, expected a positive volume; "
-            "reverse the triangles so that normals point outward"
-        )
+    for k in range(count):
+        own, others = surface.corners[body == k], surface.corners[body != k]
+        volume = enclosed(own)
+        if volume <= 0 and not (volume < 0 and inside(own[0].mean(axis=0), others)):  # a cavity looks inward
+            raise PywetError(
+                f"surface {surface.name}: its triangles enclose {volume:.3g} m3, expected a positive volume; "
+                "reverse the triangles so that normals point outward"
+            )
 
 
 def _check_parts(surface: Surface) -> None:
@@ -157,11 +172,12 @@ def _check_shape(surface: Surface) -> None:
         raise PywetError(
             f"surface {surface.name}: {len(close)} pairs of vertices are closer than {SAME_POINT_M:g} m; merge them"
         )
-    smallest = surface.angles_deg.min()
-    if not smallest >= SMALLEST_ANGLE_DEG:
+    smallest = surface.angles_deg.min(axis=1)
+    if not smallest.min() >= SMALLEST_ANGLE_DEG:
+        at = ", ".join(f"{x:.4g}" for x in 1e3 * surface.corners[int(np.argmin(smallest))].mean(axis=0))
         raise PywetError(
-            f"surface {surface.name}: its smallest triangle angle is {smallest:.2g} deg, the engine needs at least "
-            f"{SMALLEST_ANGLE_DEG:g} deg; make the wall thicker or split its triangles"
+            f"surface {surface.name}: its smallest triangle angle is {smallest.min():.2g} deg at {at} mm, expected at least "
+            f"{SMALLEST_ANGLE_DEG:g} deg, which the engine needs and dividing could not give: make the wall thicker there"
         )
 
 

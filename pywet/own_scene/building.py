@@ -28,6 +28,7 @@ from pywet.files import write_json
 from pywet.laws.contact import film_volume
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
+from pywet.own_scene.placing import ask_unit, from_origin, mention_bars, refuse_far
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
@@ -44,6 +45,9 @@ class Building:
     """What a description becomes; everything is made when it is asked for."""
 
     said: Scene
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "said", from_origin(self.said))
 
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
@@ -93,7 +97,11 @@ class Building:
     @cached_property
     def surfaces(self) -> tuple[Surface, ...]:
         """The walls' triangles."""
-        return tuple(wall.surface(self.said.folder) for wall in self.said.walls)
+        found = tuple(wall.surface(self.said.folder) for wall in self.said.walls)
+        for wall, surface in zip(self.said.walls, found, strict=True):
+            ask_unit(wall, surface, [2.0 * s.radius_m for s in self.said.spheres])
+            mention_bars(wall, surface)
+        return found
 
     @cached_property
     def motions(self) -> tuple[OwnMotion | None, ...]:
@@ -106,6 +114,7 @@ class Building:
         table = _first_places(self)
         films = [film_volume(h, c.radius_m) for h, c in zip(self.thickness, self.classes, strict=True)]
         table["film"] = table["type"].map(dict(enumerate(films, start=1)))
+        refuse_far(self.said, [table[[*"xyz"]].to_numpy(), *(s.vertices for s in self.surfaces)])
         _refuse_overlaps(self, table)
         return table
 
@@ -153,7 +162,9 @@ class Building:
             "pairs": self.pairs,
             "liquid": self.liquid,
             "walls": tuple(
-                wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(update={"own_motion": motion})
+                wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(
+                    update={"own_motion": motion, "feature_angle_deg": w.fold_deg}
+                )
                 for s, w, motion in zip(self.surfaces, said.walls, self.motions, strict=True)
             ),
             "vibration": None,

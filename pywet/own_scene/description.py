@@ -155,6 +155,8 @@ class Scene(Excusable):
     liquid: Liquid | None = None
     walls: tuple[Wall, ...] = ()
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Subtracted from all positions of spheres and walls, as for a part in plant coordinates; results count from it."""
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
     laws: LawSettings = LawSettings()
     effects: EffectSettings = EffectSettings.model_validate(PRESET)

@@ -10,11 +10,13 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 
+from pywet.apparatus.cad import read_cad
+from pywet.apparatus.faces import BODIES_DEG, FEATURE_ANGLE_DEG, faces
 from pywet.apparatus.packing import FeedRegion
 from pywet.apparatus.solids import Part, bin_solid, plate, polygon, tube, wire
-from pywet.apparatus.stl import read_stl
 from pywet.apparatus.surface import Floats, Motion, Surface, make_surface
 from pywet.config.entries import Excusable
+from pywet.notices import notice
 from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
 
 MM = 1e-3
@@ -208,8 +210,14 @@ class Wall(Excusable):
     name: Identifier
     stl: Path | None = None
     stl_unit: Literal["mm", "m"] = "mm"
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Of an STL file: the point of its coordinates that becomes the scene's origin."""
     half_width_mm: Positive | None = None
-    """Of an STL file whose parts are thin, such as a wire; without it a sphere meets a large wall."""
+    """Of an STL file whose bodies are wires or bars: each body is one part with this half width, a wire's radius."""
+    shell_thickness_mm: Positive | None = None
+    """Of an STL file that is an open shell: it becomes a wall of this thickness, half on either side of its facets."""
+    feature_angle_deg: Annotated[float, Field(gt=0, lt=180)] = FEATURE_ANGLE_DEG
+    """Where facets meet at a larger angle a face ends; a sphere has one bridge with a face, curved faces are one."""
     block: Block | None = None
     tube: Tube | None = None
     disc: Disc | None = None
@@ -241,12 +249,31 @@ class Wall(Excusable):
     def surface(self, folder: Path) -> Surface:
         """Its triangles; an STL file is looked for in `folder`."""
         if self.stl is not None:
-            half = None if self.half_width_mm is None else MM * self.half_width_mm
-            unit = MM if self.stl_unit == "mm" else 1.0
-            return read_stl(folder / self.stl, "wall", self.name, self.motion, half, unit)
+            return make_surface(self.name, "wall", self._of_file(folder), self.motion)
         shape = self.block or self.tube or self.disc or self.vessel or self.bars
         assert shape is not None
-        return make_surface(self.name, "wall", shape.parts(), self.motion)
+        parts = shape.parts()
+        if self.bars is None:
+            parts = faces(np.concatenate([corners for corners, _ in parts]), self.feature_angle_deg)
+        return make_surface(self.name, "wall", parts, self.motion)
+
+    @property
+    def fold_deg(self) -> float:
+        """The feature angle that its parts follow from."""
+        return BODIES_DEG if self.bars or self.half_width_mm is not None else self.feature_angle_deg
+
+    def _of_file(self, folder: Path) -> list[Part]:
+        """Parts of an STL file; what had to be repaired is reported."""
+        assert self.stl is not None
+        unit = MM if self.stl_unit == "mm" else 1.0
+        shell = None if self.shell_thickness_mm is None else MM * self.shell_thickness_mm
+        corners, changes = read_cad(folder / self.stl, unit, MM * np.array(self.origin_mm), shell)
+        if changes:
+            notice.warning(f"wall {self.name}: {self.stl.name} repaired: {'; '.join(changes)}")
+        parts = faces(corners, self.fold_deg)
+        if self.half_width_mm is None:
+            return parts
+        return [(part, MM * self.half_width_mm) for part, _ in parts]
 
 
 def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:

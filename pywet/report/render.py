@@ -44,6 +44,9 @@ BAR = {
 WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}, {})
 """Environments to try in turn: OSMesa, then what VTK finds by itself (a screen, EGL)."""
 
+FACES = ((185, 196, 207), (214, 190, 150), (160, 200, 165), (212, 165, 180), (165, 165, 215), (205, 205, 140))
+"""Colours of the faces that a wall of a user-defined scene is divided into, one after the other."""
+
 
 def write(run_dir: Path, picture: Path, step: int | None = None) -> str:
     """Draw the run at an output step (default: `telling_step`) into a PNG; returns "vtk" or "matplotlib", whichever drew it."""
@@ -203,7 +206,9 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
             away = frame(run)[1]
             far = part.clip(normal=tuple(-away), origin=tuple(centre - 1e-4 * away))
             if far.n_cells:
-                plotter.add_mesh(far, color="#b9c4cf", opacity=0.35)
+                far.cell_data["colour"] = np.array(FACES, dtype=np.uint8)[far.cell_data["part"] % len(FACES)]
+                look: dict[str, Any] = {"scalars": "colour", "rgb": True} if holder == "wall" else {"color": "#b9c4cf"}
+                plotter.add_mesh(far, opacity=0.35, **look)
                 plotter.add_mesh(far.extract_feature_edges(25.0), color="#7d8994", line_width=2)
 
 

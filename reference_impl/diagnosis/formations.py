@@ -35,7 +35,7 @@ def early(run: Run, marks: dict[str, Floats]) -> Link:
 def late(run: Run, marks: dict[str, Floats]) -> Link:
     """A bridge forms at the first look at which the films touch."""
     held, table = formations.Held(run), run.table("events")
-    excess, way = formations.lateness(run, held)
+    excess, way = formations.lateness(run, held, Lives(none(), table, 0, -1))
     own, other, gap, ri = formations.films_at_events(run)
     step, every = table["step"].to_numpy(np.int64), impulses.every(run)
     formed = (table["kind"] == FORMATION).to_numpy() & (step > 0)

@@ -7,11 +7,13 @@ and in the windows that record motion, there at every step at which bridges act.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import cKDTree
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.touching import near_pairs
@@ -29,6 +31,8 @@ ROOM_OF_WAY = 1.02, 1e-5
 """A way in one step may be longer than logged by this factor and this part of the radius: speeds change within a step."""
 FASTER = 2.0
 """Between an output and an event a sphere is at most this many times as fast as at either."""
+ONE_PLACE = 2e-6
+"""Part of the radius within which closest points of two parts of a wall are one place, where a sphere has one bridge."""
 CORNER = 1e-7
 """Corners this near [m] are one: STL files hold single precision."""
 SMALLEST = 1e-12
@@ -96,7 +100,7 @@ def due(run: Run) -> Quantity:
     return compare("formation_due", scale, wrong, zero, zero + 1.0, run.table("events"), 0.0)
 
 
-def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
+def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
     """By how much the films of each formation overlapped one look before at least [m], and the way since then.
 
     Zero where a film changed since, where all is new (step 0) and where the engine was set up anew.
@@ -111,10 +115,31 @@ def lateness(run: Run, held: Held) -> tuple[Floats, Floats]:
     judged = (events["kind"] == FORMATION).to_numpy() & (step > 0) & (since < step - every) & ~np.isin(step, _anew(run))
     excess = np.where(judged, np.maximum(own + other - gap - way, 0.0), 0.0)
     late_at_walls = np.flatnonzero((excess > 0.0) & (events["partner_kind"] != laws.SPHERE).to_numpy())
-    for row in late_at_walls:  # the closest point may have come over an edge, from a triangle with less
+    for row in late_at_walls:
+        if _over_an_edge(run, lives, events.iloc[row], int(step[row]) - every):
+            excess[row] = 0.0
+            continue
+        # the closest point may have come over an edge, from a triangle with less
         beside = _thinnest_beside(run, held, events.iloc[row], int(step[row]) - every)
         excess[row] = max(own[row] + min(other[row], beside) - gap[row] - way[row], 0.0)
     return excess, way
+
+
+def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
+    """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that has a corner in common with
+    the event's: at the edge between them both have one closest point, where a sphere has one bridge."""
+    parts, fixed = nearest.parts(run), bodies(run)
+    corners, part, own = parts.setup.corners, parts.setup.part, int(event["j"])
+    same_wall = (parts.wall[part] == parts.wall[own]) & (part != own)
+    points = corners[part == own].reshape(-1, 3)
+    others = corners[same_wall].reshape(-1, 3)
+    if not len(others):
+        return False
+    near = np.reshape(cKDTree(points).query(others)[0], (-1, 3)).min(axis=1) < CORNER
+    beside = np.unique(part[same_wall][near])
+    kind = np.where(fixed.half_width[beside] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
+    rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": beside})
+    return bool((lives.at(keys(rows), np.full(len(beside), max(look, lives.start)), strictly=False) >= 0).any())
 
 
 def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float:
@@ -191,16 +216,16 @@ def _changed(run: Run, held: Held, step: Floats) -> Floats:
     return np.maximum(found[: len(step)], found[len(step) : 2 * len(step)])
 
 
-def late(run: Run, held: Held) -> Quantity:
+def late(run: Run, held: Held, lives: Lives) -> Quantity:
     """A bridge forms at the first look at which the films touch."""
-    excess, _ = lateness(run, held)
+    excess, _ = lateness(run, held, lives)
     events = run.table("events")
     return compare("formation_late", "radius", excess, np.zeros(len(excess)), bodies(run).radius[events["i"]], events)
 
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
     """All of these, of a part of the log before which the holders were as in `held`."""
-    return [due(run), late(run, held), missed(run, lives, held)]
+    return [due(run), late(run, held, lives), missed(run, lives, held)]
 
 
 def missed(run: Run, lives: Lives, held: Held) -> Quantity:
@@ -271,7 +296,12 @@ def _at_outputs(run: Run) -> pd.DataFrame:
         first, end = ends[np.searchsorted(frames.step, step)]
         there = np.append(np.sort(standing[first:end]), -1)
         lacking[rows] = there[np.searchsorted(there[:-1], own[rows])] != own[rows]
-    return table.assign(missed=lacking)
+
+    def stands(rows: pd.DataFrame) -> Floats:
+        first, end = ends[np.searchsorted(frames.step, rows["step"].iloc[0])]
+        return np.isin(keys(rows), standing[first:end])
+
+    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
 
 
 def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
@@ -288,7 +318,38 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
         frames.film[k], frames.walls[k] = np.maximum(film[frames.ids], 0.0), np.maximum(film[from_here:], 0.0)
     table = _touching(run, frames)
     at = lives.at(keys(table), table["step"].to_numpy(np.int64), strictly=False)
-    return table.assign(missed=at < 0)
+
+    def stands(rows: pd.DataFrame) -> Floats:
+        return np.asarray(lives.at(keys(rows), rows["step"].to_numpy(np.int64), strictly=False) >= 0)
+
+    lacking = at < 0
+    return table.assign(missed=lacking & ~_one_place(run, frames, table, lacking, stands))
+
+
+def _one_place(
+    run: Run, frames: Frames, table: pd.DataFrame, lacking: Floats, stands: Callable[[pd.DataFrame], Floats]
+) -> Floats:
+    """Rows of a wall's part without a bridge whose sphere has one with another part of that wall, at the same closest point.
+
+    So at a convex edge or corner: the faces that meet there give one bridge.
+    """
+    found = np.zeros(len(table), dtype=bool)
+    rows = np.flatnonzero(lacking & (table["partner_kind"] != laws.SPHERE).to_numpy())
+    parts, fixed = nearest.parts(run) if len(rows) else None, bodies(run)
+    for row in rows:
+        assert parts is not None
+        step, i, part = (int(table[name].iloc[row]) for name in ("step", "i", "j"))
+        x = frames.x[np.searchsorted(frames.step, step), np.searchsorted(frames.ids, i)]
+        all_parts = np.flatnonzero(parts.wall == parts.wall[part])
+        n = len(all_parts)
+        foot = parts.closest(np.full(n, step), np.repeat(x[None], n, axis=0), all_parts).point
+        radius = float(fixed.radius[i])
+        same = (size(foot - foot[all_parts == part]) <= ONE_PLACE * radius) & (all_parts != part)
+        if same.any():
+            others = all_parts[same]
+            kind = np.where(fixed.half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
+            found[row] = stands(pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})).any()
+    return found
 
 
 def _place(step: Any, number: Any) -> Floats:

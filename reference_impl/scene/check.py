@@ -9,7 +9,7 @@ from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
 from reference_impl.replay import io
-from reference_impl.scene import configuration, deck, effects, numbers, start, walls
+from reference_impl.scene import configuration, deck, effects, numbers, parts, start, walls
 
 NAME = "scene"
 NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
@@ -21,6 +21,16 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     section, run = Section(NAME), Path(folder)
     config = configuration.of_run(run) if config is None else config
     if config is None:
+        scene = io.scene(run)
+        if any(wall.get("feature_angle_deg") is not None for wall in scene["walls"]):
+            meshes = walls.read(run, scene)
+            section.add(
+                "scene_parts",
+                "itself",
+                [*parts.derived(scene, meshes)],
+                "walls whose parts follow from a feature angle",
+            )
+            section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
         section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
         return section
     scene = io.scene(run)

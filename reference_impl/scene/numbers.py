@@ -140,6 +140,7 @@ def _walls(config: Mapping[str, Any]) -> Expected:
             "contact_angle_rad": (angle, f"materials.yaml: walls.{material}.contact_angle_deg"),
             "prisms": (prisms and name == "wires", "scales.yaml: wires"),
             "own_motion": (None, "walls of a case share the scene's motions"),
+            "feature_angle_deg": (None, "the parts of a case's walls are those of the tower"),
         }
         found |= {f"walls.{name}.{key}": value for key, value in rows.items()}
     return found
@@ -199,7 +200,10 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
     named = {
         "classes": {c["name"]: {"fed": None, **_but(c, "name")} for c in scene["classes"]},
         "pairs": {f"{p['a']}-{p['b']}": p for p in scene["pairs"]},
-        "walls": {w["name"]: {"own_motion": None, **_but(w, "name", *OF_THE_MESH)} for w in scene["walls"]},
+        "walls": {
+            w["name"]: {"own_motion": None, "feature_angle_deg": None, **_but(w, "name", *OF_THE_MESH)}
+            for w in scene["walls"]
+        },
     }
     put("", {**scene, **named})
     for key in ("classes", "walls"):

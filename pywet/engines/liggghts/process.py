@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
+from pywet.engines.liggghts.departure import departure
 from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words, surroundings
 from pywet.errors import StoppedRun
 from pywet.scene import Scene
@@ -80,6 +81,9 @@ def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> Stop
     reason = _reason(folder, returncode)
     spheres = [int(n) for pair in re.findall(r"\bspheres? (\d+)(?: and (\d+))?", reason) for n in pair if n]
     step = re.search(r"\bstep (\d+)", reason)
+    if "left the simulated box" in reason:
+        where = departure(scene, folder, spheres[0] if spheres else None)
+        reason += f"; {where}: expected a wall or a tray there, or a box that reaches further" if where else ""
     sentence = f"{scene.name}: LIGGGHTS stopped: {reason}{more}"
     return StoppedRun(sentence, reason=reason, spheres=tuple(spheres), step=int(step.group(1)) if step else None)
 

@@ -10,6 +10,8 @@ static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: n
 
 static const double CLASS = 1.0 / 32;  // width of a class of gaps, of the skin
 
+static const double ONE_PLACE = 1e-6;  // of the radius: closest points of two faces so near are one, as at a convex edge
+
 static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair looked at
 
 // A film that was drawn dry may be below zero by the last digit; it has nothing to give.
@@ -207,6 +209,23 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
   }
 }
 
+// Whether a sphere has a bridge, of before or of this step, whose foot on another part of the mesh is the same point.
+bool NearPairs::stands_here(size_t c, const Vec &foot) {
+  const int i = wall_pairs_[c].i;
+  const double near = ONE_PLACE * world_.spheres.radius(i);
+  size_t first = c, last = c + 1;
+  while (first > 0 && wall_pairs_[first - 1].i == i) first--;
+  while (last < wall_pairs_.size() && wall_pairs_[last].i == i) last++;
+  for (size_t k = first; k < last; k++) {
+    WallPair &other = wall_pairs_[k];
+    if (k == c || other.site.mesh != wall_pairs_[c].site.mesh) continue;
+    const bool now = proposed_.count(key_of(LARGE_WALL, i, other.j));  // the key of either kind of wall
+    if (!now && wall_rest_[k] != INF) continue;
+    if (norm(world_.walls.closest(Vec(world_.engine.at.x[other.a]), other.site).point - foot) <= near) return true;
+  }
+  return false;
+}
+
 void NearPairs::propose_walls(std::vector<Event> &events) {
   const View &at = world_.engine.at;
   const Walls &walls = world_.walls;
@@ -225,6 +244,10 @@ void NearPairs::propose_walls(std::vector<Event> &events) {
     const double w = held(films_.wall[near.triangle]) / walls.area[near.triangle];
     if (near.distance >= films_.reach(pair.a) + w) {
       wall_rest_[c] = rest(pair, near.distance);
+      continue;
+    }
+    if (stands_here(c, near.point)) {
+      wall_rest_[c] = 0;
       continue;
     }
     const Geometry g = at_wall(world_, pair.a, world_.spheres.radius(pair.i), pair.j, near);

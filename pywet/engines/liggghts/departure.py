@@ -1,0 +1,61 @@
+"""Where a sphere left the simulated box, from the last output that holds it: the engine itself names no place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pywet.files import read_table
+from pywet.scene import Scene
+
+SAMPLES = 2000
+"""Places on the path of a sphere from its last output to the next."""
+
+
+def departure(scene: Scene, folder: Path, sphere: int | None) -> str:
+    """A sentence's end: sphere, position and face, of the first to leave where no `sphere` is known; empty without an output."""
+    rows = _last_frame(folder / "trajectory.txt")
+    if not len(rows):
+        rows = _at_start(folder.parent / scene.spheres_file)
+    if sphere is not None:
+        rows = rows[rows[:, 0] == sphere]
+    if not len(rows):
+        return ""
+    span = 2.0 * max(scene.output_every * scene.time_step_s, scene.time_step_s)
+    t = np.linspace(0.0, span, SAMPLES)[:, None]
+    low, high, fall = (np.array(v) for v in (scene.box_low_m, scene.box_high_m, scene.gravity_m_per_s2))
+    first: tuple[float, str] | None = None
+    for row in rows:
+        path = row[2:5] + row[5:8] * t + 0.5 * fall * t**2
+        beyond = np.stack([path < low, path > high], axis=2)
+        if beyond.any():
+            k, axis, end = (int(n) for n in np.argwhere(beyond)[0])
+            face = (
+                f"{('lower', 'upper')[end]} {'xyz'[axis]} face, {'xyz'[axis]} = {1e3 * (low, high)[end][axis]:.4g} mm"
+            )
+            place = ", ".join(f"{x:.4g}" for x in 1e3 * path[k])
+            if first is None or t[k, 0] < first[0]:
+                first = float(t[k, 0]), f"sphere {int(row[0])} at about ({place}) mm through the {face}"
+    return first[1] if first else ""
+
+
+def _at_start(path: Path) -> np.ndarray:
+    """The same rows of the spheres that a run begins with."""
+    if not path.exists():
+        return np.zeros((0, 8))
+    columns = ["id", "type", "x", "y", "z", "vx", "vy", "vz"]
+    return np.asarray(read_table(path).reindex(columns=columns, fill_value=0.0).to_numpy(dtype=float))
+
+
+def _last_frame(path: Path) -> np.ndarray:
+    """Rows of the last whole frame of a text dump that holds all spheres: id, type, x, y, z, vx, vy, vz and more."""
+    try:
+        frames = [block.splitlines() for block in path.read_text(errors="replace").split("ITEM: TIMESTEP\n")[1:]]
+        all_spheres = int(frames[0][2])
+        for lines in reversed(frames):
+            if int(lines[2]) == all_spheres and len(lines) == 8 + all_spheres:
+                return np.array([line.split() for line in lines[8:]], dtype=float)
+    except (OSError, ValueError, IndexError):  # cut off amid a line, or not there yet
+        pass
+    return np.zeros((0, 8))

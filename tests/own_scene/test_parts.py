@@ -1,0 +1,135 @@
+"""Walls divided into faces: as many bridges with an STL file as with the same shape built in, one at a convex edge; where a
+description cannot be meant, it is asked back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pywet
+from pywet.apparatus import make_surface, write_stl
+from pywet.apparatus.solids import bin_solid, wire
+from pywet.errors import ConfigError
+from pywet.own_scene.building import Building
+from pywet.own_scene.description import Scene
+from pywet.report import render
+from pywet.runs.rundir import RunDir
+from reference_impl.scene import parts, walls
+from tests.own_scene.conftest import beads
+
+CUP_MM = 10.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two STL files of one cup, 10 mm wide, in m and shifted by 1 km."""
+    path = tmp_path_factory.mktemp("stl")
+    cup = make_surface("cup", "wall", bin_solid(0.5e-3 * CUP_MM, 0.002, 4, 0.0, 0.010))
+    write_stl(cup, path / "cup.stl")
+    rows = "".join(
+        "facet normal 0 0 0\nouter loop\n" + "".join("vertex {:.9f} {:.9f} {:.9f}\n".format(*(1e3 * p + [1e6, 0, 0])) for p in t)
+        + "endloop\nendfacet\n" for t in cup.corners
+    )  # fmt: skip
+    (path / "far.stl").write_text(f"solid cup\n{rows}endsolid cup\n")
+    return path
+
+
+class Drawn:
+    """What would be drawn."""
+
+    def __init__(self) -> None:
+        self.meshes: list[Any] = []
+
+    def add_mesh(self, mesh: Any, **_: Any) -> None:
+        self.meshes.append(mesh)
+
+
+def scene(folder: Path, wall: list[dict[str, Any]], at: list[tuple[float, float, float]], **more: Any) -> Scene:
+    entry = {"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": at}
+    given = {"spheres": [entry], "walls": wall, "liquid": {"film_um": 30}, "gravity_m_per_s2": (0, 0, 0), **more}
+    return Scene(**beads(**given), folder=folder)
+
+
+@pytest.mark.engine
+def test_as_many_bridges_as_faces_that_are_met(folder: Path, tmp_path: Path) -> None:
+    """In a cup's corner 3, in its groove 2, on its floor 1, of the STL file as of the vessel; at a block's edge 1; the replay
+    derives the parts from the triangles and finds a face that was given to another part."""
+    in_cup = [(3.49, 3.49, 1.51), (-3.49, 0.0, 1.51), (0.3, -0.5, 1.51)]
+    in_vessel = [(x + 30.0, y, z) for x, y, z in in_cup]
+    at = [*in_cup, *in_vessel, (61.0677, 0.0, 1.0677)]
+    given = [
+        {"name": "cup", "stl": "cup.stl", "stl_unit": "m"},
+        {
+            "name": "vessel",
+            "vessel": {"inner_width_mm": CUP_MM, "height_mm": 10, "thickness_mm": 2, "origin_mm": (30, 0, 0)},
+        },
+        {"name": "step", "block": {"low_mm": (50, -5, -10), "high_mm": (60, 5, 0)}},
+    ]
+    run = pywet.run(scene(folder, given, at, duration_s=0.002), tmp_path)
+    formed = run.events[(run.events["kind"] == 0) & (run.events["partner_kind"] != 0)]
+    count = formed.drop_duplicates(["i", "j"]).groupby("i").size()
+    assert [int(count[i]) for i in range(1, 8)] == [3, 2, 1, 3, 2, 1, 1]
+    assert run.replay["ok"] and run.replay["quantities"]["scene_parts"]["count"] == 3
+
+    drawn = Drawn()
+    render._add_walls(drawn, RunDir(tmp_path), 0, np.full(3, -1.0))
+    faces = drawn.meshes[0]
+    colour = {int(part): tuple(rgb) for part, rgb in zip(faces["part"], faces["colour"], strict=True)}
+    assert [colour[part] for part in (0, 1, 2, 6)] == [render.FACES[k] for k in (0, 1, 2, 0)]
+
+    said = json.loads((tmp_path / "scene.json").read_text())
+    meshes = walls.read(tmp_path, said)
+    assert not any(held.wrong for held in parts.derived(said, meshes))
+    said["walls"][2]["triangle_part"] = [max(p - 1, 0) for p in said["walls"][2]["triangle_part"]]
+    wrong = [held for held in parts.derived(said, meshes) if held.wrong]
+    assert len(wrong) == 1 and wrong[0].given == 4, wrong  # two faces of a block, two triangles each
+
+
+def test_a_size_that_no_sphere_meets_is_asked_back(folder: Path) -> None:
+    """The cup is 14 mm, its file in m; read as mm it is 0.014 mm, the other one read as m 14 m beside spheres of 3 um."""
+    with pytest.raises(
+        ConfigError, match=r"in mm is 0\.014 mm long beside spheres of 3 to 3 mm.*it is 14 mm \(stl_unit: m\)"
+    ):
+        Building(scene(folder, [{"name": "cup", "stl": "cup.stl"}], [(0, 0, 5)])).scene()
+    far = {"name": "cup", "stl": "far.stl", "stl_unit": "m", "origin_mm": (1e9, 0, 0)}
+    with pytest.raises(ConfigError, match=r"in m is 1\.4e\+04 mm long beside spheres .*it is 14 mm \(stl_unit: mm\)"):
+        Building(scene(folder, [far], [(0, 0, 5)])).scene()
+
+
+def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
+    """A cup 1 km from the origin is refused with the origin to give; with it, walls, spheres and motions are as at the origin."""
+    far = {
+        "name": "cup",
+        "stl": "far.stl",
+        "turns": {"turns_per_minute": 60, "axis": (0, 0, 1), "origin_mm": (1e6, 0, 0)},
+    }
+    with pytest.raises(ConfigError, match=r"about 1000 m from the origin .* add origin_mm: \[1000000, 0, 0\]"):
+        Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)])).scene()
+    made = Building(scene(folder, [far], [(1e6 + 1.0, 0, 5)], origin_mm=(1e6, 0, 0)))
+    near = Building(scene(folder, [{**far, "stl": "cup.stl", "stl_unit": "m", "turns": {**far["turns"], "origin_mm": (0, 0, 0)}}],
+                          [(1.0, 0, 5)]))  # fmt: skip
+    np.testing.assert_allclose(made.surfaces[0].corners, near.surfaces[0].corners, atol=1e-9)
+    assert made.scene().box_low_m == pytest.approx(near.scene().box_low_m, abs=1e-9)
+    assert made.scene().walls[0].own_motion == near.scene().walls[0].own_motion
+    assert made.spheres["x"].tolist() == [0.001]
+
+
+def test_thin_bodies_of_a_file_are_wires_when_named_so(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Each body is one part with the given half width; bars that are not named so are reported as faces."""
+    bars = [wire(np.array([0.0, y, 0.0]), np.array([0.03, y, 0.0]), 1e-3, 8, 1.1) for y in (0.0, 0.01)]
+    write_stl(make_surface("deck", "wall", [(bar, 1e-3) for bar in bars]), folder / "deck.stl")
+    deck = {"name": "deck", "stl": "deck.stl", "stl_unit": "m"}
+    named = Building(scene(folder, [{**deck, "half_width_mm": 1}], [(0, 0, 5)])).surfaces[0]
+    assert named.part_half_width == (0.001, 0.001) and not caplog.records
+    as_faces = Building(scene(folder, [deck], [(0, 0, 5)])).surfaces[0]
+    assert len(as_faces.part_half_width) == 2 * (8 + 2)
+    assert "wall deck: 2 of its 2 bodies are bars of about 2 mm, taken as faces" in caplog.text
+    assert "half_width_mm: 1 gives each" in caplog.text
+    wall = scene(folder, [{"name": "cup", "stl": "cup.stl", "stl_unit": "m", "half_width_mm": 0.5}], [(0, 0, 5)]).walls[
+        0
+    ]
+    assert wall.surface(folder).part_half_width == (0.0005,) and wall.fold_deg == 180.0
