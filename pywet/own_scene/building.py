@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,8 @@ from pywet.own_scene.feeding import waiting, ways
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
+from pywet.planning.size_distribution import Amount
+from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.screening.amounts import common_film_thickness, liquid_volume
 
 MARGIN_M = 0.010
@@ -47,7 +49,26 @@ class Building:
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
         """One class for each entry of `spheres`, in its order."""
-        return tuple(_sphere_class(k, s, self.said) for k, s in enumerate(self.said.spheres, start=1))
+        counts = {a.name: a.count for a in self.amounts}
+        return tuple(
+            _sphere_class(k, s, self.said, counts.get(s.name)) for k, s in enumerate(self.said.spheres, start=1)
+        )
+
+    @cached_property
+    def amounts(self) -> tuple[Amount, ...]:
+        """What is asked for and made of every entry with `mass_g`; entries of one material and region are one distribution."""
+        groups: dict[Any, list[Spheres]] = defaultdict(list)
+        for s in self.said.spheres:
+            if s.mass_g is not None:
+                groups[s.material, s.box or s.cylinder, s.fed].append(s)
+        return tuple(
+            amount
+            for group in groups.values()
+            for amount in whole_amounts(
+                [s.name for s in group], [1e-3 * (s.mass_g or 0.0) for s in group],
+                [_sphere_kg(s, self.said) for s in group], f"scene {self.said.name}",
+            )
+        )  # fmt: skip
 
     @cached_property
     def pairs(self) -> tuple[typed.ContactPair, ...]:
@@ -133,7 +154,8 @@ class Building:
         said = self.said
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
         laws = placed_laws(said.laws, said.folder)
-        return plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+        chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+        return replace(chosen, amounts=self.amounts)
 
     @property
     def time_step(self) -> float:
@@ -191,16 +213,18 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     return scene
 
 
-def _sphere_class(kind: int, spheres: Spheres, said: Scene) -> typed.SphereClass:
+def _sphere_kg(spheres: Spheres, said: Scene) -> float:
+    """Mass of one sphere of an entry [kg]."""
+    return said.materials[spheres.material].density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
+
+
+def _sphere_class(kind: int, spheres: Spheres, said: Scene, of_mass: int | None) -> typed.SphereClass:
+    """Size class of an entry; `of_mass`: number of spheres that follows from its mass."""
     material = said.materials[spheres.material]
-    sphere_kg = material.density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
-    if spheres.at_mm is not None:
-        count = len(spheres.at_mm)
-    else:
-        count = spheres.count or max(1, round(1e-3 * (spheres.mass_g or 0.0) / sphere_kg))
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
-        contact_angle_rad=math.radians(material.contact_angle_deg), count=count,
+        contact_angle_rad=math.radians(material.contact_angle_deg),
+        count=of_mass or spheres.count or len(spheres.at_mm or ()),
         fed=typed.Fed(from_s=spheres.fed.from_s, for_s=spheres.fed.for_s) if spheres.fed else None,
     )  # fmt: skip
 

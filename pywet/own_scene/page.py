@@ -31,6 +31,7 @@ def write(folder: Path, picture: Path) -> Path:
         page.Section(
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
         ),
+        *_sizes(run),
         page.Section("Where the liquid is", _liquid(run), "Liquid"),
         page.Section("Contacts and speeds", _contacts(run), "Contacts"),
         page.Section("Which effects were simulated", _effects(run), "Effects"),
@@ -56,6 +57,21 @@ def _cards(run: Run, wrong: bool) -> list[page.Card]:
             page.Card(f"{said['ledger_error']:.1g}", "of the liquid lost or made", "" if wrong else "good"),
         ]
     return cards
+
+
+def _sizes(run: Run) -> list[page.Section]:
+    """Masses asked for and made, where numbers of spheres follow from masses."""
+    rows = run.summary.get("amounts")
+    if not rows:
+        return []
+    table = page.table_of(rows, {
+        "size": lambda r: page.left(r["name"]),
+        "spheres": lambda r: str(r["count"]),
+        "asked [g]": lambda r: f"{1e3 * r['asked_kg']:.4g}",
+        "made [g]": lambda r: f"{1e3 * r['made_kg']:.4g}",
+        "difference": lambda r: f"{100 * (r['made_kg'] / r['asked_kg'] - 1):+.1f} %",
+    })  # fmt: skip
+    return [page.Section("Masses in whole spheres", table, "Sizes")]
 
 
 def _liquid(run: Run) -> str:
