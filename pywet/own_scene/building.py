@@ -17,7 +17,6 @@ from scipy.spatial import cKDTree
 from pywet import scene as typed
 from pywet.apparatus import Surface, fill
 from pywet.apparatus.initial import wall_mesh, write_initial
-from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Floats
 from pywet.bench import bodies
 from pywet.config.loading import placed_laws
@@ -25,6 +24,7 @@ from pywet.config.messages import mistake
 from pywet.errors import ConfigError
 from pywet.files import write_json
 from pywet.laws.contact import film_volume
+from pywet.own_scene import extent
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
 from pywet.own_scene.walls import OwnMotion
@@ -130,23 +130,33 @@ class Building:
         return table
 
     @cached_property
-    def box(self) -> tuple[Floats, Floats]:
-        """Corners of what is simulated: all spheres, and all walls wherever they move."""
+    def extent(self) -> tuple[Floats, Floats]:
+        """Corners of a box around all spheres at the start, their paths until they enter, and all walls wherever they move."""
         corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres)[0]]
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
-            corners += [surface.vertices, *_moved(surface.vertices, motion)]
+            corners += [surface.vertices, *extent.moved(surface.vertices, motion)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
         everything = np.concatenate(corners)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
 
+    @cached_property
+    def wall_speed(self) -> float:
+        """The fastest that a wall moves [m/s]."""
+        return max([0.0, *(extent.speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True))])
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Corners of what is simulated: the extent, with room for spheres that moving walls throw."""
+        room = extent.thrown(self.wall_speed, self.said.gravity_m_per_s2, self.said.duration_s)
+        return extent.with_room(*self.extent, *room, 2.0 * max(c.radius_m for c in self.classes))
+
     @property
     def speed(self) -> float:
         """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
-        wall = [_speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True)]
-        low, high = self.box
+        low, high = self.extent
         fall = math.sqrt(2.0 * abs(float(np.dot(self.said.gravity_m_per_s2, high - low))))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
-        return max([*wall, fall, thrown])
+        return max(self.wall_speed, fall, thrown)
 
     @cached_property
     def plan(self) -> EffectPlan:
@@ -287,35 +297,3 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
 def _some(spheres: int) -> str:
     return f"{spheres} spheres" if spheres else "the ways of spheres that are fed"
-
-
-def _moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
-    """Where the corners of a moving wall get to."""
-    if isinstance(motion, typed.Slide):
-        return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
-    if isinstance(motion, typed.Vibration):
-        return [at + sign * 2.0 * np.array(motion.amplitude_m) for sign in (-1.0, 1.0)]
-    if isinstance(motion, typed.Rotation):
-        reach, along = _far_from_axis(at, motion), _along_axis(at, motion)
-        return [along + sign * reach * (1.0 - np.abs(np.array(motion.axis))) for sign in (-1.0, 1.0)]
-    return []
-
-
-def _speed(at: Floats, motion: OwnMotion | None) -> float:
-    """The fastest that corners of a wall move [m/s]."""
-    if isinstance(motion, typed.Slide):
-        return math.hypot(*motion.velocity_m_per_s)
-    if isinstance(motion, typed.Vibration):
-        return peak_speed(motion)
-    return 2.0 * math.pi / motion.period_s * _far_from_axis(at, motion) if motion else 0.0
-
-
-def _along_axis(at: Floats, rotation: typed.Rotation) -> Floats:
-    """The closest points of an axis."""
-    origin, axis = np.array(rotation.origin_m), np.array(rotation.axis)
-    return np.asarray(origin + ((at - origin) @ axis)[:, None] * axis)
-
-
-def _far_from_axis(at: Floats, rotation: typed.Rotation) -> float:
-    """Largest distance from an axis [m]."""
-    return float(np.linalg.norm(at - _along_axis(at, rotation), axis=1).max())
