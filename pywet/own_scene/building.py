@@ -24,7 +24,9 @@ from pywet.config.messages import mistake
 from pywet.errors import ConfigError
 from pywet.files import write_json
 from pywet.laws.contact import film_volume
+from pywet.notices import notice
 from pywet.own_scene import extent
+from pywet.own_scene.at_walls import PRESSED, expected, thickness
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
 from pywet.own_scene.walls import OwnMotion
@@ -168,6 +170,23 @@ class Building:
         return replace(chosen, amounts=self.amounts)
 
     @property
+    def warnings(self) -> list[str]:
+        """Sentences on spheres that contacts at the expected speed may let through walls."""
+        found = []
+        for wall in self.surfaces:
+            thick = thickness(wall.corners)
+            for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
+                deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
+                if deep > PRESSED * thick:
+                    least = (self.speed / (PRESSED * thick)) ** 2 * c.mass_kg
+                    found.append(
+                        f"{c.name} at up to {self.speed:.2g} m/s may overlap wall {wall.name} by {1e3 * deep:.2g} mm, and the "
+                        f"wall is {1e3 * thick:.2g} mm thick: a sphere pressed through it comes out at its far side; from "
+                        f"stiffness_N_per_m {least:.2g} on it does not, nor with a thicker wall"
+                    )
+        return found
+
+    @property
     def time_step(self) -> float:
         """As given, or a share of the stable step of a packing [s]."""
         how, liquid = self.said.time_step, self.liquid
@@ -216,6 +235,8 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
     made, run_dir = Building(said), Path(run_dir)
     scene = made.scene()
+    for sentence in made.warnings:
+        notice.warning("%s: %s", said.name, sentence)
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))

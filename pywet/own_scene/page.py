@@ -16,7 +16,7 @@ NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", 
 """Columns of liquid_by_wall that are no holder's."""
 CURVES = {
     "per sphere": ("contacts_per_sphere", "bridges_per_sphere"),
-    "overlap / radius": ("mean_overlap", "largest_overlap"),
+    "overlap / radius": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
     "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
 }
 DEEP = 0.05
@@ -106,12 +106,16 @@ def _contacts(run: Run) -> str:
             for column in columns:
                 one.plot(table["time_s"], table[column], label=column.removesuffix("_m_per_s").replace("_", " "))
             _finish(one, label)
-        drawn = page.picture(figure, "Contacts with walls are not in the overlaps.")
+        drawn = page.picture(figure, "A sphere has one contact with a wall, at the wall's closest point.")
     deepest = float(table["largest_overlap"].max())
-    text = f"Spheres overlap by {100 * deepest:.2g} % of the smaller radius at most, at the outputs."
+    into, through = (100 * float(table[f"largest_wall_{c}"].max()) for c in ("overlap", "penetration"))
+    text = (
+        f"Spheres overlap by {100 * deepest:.2g} % of the smaller radius at most, at the outputs, and walls by {into:.2g} % of "
+        f"the radius, {through:.2g} % of a wall's thickness."
+    )
     if deepest > DEEP:
         text += " That is deep: stiffer springs (`stiffness_N_per_m`) would be nearer to hard spheres."
-    return page.paragraph(text) + drawn
+    return "".join(page.paragraph(s) for s in (text, *run.summary.get("warnings", []))) + drawn
 
 
 def _finish(axes: Axes, label: str) -> None:
