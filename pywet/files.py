@@ -10,6 +10,9 @@ from __future__ import annotations
 import itertools
 import json
 import os
+import shutil
+import stat
+import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -27,14 +30,23 @@ AGAIN = "the run is not whole or was changed: run it again"
 
 
 @contextmanager
-def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; rename it to `path` on success, remove it on failure."""
+def atomic_write(path: Path, keep: bool = True) -> Iterator[Path]:
+    """Yield a temporary path beside `path`; rename it to `path` on success (unless not to `keep`), remove it on failure.
+
+    A link is followed, so that the file it names gets the content. A device or pipe is written to and stays what it is.
+    """
     path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    target = Path(os.path.realpath(path)) if path.is_symlink() and not _is_stream(path) else path
+    beside = Path(tempfile.gettempdir()) / path.name if _is_stream(path) else target
+    temporary = beside.with_name(f".{beside.stem}.{os.getpid()}.partial{beside.suffix}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
-        temporary.replace(path)
+        if _is_stream(path):
+            with temporary.open("rb") as made, path.open("wb", buffering=0) as stream:
+                shutil.copyfileobj(made, stream)
+        elif keep:
+            temporary.replace(target)
     except OSError as error:
         raise FileError(
             f"{shown(path)} could not be written ({error.strerror or one_line(error)}); "
@@ -50,11 +62,19 @@ def atomic_write(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def _is_stream(path: Path) -> bool:
+    """Whether a path is a device, a pipe or a socket, by whatever links; what the system keeps of a process counts as one."""
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)) or os.path.realpath(path).startswith(("/proc/", "/dev/"))
+
+
 def make_folder(path: Path) -> None:
     """Make a folder before the work whose results go there; a sentence where it cannot be written to."""
-    with atomic_write(Path(path) / "writable") as temporary:
+    with atomic_write(Path(path) / "writable", keep=False) as temporary:
         temporary.touch()
-    (Path(path) / "writable").unlink()
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -5,6 +5,7 @@ In a checkout they lie beside the package, where people look for them; `setup.py
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from pywet.errors import PywetError, shown
@@ -44,13 +45,18 @@ def place(name: str) -> Path:
 
 
 def begin(folder: Path) -> list[Path]:
-    """Write config/, Snakefile and README.md into a folder; refused where one of them is there already."""
+    """Write config/, Snakefile and README.md into a folder; refused where one of them is there and holds anything else."""
     folder = Path(folder)
     texts = {f"config/{path.name}": path.read_text() for path in sorted(place("config").iterdir())}
     texts |= {"Snakefile": SNAKEFILE, "README.md": README}
-    for name in ("config", "Snakefile", "README.md"):
-        if (folder / name).exists() or (folder / name).is_symlink():
-            raise PywetError(f"{shown(folder / name)} is there already; expected a folder without one: name another")
+    there = [name for name in ("config", "Snakefile", "README.md") if os.path.lexists(folder / name)]
+    if "config" in there and (folder / "config").is_dir():
+        there += [f"config/{name}" for name in os.listdir(folder / "config")]
+        there.remove("config")
+    for name in there:  # what an interrupted call has left is gone on from
+        path, whole = folder / name, len(there) == len(texts)
+        if whole or name not in texts or path.is_symlink() or not path.is_file() or path.read_text() != texts[name]:
+            raise PywetError(f"{shown(path)} is there already; expected a folder without one: name another")
     for name, text in texts.items():
         with atomic_write(folder / name) as temporary:
             temporary.write_text(text)

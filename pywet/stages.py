@@ -14,6 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pywet import run_folder
 from pywet.engines.choice import chosen
 from pywet.errors import PywetError, refused
 from pywet.files import write_json
@@ -86,19 +87,33 @@ def build(config: Config, case: int, scale: str, run_dir: Path, engine: str = "l
     from pywet.runs import second
     from pywet.screening import cases, identity
 
-    cases.build(config, case, scale, run_dir)
-    second.leave(run_dir, config.settings.laws.reference)
-    identity.leave(run_dir, f"{engine} {identity.identity(config, case, scale)}")
+    with run_folder.hold(run_dir):
+        cases.build(config, case, scale, run_dir)
+        second.leave(run_dir, config.settings.laws.reference)
+        word = identity.identity(config, case, scale)
+        identity.ask(run_dir, word)
+        identity.leave(run_dir, f"{engine} {word}")
+
+
+def fingerprint(config: Config, case: int, scale: str, engine: str = "liggghts") -> str:
+    """What a run of a case depends on, with its engine."""
+    from pywet.screening import identity
+
+    return f"{engine} {identity.identity(config, case, scale)}"
 
 
 def same_run(config: Config, case: int, scale: str, run_dir: Path, engine: str = "liggghts") -> bool:
-    """Whether a folder holds the finished, replayed run of this very case: the same scene, laws, plugin and engine."""
+    """Whether a folder holds the finished, replayed run of this very case, with all its files: the same scene, laws, plugin and
+    engine."""
     from pywet.screening import identity
 
     left = [status_path(run_dir, stage) for stage in ("simulate", "replay", "results")]
     if not all(path.exists() and Status.read(path).ok for path in left):
         return False
-    return identity.left(run_dir) == f"{engine} {identity.identity(config, case, scale)}"
+    if lost := run_folder.missing(run_dir, ("simulate", "results")):
+        notice.warning(f"{run_dir} lacks {lost[0]}{' and more' if lost[1:] else ''} of its run")
+        return False
+    return identity.left(run_dir) == fingerprint(config, case, scale, engine)
 
 
 def simulate(run_dir: Path, ranks: int, progress: bool, engine: str = "liggghts", mpi: str = "") -> None:
@@ -118,15 +133,16 @@ def replay(run_dir: Path) -> dict[str, Any] | None:
     from reference_impl.replay.replay import replay as recompute
 
     folder = Path(run_dir)
-    command.forget(folder)
-    try:
-        if command.nothing_to_replay(folder):
-            whole.check(folder)
-            return None
-        replayed: dict[str, Any] = recompute(folder, functions=second.of_run(folder))
-    except ReplayError as error:
-        raise PywetError(str(error)) from error
-    audit.write(folder)
+    with run_folder.hold(folder, shared=True):
+        command.forget(folder)
+        try:
+            if command.nothing_to_replay(folder):
+                whole.check(folder)
+                return None
+            replayed: dict[str, Any] = recompute(folder, functions=second.of_run(folder))
+        except ReplayError as error:
+            raise PywetError(str(error)) from error
+        audit.write(folder)
     return replayed
 
 
@@ -136,7 +152,8 @@ def results(run_dir: Path) -> None:
     from pywet.screening.results import summarise, write_results
 
     run = RunDir(Path(run_dir))
-    summarise(run, write_results(run))
+    with run_folder.hold(run_dir, shared=True), run_folder.recording(run_dir, "results", ("results/*",)):
+        summarise(run, write_results(run))
 
 
 def vtk(run_dir: Path, paraview: bool = False) -> None:
@@ -146,15 +163,17 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
     from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
 
-    series.write(run_dir, with_cuboids=paraview)
-    try:
-        wrong = shown.disagreement(Path(run_dir))
-    except ReplayError as error:
-        raise PywetError(str(error)) from error
-    if wrong:
-        raise PywetError(wrong)
-    if paraview:
-        opening.write(run_dir)
+    with run_folder.hold(run_dir, shared=True):
+        series.write(run_dir, with_cuboids=paraview)
+        try:
+            wrong = shown.disagreement(Path(run_dir))
+        except ReplayError as error:
+            raise PywetError(str(error)) from error
+        if wrong:
+            raise PywetError(wrong)
+        if paraview:
+            with run_folder.recording(run_dir, "vtk", ("vtk/open_in_paraview.py",)):
+                opening.write(run_dir)
 
 
 def first_moist(run_dirs: Iterable[Path]) -> Path | None:

@@ -12,6 +12,7 @@ import pandas as pd
 from pywet.apparatus import Surface, write_stl
 from pywet.files import write_json, write_table
 from pywet.laws.contact import film_volume
+from pywet.run_folder import claim
 from pywet.scene import Scene, WallMesh
 from pywet.schema import CORNERS
 
@@ -81,6 +82,7 @@ def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
 def write_initial(scene: Scene, surfaces: Sequence[Surface], spheres: pd.DataFrame, run_dir: Path) -> None:
     """Write the scene and all it refers to; `surfaces` in the order of scene.walls, the films of `spheres` as `sphere_table`."""
     run_dir = Path(run_dir)
+    claim(run_dir)
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         write_stl(surface, run_dir / wall.stl)
     write_table(spheres.drop(columns="film", errors="ignore"), run_dir / scene.spheres_file)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from pywet.errors import PywetError
 from pywet.files import read_table, write_json
 from pywet.ranges import SCENE
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
+from pywet.screening import identity
 
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
@@ -183,8 +184,12 @@ def run(name: str, run_dir: Path, choice: Choice | None = None) -> dict[str, flo
     """Run a scene by name and leave its numbers in scene_result.json."""
     if name not in SCENES:
         raise PywetError(f"there is no scene named {name}; expected one of {', '.join(SCENES)}")
-    numbers = SCENES[name](Path(run_dir), choice or Choice())
-    write_json(Path(run_dir) / RESULT, {k: None if math.isnan(v) else v for k, v in numbers.items()})
+    chosen = choice or Choice()
+    word = identity.of_description({"scene": name, **asdict(chosen)})
+    with identity.room_for(Path(run_dir), word):
+        identity.leave(Path(run_dir), word)
+        numbers = SCENES[name](Path(run_dir), chosen)
+        write_json(Path(run_dir) / RESULT, {k: None if math.isnan(v) else v for k, v in numbers.items()})
     return numbers
 
 

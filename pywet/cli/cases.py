@@ -84,6 +84,7 @@ def run(
     loaded.scale(name)
     suffix = ("" if engine == "liggghts" else f"_{engine}") + (f"_{preset}" if preset else "")
     folder = out_dir or Path("results") / name / f"{loaded.case(case).name}{suffix}"
+    folder = folder if folder.name not in ("", "..") else folder.resolve()
     first, folders = loaded.settings.seed, []
     for k in range(seeds):
         folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
@@ -95,25 +96,35 @@ def run(
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
     """One run of a case, unless its folder holds it already; what it says of itself."""
     from pywet import stages
+    from pywet.screening import identity
+
+    with identity.room_for(folder, stages.fingerprint(loaded, case, name, engine)):
+        _stages(loaded, case, name, folder, engine, ranks)
+    showing.show_summary(folder)
+
+
+def _stages(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
+    """The stages of a run in a directory that is held."""
+    from pywet import stages
     from pywet.runs import second
     from pywet.screening import cases
 
     if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
-        if not second.same(folder, loaded.settings.laws.reference):
-            showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
-            second.leave(folder, loaded.settings.laws.reference)
-            showing.stage(folder, "replay", lambda: stages.replay(folder))
-    else:
-        showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
-        if engine == "liggghts":
-            showing.say_time(loaded, case, name)
-            if advice := cases.shorter_step(loaded, case, name):
-                showing.err.print(advice, soft_wrap=True)
-        showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
-        showing.stage(folder, "results", lambda: stages.results(folder))
+        if second.same(folder, loaded.settings.laws.reference):
+            return
+        showing.err.print("but the second functions for the reference: it is replayed again", soft_wrap=True)
+        second.leave(folder, loaded.settings.laws.reference)
         showing.stage(folder, "replay", lambda: stages.replay(folder))
-    showing.show_summary(folder)
+        return
+    showing.stage(folder, "scene", lambda: stages.build(loaded, case, name, folder, engine))
+    if engine == "liggghts":
+        showing.say_time(loaded, case, name)
+        if advice := cases.shorter_step(loaded, case, name):
+            showing.err.print(advice, soft_wrap=True)
+    showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
+    showing.stage(folder, "results", lambda: stages.results(folder))
+    showing.stage(folder, "replay", lambda: stages.replay(folder))
 
 
 @app.command()

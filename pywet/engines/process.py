@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import fcntl
 import os
 import re
 import resource
@@ -17,7 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pywet.errors import EngineError, PywetError
+from pywet.errors import EngineError
 from pywet.notices import notice
 from pywet.scene import Scene
 
@@ -102,17 +101,6 @@ def surroundings(python: bool = False) -> dict[str, str]:
         | kept
         | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     )
-
-
-@contextmanager
-def alone(run_dir: Path) -> Iterator[None]:
-    """Hold the run directory; the lock goes with the process, also when that is killed."""
-    with open(run_dir / ".engine.lock", "w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise PywetError(f"another run is at work in {run_dir}; wait for it or stop it") from error
-        yield
 
 
 def _peak_memory(pid: int) -> int | None:

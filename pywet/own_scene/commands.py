@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.own_scene import building, results
@@ -13,7 +13,7 @@ from pywet.own_scene.description import Scene
 from pywet.planning import EffectPlan
 from pywet.runs import second
 from pywet.runs.loaded import Run
-from pywet.screening import verdict
+from pywet.screening import identity, verdict
 
 
 def read_scene(file: Path | str) -> Scene:
@@ -34,11 +34,15 @@ def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False
     Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees.
     """
     where = Path(folder)
-    building.write(scene, where)
-    second.leave(where, placed_laws(scene.laws, scene.folder).reference)
-    stages.simulate(where, ranks, progress)
-    results.write(where)
-    stages.replay(where)
+    word = identity.of_description(scene.model_dump(mode="json"))
+    with identity.room_for(where, word):
+        building.write(scene, where)
+        identity.leave(where, word)
+        second.leave(where, placed_laws(scene.laws, scene.folder).reference)
+        stages.simulate(where, ranks, progress)
+        with run_folder.recording(where, "results", ("results/*",)):
+            results.write(where)
+        stages.replay(where)
     objections = verdict.objections(where)
     if objections:
         raise PywetError("; ".join(objections))

@@ -7,7 +7,6 @@ of classes, holders and partners stand for is in the field data. Lengths in m, t
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness
 from pywet.report import standing
@@ -165,7 +165,7 @@ def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
     """Write the time series of a run anew and return their .pvd files."""
     run = RunDir(Path(run_dir))
     folder, partial = run.path / "vtk", run.path / "vtk.partial"
-    shutil.rmtree(partial, ignore_errors=True)
+    run_folder.remove_working(partial)
     partial.mkdir(parents=True)
     kinds = [*KINDS, *["cuboids"] * with_cuboids]
     for kind in kinds:
@@ -175,8 +175,8 @@ def write(run_dir: Path, with_cuboids: bool = False) -> list[Path]:
             _save(output(run, kind, step), partial / name)
             rows.append(f'    <DataSet timestep="{time!r}" part="0" file="{name}"/>')
         (partial / f"{kind}.pvd").write_text(SERIES.format(rows="\n".join(rows)))
-    shutil.rmtree(folder, ignore_errors=True)
-    partial.rename(folder)
+    run_folder.forget(run.path, "vtk")
+    run_folder.record(run.path, "vtk", run_folder.name_folder(run.path, partial, "vtk"))
     return [folder / f"{kind}.pvd" for kind in kinds]
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.errors import NotWhole
 from pywet.files import write_parts
 from pywet.schema import RAW
@@ -25,23 +25,21 @@ SORT = {
 }
 
 
-OUTPUT = (
-    "trajectory.parquet", "mesh_motion.parquet", *(f"history/{name}.parquet" for name in (*RAW, "window_*")), "replay.json",
-    "contributions.json", "audit.json", "summary.json", "picture.png", "movie.mp4", "movie.webp", "results", "vtk",
-    "engine.partial.new",
+BY_NAME = (
+    "replay.json", "contributions.json", "audit.json", "summary.json",
     *(f"status/{stage}.json" for stage in ("simulate", "replay", "results", "vtk")),
 )  # fmt: skip
-"""All that follows from a run, by its path in the run directory."""
+"""What stages write under these names and nobody else."""
+RECORDED = ("simulate", "results", "vtk", "pictures")
+"""Stages whose files are recorded one by one."""
 
 
 def forget(run_dir: Path) -> None:
-    """Remove what an earlier run left in the directory, the sign that it is whole first."""
+    """Delete what an earlier run in the directory is recorded to have written, the sign that it is whole first."""
     (run_dir / "engine" / "tables.json").unlink(missing_ok=True)
-    for path in [run_dir / "engine", *(path for name in OUTPUT for path in run_dir.glob(name))]:
-        if path.is_dir():
-            shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
+    run_folder.forget(run_dir, *RECORDED)
+    for name in BY_NAME:
+        (run_dir / name).unlink(missing_ok=True)
 
 
 QUICK = ("events", "contacts")

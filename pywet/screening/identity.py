@@ -7,16 +7,21 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pywet
+from pywet import run_folder
 from pywet.apparatus import build_apparatus
 from pywet.config import Config
 from pywet.errors import PywetError
-from pywet.files import read_bytes, read_if_there, write_json
+from pywet.files import atomic_write, read_bytes, read_if_there, write_json
 from pywet.laws import own
+from pywet.notices import notice
 from pywet.screening import cases
 
 FILE = "identity.json"
@@ -36,6 +41,12 @@ def identity(config: Config, number: int, scale_name: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+def of_description(description: dict[str, Any]) -> str:
+    """The word of a described scene: what it says and the code of its run; where its files lie is not in it."""
+    said = {key: value for key, value in description.items() if key not in ("folder", "file")}
+    return hashlib.sha256(json.dumps([said, _code()], sort_keys=True).encode()).hexdigest()[:16]
+
+
 def told(config: Config, number: int, scale_name: str, preset: str | None = None) -> str:
     """The same for the workflow, with another preset where it is named; why not, where a case cannot be built."""
     try:
@@ -52,13 +63,42 @@ def content(config: Config) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
+def ask(run_dir: Path, word: str) -> str:
+    """Write which run the configuration asks of a directory, unless that is what it says; returns the file.
+
+    It is an input of the workflow, and older than the run's status only where the run is the one that is asked for.
+    """
+    path, text = run_dir / run_folder.CONFIGURED, json.dumps({"identity": word})
+    if not path.exists() or path.read_text() != text:
+        with atomic_write(path) as temporary:
+            temporary.write_text(text)
+    return str(path)
+
+
 def leave(run_dir: Path, word: str) -> None:
     write_json(run_dir / FILE, {"identity": word})
 
 
 def left(run_dir: Path) -> str | None:
-    """The word of the run in a folder, None where there is none."""
-    return (read_if_there(run_dir / FILE) or {}).get("identity")
+    """The word of the run in a folder, None where there is none or the file holds no word."""
+    try:
+        word: str = (read_if_there(run_dir / FILE, shape=dict[str, str]) or {})["identity"]
+    except (PywetError, KeyError):
+        return None
+    return word
+
+
+@contextmanager
+def room_for(run_dir: Path, word: str) -> Iterator[None]:
+    """Hold a run directory for a run of this word; one of another that is in it is moved aside, with a notice."""
+    with ExitStack() as held:
+        held.enter_context(run_folder.hold(run_dir))
+        if left(run_dir) not in (None, word):
+            moved = run_folder.move_aside(run_dir)
+            notice.warning(f"{run_dir} held a run of another configuration or version: it is in {moved} now")
+            held.close()
+            held.enter_context(run_folder.hold(run_dir))
+        yield
 
 
 def _text(law: str) -> str:

@@ -15,7 +15,8 @@ class Stopped(BaseException):
 
 def tables_of(run_dir: Path) -> dict[str, pd.DataFrame]:
     """All tables of a finished run that the engine gave."""
-    paths = [path for name in tables.OUTPUT if name.endswith(".parquet") for path in sorted(run_dir.glob(name))]
+    names = ("trajectory", "mesh_motion", *(f"history/{name}" for name in (*tables.RAW, "window_*")))
+    paths = [path for name in names for path in sorted(run_dir.glob(f"{name}.parquet"))]
     return {path.stem: pd.read_parquet(path) for path in paths}
 
 

@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet import run_folder
 from pywet.bench import small
 from pywet.engines.liggghts import checkpoint, collecting, driver, logs, process
 from pywet.engines.liggghts.restart_file import holds
@@ -60,15 +61,11 @@ def ended(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         patch.setattr(collecting, "make", stop)
         with pytest.raises(Stopped):
             driver.run(run_dir, progress=False)
-    for name in (
-        "trajectory.parquet",
-        "history/events.parquet",
-        "replay.json",
-        "engine/log.liggghts",
-        "results/old.csv",
-    ):
+    earlier = ("trajectory.parquet", "history/events.parquet", "replay.json", "engine/log.liggghts", "results/old.csv")
+    for name in earlier:
         (run_dir / name).parent.mkdir(exist_ok=True)
         (run_dir / name).write_text("of an earlier run")
+    run_folder.record(run_dir, "simulate", [run_dir / name for name in earlier])
     return run_dir
 
 
@@ -395,6 +392,8 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
     for name in ("replay.json", "results/liquid_by_holder.csv", "status/replay.json"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("{}")
+    run_folder.record(tmp_path, "results", [tmp_path / "results" / "liquid_by_holder.csv"])
+    (tmp_path / "results" / "notes.txt").write_text("mine")
     before = tables_of(tmp_path)
     prepare(tmp_path, "dry", 300)
     scene = Scene.read(tmp_path / "scene.json")
@@ -407,6 +406,7 @@ def test_a_dry_run_leaves_nothing_of_a_moist_one(tmp_path: Path) -> None:
     left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
     moist = {f"history/{name}.parquet" for name in (*logs.RAW, "transfer")} | {"history/meta.json"}
     assert not left & (moist | {"replay.json", "results/liquid_by_holder.csv", "status/replay.json"})
+    assert "results/notes.txt" in left
 
 
 @pytest.mark.slow

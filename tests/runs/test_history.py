@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pywet import run_folder
 from pywet.engines.liggghts import collecting, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_parts, read_table, write_parts
@@ -129,10 +130,12 @@ def test_nothing_of_an_earlier_run_is_left(tmp_path: Path) -> None:
         "history/window_states.parquet",
         "results/checks.json",
     ]
-    kept = ["scene.json", "history/spheres.parquet", "stl/wires.stl"]
+    kept = ["scene.json", "history/spheres.parquet", "stl/wires.stl", "results/notes.txt", "picture.png"]
     for name in [*made, *kept]:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
+    run_folder.claim(tmp_path)
+    run_folder.record(tmp_path, "simulate", [tmp_path / name for name in made if name != "summary.json"])
     tables.forget(tmp_path)
     assert not any((tmp_path / name).exists() for name in made)
     assert all((tmp_path / name).exists() for name in kept)

@@ -3,13 +3,14 @@
 
 
 rule scene:
+    input:
+        # written by `pywet run` too, so that a run of another configuration is seen whoever made it
+        configured=lambda wildcards: ask(Path(ROOT) / wildcards.case, asked(wildcards.case)),
     output:
         status=f"{ROOT}/{{case}}/status/scene.json",
     params:
         config=str(CONFIG),
-        identity=lambda wildcards: told(
-            CONFIGURED.with_seed(RUNS[wildcards.case][2]), RUNS[wildcards.case][0], SCALE, RUNS[wildcards.case][1]
-        ),
+        identity=lambda wildcards: asked(wildcards.case),
         number=lambda wildcards: RUNS[wildcards.case][0],
         preset=lambda wildcards: RUNS[wildcards.case][1],
         scale=SCALE,

@@ -10,7 +10,7 @@ from pywet import config as settings
 from pywet.errors import PywetError
 from pywet.evidence.accuracy.needs import need
 from pywet.runs.second import word
-from pywet.screening.identity import content, told
+from pywet.screening.identity import ask, content, told
 from pywet.shipped import place
 
 STUDY_SIZE = config.pop("study_size", "quick")
@@ -63,6 +63,15 @@ RUNS = {
 }
 """Folder name of a run -> (number of its case, preset where it is another, seed)."""
 SCALE = CHOSEN.scale
+
+
+@cache
+def asked(case):
+    """Fingerprint of the run that the configuration asks for in a case's folder."""
+    number, preset, seed = RUNS[case]
+    return told(CONFIGURED.with_seed(seed), number, SCALE, preset)
+
+
 OWN = "" if CONFIG == Path("config") else f"{CONFIG.resolve().name}/"
 ROOT = f"results/{OWN}{SCALE}"
 """All results of this call; one folder for each case. Those of another folder of the configuration have one of its name."""

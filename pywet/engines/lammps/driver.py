@@ -7,7 +7,6 @@ and records no motion in windows.
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 import time
 from dataclasses import asdict
@@ -17,9 +16,10 @@ from pywet.engines.lammps import build, deck
 from pywet.engines.liggghts import checkpoint, collecting
 from pywet.engines.liggghts.driver import RunInfo
 from pywet.engines.liggghts.inputs import write_inputs
-from pywet.engines.process import OUTPUT, alone, attend, last_words, progress_bar
-from pywet.errors import PywetError, StoppedRun
+from pywet.engines.process import OUTPUT, attend, last_words, progress_bar
+from pywet.errors import PywetError, StoppedRun, one_line
 from pywet.planning import time_steps as advisor
+from pywet.run_folder import hold, remove_working
 from pywet.runs import tables
 from pywet.scene import Scene
 
@@ -47,8 +47,8 @@ def run(
     folder = run_dir / "engine.partial"
     mark = checkpoint.fingerprint(run_dir, scene, version, plugin.name, *extra, integrate)
     try:
-        with alone(run_dir):
-            shutil.rmtree(folder, ignore_errors=True)
+        with hold(run_dir):
+            remove_working(folder)
             checkpoint.start(folder, mark)
             tables.forget(run_dir)
             deck.write(scene, run_dir, folder, extra, integrate)
@@ -66,7 +66,7 @@ def run(
             return info
     except OSError as error:
         raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
+            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space"
         ) from error
 
 

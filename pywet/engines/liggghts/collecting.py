@@ -7,7 +7,6 @@ raw files. `engine/tables.json` says which tables belong to the run.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.apparatus.motion import Floats, engine_displacement
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, logs, windows
 from pywet.errors import NotWhole, PywetError
 from pywet.files import read_json, read_parts, read_table, write_json, write_parts, write_table
+from pywet.run_folder import remove_working
 from pywet.runs import tables
 from pywet.scene import Scene, Slide, Vibration, WallMesh
 
@@ -34,7 +35,7 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
     Raises `NotWhole` where the raw files do not hold what was planned.
     """
     made = folder / TABLES
-    shutil.rmtree(made, ignore_errors=True)
+    remove_working(made)
     convert_trajectory(folder / logs.TRAJECTORY, made / "trajectory.parquet", scene.time_step_s)
     trajectory = steps_of(made / "trajectory.parquet")
     planned(trajectory, scene, str(folder / logs.TRAJECTORY))
@@ -71,17 +72,20 @@ def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> 
     run_json = {"engine/run.json": logs.checked(folder / "run.json")}
     write_json(folder / INDEX, {"fingerprint": mark, "files": {**sums, **run_json}})
     tables.forget(run_dir)
+    inside = (path for path in folder.rglob("*") if path.is_file() and made not in path.parents)
+    written = [*(run_dir / name for name in sums), *(run_dir / "engine" / path.relative_to(folder) for path in inside)]
+    run_folder.record(run_dir, "simulate", written)
     for name in sums:
         (run_dir / name).parent.mkdir(exist_ok=True)
         (made / name).replace(run_dir / name)
-    shutil.rmtree(made)
-    folder.rename(run_dir / "engine")
+    remove_working(made)
+    run_folder.name_folder(run_dir, folder, "engine")
     tidy(run_dir / "engine")
 
 
 def tidy(engine: Path) -> None:
     """Remove what only a run under way needs; may be done again."""
-    shutil.rmtree(engine / checkpoint.FOLDER, ignore_errors=True)
+    remove_working(engine / checkpoint.FOLDER)
     for path in (*logs.files(engine), engine / checkpoint.FINISHED, engine / checkpoint.FINGERPRINT):
         path.unlink(missing_ok=True)
 

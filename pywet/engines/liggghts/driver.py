@@ -20,11 +20,12 @@ from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
 from pywet.engines.liggghts.inputs import write_inputs
 from pywet.engines.liggghts.process import LOOP_TIME, execute
-from pywet.engines.process import Usage, alone, installed, progress_bar
-from pywet.errors import EngineError, NotWhole, PywetError
+from pywet.engines.process import Usage, installed, progress_bar
+from pywet.errors import EngineError, NotWhole, PywetError, one_line
 from pywet.files import read_if_there, read_table
 from pywet.notices import notice
 from pywet.planning import time_steps as advisor
+from pywet.run_folder import hold, remove_working
 from pywet.runs import tables
 from pywet.scene import Scene
 
@@ -52,7 +53,7 @@ class RunInfo:
     cpu_s: float = 0.0
     """Processor time of the engine's process (with more ranks: of all of them)."""
     loop_cpu_s: float | None = None
-    """The same for the time steps alone, without Python's start and the compilation of laws; None where not known."""
+    """The same for the time steps without Python's start and the compilation of laws; None where not known."""
     peak_memory_B: int | None = None
     """Largest resident memory of the engine's process (of one rank: not known with more)."""
 
@@ -103,7 +104,7 @@ def run(
     task = Task(scene, run_dir, folder, mark, ranks, progress, launch, mpi, {"extra": extra, "integrate": integrate})
     fixed = {"engine_version": version, "plugin_hash": plugin.stem.removeprefix("libpywet-") if plugin else None}
     try:
-        with alone(run_dir):
+        with hold(run_dir):
             done = collecting.kept(run_dir, mark) if keep else None
             if done:
                 write_inputs(scene, run_dir)
@@ -119,7 +120,7 @@ def run(
             return _collect(task, {**fixed, **account})
     except OSError as error:
         raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
+            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space"
         ) from error
 
 
@@ -181,13 +182,13 @@ def _begin(task: Task, passed: list[str]) -> checkpoint.Checkpoint | None:
     passed = passed + damaged
     ready = folder if point else folder.with_name("engine.partial.new")
     if point is None:
-        shutil.rmtree(ready, ignore_errors=True)
+        remove_working(ready)
         checkpoint.start(ready, task.mark)
     deck.write_deck(scene, task.run_dir, ready, resume=point, ranks=task.ranks, **task.deck)
     write_inputs(scene, task.run_dir)
     why = f"; passed over: {', '.join(passed[:3])}{' and older ones' if passed[3:] else ''}" if passed else ""
     if point is None:
-        shutil.rmtree(folder, ignore_errors=True)
+        remove_working(folder)
         ready.rename(folder)
         if passed:
             notice.warning(f"{scene.name}: begins anew{why}")

@@ -6,7 +6,6 @@ first and renamed when the run is complete. The program runs in_yade.py; no modu
 
 from __future__ import annotations
 
-import shutil
 import time
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pywet import run_folder
 from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
-from pywet.engines.process import OUTPUT, Report, alone, attend, installed, last_words, progress_bar, surroundings
+from pywet.engines.process import OUTPUT, Report, attend, installed, last_words, progress_bar, surroundings
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
-from pywet.errors import PywetError, StoppedRun
+from pywet.errors import PywetError, StoppedRun, one_line
 from pywet.files import read_json, read_table, write_json, write_table
 from pywet.planning import time_steps as advisor
+from pywet.run_folder import hold, remove_working
 from pywet.runs import tables
 from pywet.scene import Scene
 
@@ -115,8 +116,8 @@ def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -
     """Run a task in engine.partial and read its frames into trajectory and mesh motion; wall time of the program [s]."""
     folder = run_dir / "engine.partial"
     try:
-        with alone(run_dir):
-            shutil.rmtree(folder, ignore_errors=True)
+        with hold(run_dir):
+            remove_working(folder)
             folder.mkdir(parents=True)
             tables.forget(run_dir)
             write_json(folder / "task.json", task)
@@ -127,7 +128,7 @@ def execute(run_dir: Path, scene: Scene, task: dict[str, Any], progress: bool) -
             _collect(scene, run_dir, folder)
     except OSError as error:
         raise PywetError(
-            f"the run in {run_dir} stopped: {error.strerror}; expected a writable folder with free space"
+            f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space"
         ) from error
     return wall
 
@@ -137,8 +138,9 @@ def finish(run_dir: Path, task: dict[str, Any], version: str, wall_s: float, **m
     folder = run_dir / "engine.partial"
     info = {"engine": PROGRAM[0], "engine_version": version, "wall_s": wall_s, "steps": task["steps"]}
     write_json(folder / "run.json", {**info, "spheres": len(task["spheres"]), "ranks": 1, **more})
-    shutil.rmtree(run_dir / "engine", ignore_errors=True)
-    folder.rename(run_dir / "engine")
+    written = ("trajectory.parquet", "mesh_motion.parquet", "history/*.parquet")
+    tables = [path for name in written for path in run_dir.glob(name)]
+    run_folder.record(run_dir, "simulate", [*tables, *run_folder.name_folder(run_dir, folder, "engine")])
 
 
 def _watch(folder: Path, scene: Scene, report: Report) -> None:

@@ -9,14 +9,13 @@ of it what they do.
 from __future__ import annotations
 
 import math
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from pywet import stages
+from pywet import run_folder, stages
 from pywet.bench import small
 from pywet.bench.bodies import contacts, coordination, last, loose_box
 from pywet.bench.scenes import Choice, bed_angles, in_a_drum
@@ -27,6 +26,7 @@ from pywet.engines.yade import moist
 from pywet.errors import PywetError
 from pywet.files import read_table, write_table
 from pywet.laws.kinds import SWITCHED
+from pywet.run_folder import remove_working
 from pywet.scene import Output, Scene
 
 OURS, DRY = "LIGGGHTS+pywet", "LIGGGHTS, dry"
@@ -136,15 +136,16 @@ def stock(run_dir: Path, scene: Scene, bed: Bed, model: str) -> None:
     if model not in LIGGGHTS_MODELS:
         raise PywetError(f"the model {model} was asked for; expected one of {', '.join(LIGGGHTS_MODELS)}")
     folder = run_dir / "engine.partial"
-    shutil.rmtree(folder, ignore_errors=True)
+    remove_working(folder)
     folder.mkdir(parents=True)
     deck.write_deck(scene, run_dir, folder, cohesion=_cohesion(scene, bed, LIGGGHTS_MODELS[model]))
     command = ["liggghts", "-in", "in.liggghts", "-log", "log.liggghts", "-screen", "screen.log"]
     process.execute(command, folder, scene, lambda done, total: None)
     write_table(read_trajectory(folder / "trajectory.txt", scene.time_step_s), run_dir / "trajectory.parquet")
     (folder / "trajectory.txt").unlink()
-    shutil.rmtree(run_dir / "engine", ignore_errors=True)
-    folder.rename(run_dir / "engine")
+    run_folder.forget(run_dir, "simulate")
+    written = [run_dir / "trajectory.parquet", *run_folder.name_folder(run_dir, folder, "engine")]
+    run_folder.record(run_dir, "simulate", written)
 
 
 def _cohesion(scene: Scene, bed: Bed, model: str) -> deck.Cohesion:

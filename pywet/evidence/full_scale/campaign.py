@@ -28,6 +28,8 @@ from pywet.evidence.accuracy.cost import Coefficients
 from pywet.evidence.accuracy.knobs import Level
 from pywet.evidence.accuracy.needs import Need, need
 from pywet.evidence.full_scale import kept
+from pywet.evidence.full_scale.judging import fingerprint
+from pywet.evidence.full_scale.statements import STATEMENTS
 from pywet.runs.summary import commit
 
 ORDER = (2, 11, 1, 10, 3, 12, 5, 14, 4, 13, 6, 15, 7, 16, 8, 17, 9, 18)
@@ -118,7 +120,12 @@ class Campaign:
             job.failed = one_line(log[-1] if log else f"exit code {job.process.returncode}")
         else:
             try:
-                kept.keep(job.folder, self.data, job.name, {"case": job.number, "settings": job.settings, **self.about})
+                kept.keep(
+                    job.folder,
+                    self.data,
+                    job.name,
+                    {"case": job.number, "settings": job.settings, "statements": fingerprint(STATEMENTS), **self.about},
+                )
                 job.done = True
             except PywetError as error:
                 job.failed = str(error)

@@ -1,15 +1,17 @@
-"""How a statement of the paper is judged by kept runs, with what seeds leave open.
+"""How a statement of the paper is judged by stored runs, with what seeds leave open.
 
-A quantity is taken for every seed that all its cases have, and its 95 % interval (Student) must lie on one side of the
-threshold, else it cannot be told. Where its cases have one seed in common, each is moved as the seeds of its neighbour differ.
-Without seeds of the neighbours a single run is taken at its word.
+A quantity is taken for every seed that all its cases have, and its 95 % interval (Student) must lie inside the range that the
+statement's words allow, or outside it; else the statement is inconclusive. Where its cases have one seed in common, each is moved
+as the seeds of its neighbour differ. Without seeds of the neighbours a single run is taken at its word.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -17,21 +19,41 @@ from pywet.evidence.compare.statistics import half_width
 from pywet.evidence.full_scale.kept import Kept, Moved
 
 Cases = Mapping[int, Kept]
-HOLDS, FAILS, OPEN, MISSING = "holds", "does not hold", "cannot be told", "not run"
+HOLDS, FAILS, OPEN, MISSING = "confirmed", "not confirmed", "inconclusive", "not run"
 
 
 @dataclass(frozen=True)
 class Part:
-    """One number that must be above (`more`) or below a threshold."""
+    """One number that must lie between `low` and `high`."""
 
     text: str
-    threshold: float
+    low: float
+    high: float
     quantity: Callable[[Cases], float]
-    more: bool
+
+    @property
+    def range(self) -> str:
+        """The range as an inequality."""
+        if math.isinf(self.low):
+            return f"{self.text} < {self.high:g}"
+        if math.isinf(self.high):
+            return f"{self.text} > {self.low:g}"
+        return f"{self.low:g} < {self.text} < {self.high:g}"
 
 
-above, below = partial(Part, more=True), partial(Part, more=False)
-"""The quantity must be larger, or smaller, than the threshold."""
+def within(text: str, low: float, high: float, quantity: Callable[[Cases], float]) -> Part:
+    """The quantity must lie between two limits."""
+    return Part(text, low, high, quantity)
+
+
+def above(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
+    """The quantity must be larger than the threshold."""
+    return Part(text, threshold, math.inf, quantity)
+
+
+def below(text: str, threshold: float, quantity: Callable[[Cases], float]) -> Part:
+    """The quantity must be smaller than the threshold."""
+    return Part(text, -math.inf, threshold, quantity)
 
 
 @dataclass(frozen=True)
@@ -59,10 +81,10 @@ def neighbour(case: int) -> int:
     return (1 if case < 10 else 10) + ((case - 1) % 3 > 0)
 
 
-def neighbours(case: int, runs: Mapping[int, Sequence[Kept]]) -> list[Moved]:
-    """The first run of a case, moved by each seed of its neighbour; none where that has a single seed."""
+def neighbours(case: int, runs: Mapping[int, Sequence[Kept]], run: Kept | None = None) -> list[Moved]:
+    """A run of a case, else its first, moved by each seed of its neighbour; none where that has a single seed."""
     seeds = runs.get(neighbour(case), ())
-    return [Moved(runs[case][0].folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
+    return [Moved((run or runs[case][0]).folder, seeds, k) for k in range(len(seeds))] if len(seeds) > 1 else []
 
 
 def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
@@ -76,6 +98,9 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
     if not common:
         return Answer(MISSING)
     worlds = [{case: seeds[seed] for case, seeds in by_seed.items()} for seed in common]
+    worlds = [w for w in worlds if not np.isnan([part.quantity(w) for part in statement.parts]).any()]
+    if not worlds:  # no run recorded it
+        return Answer(MISSING)
     if len(worlds) > 1:
         spreads = [np.std([part.quantity(w) for w in worlds], ddof=1) for part in statement.parts]
         halves = [half_width(float(s), len(worlds), len(worlds) - 1, 0.95) for s in spreads]
@@ -85,7 +110,7 @@ def judge(statement: Statement, runs: Mapping[int, Sequence[Kept]]) -> Answer:
 
 def _of_neighbours(statement: Statement, world: Cases, runs: Mapping[int, Sequence[Kept]]) -> list[float]:
     """Half the 95 % interval of each part: variances of its cases, moved one at a time, add up."""
-    moved = {case: neighbours(case, runs) for case in statement.cases}
+    moved = {case: neighbours(case, runs, world[case]) for case in statement.cases}
     freedom = sum(len(runs[n]) - 1 for n in {neighbour(case) for case, runs_of in moved.items() if runs_of})
     if not freedom:
         return [0.0] * len(statement.parts)
@@ -107,7 +132,15 @@ def _decided(statement: Statement, worlds: Sequence[Cases], chance: Sequence[flo
 
 def decide(part: Part, value: float, half: float) -> str:
     """One part by its mean over seeds and half its interval."""
-    margin = value - part.threshold if part.more else part.threshold - value
-    if margin - half > 0.0:
+    if part.low < value - half and value + half < part.high:
         return HOLDS
-    return FAILS if margin + half <= 0.0 else OPEN
+    return OPEN if part.low < value + half and value - half < part.high else FAILS
+
+
+def fingerprint(statements: Sequence[Statement]) -> str:
+    """Digest of all statements, their words and ranges; stored with each run, so that a range changed later is found."""
+    rows = [
+        [s.number, s.place, s.says, list(s.cases), [[p.text, str(p.low), str(p.high)] for p in s.parts]]
+        for s in statements
+    ]
+    return hashlib.sha256(json.dumps(rows, ensure_ascii=False).encode()).hexdigest()[:16]

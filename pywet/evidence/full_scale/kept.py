@@ -209,6 +209,19 @@ def _thin(run: RunDir, limit: Floats) -> tuple[Floats, Floats]:
     return of[0].to_numpy(dtype=float), of[1].to_numpy(dtype=float)
 
 
+def carried(run: RunDir) -> dict[str, float]:
+    """Share of all liquid that the spheres of each undersize class held at the last output before they passed."""
+    line = run.timeline
+    through = np.asarray(line.passed.any(axis=0))
+    before = line.liquid[np.maximum(line.passed.argmax(axis=0) - 1, 0), np.arange(len(through))]
+    total = float(line.initial_film.sum())
+    return {
+        c.name: float(before[through & (line.types == c.type)].sum()) / total
+        for c in run.scene.classes
+        if c.name in UNDERSIZE
+    }
+
+
 def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
     """Store the small tables of a finished run as `data`/`name`; a run that may not be believed is refused."""
     bad = objections(run_dir)
@@ -233,6 +246,7 @@ def keep(run_dir: Path, data: Path, name: str, more: dict[str, Any]) -> Kept:
             "events": summary["events"],
             "contacts": max((r.count for r in rows if r.quantity == "capillary"), default=0),
             "replay": {r.quantity: {"values": r.count, "largest": r.largest, "limit": r.limit} for r in rows},
+            "carried": carried(run) if run.moist else None,
             "cpu_s": engine.get("cpu_s"),
             "peak_memory_B": engine.get("peak_memory_B"),
             "replay_cpu_s": replay.get("cpu_s") if replay else None,

@@ -13,7 +13,7 @@ import typer
 from pywet import config as settings
 from pywet.config import Config
 from pywet.evidence.full_scale import basis, kept, reasons, spread, trials
-from pywet.evidence.full_scale.judging import FAILS, MISSING, OPEN, Answer, Statement, judge, neighbours
+from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement, judge, neighbours
 from pywet.evidence.full_scale.kept import Kept
 from pywet.evidence.full_scale.spread import Runs
 from pywet.evidence.full_scale.statements import STATEMENTS
@@ -40,9 +40,10 @@ HEAD = """# Full scale
 
 The screening cases at the paper's own size (200 mm sieve) and for its 20 s, and what they say of the statements that Elskamp &
 Kruggel-Emden (2018) make of their simulations in sections 5.2 and 5.3. Made by `python -m pywet.evidence.full_scale.page` from
-the tables in `docs/full_scale/data`, which `make full` stores as each case ends. Times count from the opening of the slide. The
-thresholds of the statements were fixed before any of these runs was looked at; the last six statements, from 34 on, were added
-when cases 1, 2, 3, 5, 10, 11 and 12 were known, and that a threshold within chance (±) cannot be told when all were.
+the tables in `docs/full_scale/data`, which `make full` stores as each case ends. Times count from the opening of the slide.
+Each statement is a range that its words allow (`pywet/evidence/full_scale/statements.py` lists the words). The ranges were fixed
+when the 18 cases of the table below were known and before any other run is judged by them; their digest is stored with each later
+run. By an earlier, one-sided list 23 of the statements 1 to 39 were confirmed, 12 not and 4 inconclusive.
 """
 
 COMMITS = {
@@ -97,8 +98,8 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         *spread.lines(runs, variants.get("paper", {}), SEEDED),
         "\n## Statements\n",
         *_statements(answers),
-        *(["\n## Why a statement does not hold\n", *reasons.lines(failed, runs)] if failed else []),
-        *(["\n## What is known where it cannot be told\n", *known] if known else []),
+        *(["\n## Why a statement is not confirmed\n", *reasons.lines(failed, runs)] if failed else []),
+        *(["\n## What is known of inconclusive statements\n", *known] if known else []),
         *_beyond(runs, variants),
     ]
     if runs:
@@ -194,11 +195,14 @@ def _size(number: float | None) -> str:
 
 def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     verdicts = [a.verdict for _, a in answers]
-    counted = ", ".join(f"{verdicts.count(v)} {v}" for v in dict.fromkeys(verdicts))
+    counted = "; ".join(
+        f"{len(part)} on {of}: " + ", ".join(f"{part.count(v)} {v}" for v in (HOLDS, FAILS, OPEN, MISSING) if v in part)
+        for of, part in (("screening", verdicts[:39]), ("laws", verdicts[39:]))
+    )
     return [
-        f"{len(answers)} statements: {counted}. ± is half the 95 % interval of the mean over seeds; where the cases of a",
+        f"{len(answers)} statements; {counted}. ± is half the 95 % interval of the mean over seeds; where the cases of a",
         "statement have one seed in common, of what the seeds of the neighbour (8 mm, 1 mm, the same material, dry or with",
-        "5 %) make of it. A threshold within it: cannot be told.\n",
+        "5 %) make of it. A limit within it: inconclusive. Statements 40 to 48 are on laws alone.\n",
         "| | place | statement | numbers | answer |",
         "|" + "---|" * 5,
         *(_answer(s, a) for s, a in answers),
@@ -259,10 +263,9 @@ def _moved(table: pd.DataFrame, trial: str) -> str:
 def _answer(statement: Statement, answer: Answer) -> str:
     parts = []
     for k, part in enumerate(statement.parts):
-        limit = f"{part.text} {'>' if part.more else '<'} {part.threshold:g}"
         values = "" if answer.verdict == MISSING else ": " + ", ".join(f"{v:.3g}" for v in answer.values[k])
         values += f" ± {answer.chance[k]:.2g}" if answer.chance and answer.chance[k] else ""
-        parts.append((limit + values).replace("|", "\\|"))
+        parts.append((part.range + values).replace("|", "\\|"))
     return f"| {statement.number} | {statement.place} | {statement.says} | {'; '.join(parts)} | {answer.verdict} |"
 
 

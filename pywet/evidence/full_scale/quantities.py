@@ -13,8 +13,6 @@ import numpy as np
 
 from pywet.evidence.full_scale.judging import Cases
 from pywet.evidence.full_scale.kept import COARSE, UNDERSIZE, Kept
-from pywet.laws.transfer import transfer_table
-from pywet.schema import LARGE_WALL, SPHERE
 
 SMALL, NEAR = UNDERSIZE
 COARSE_MATERIAL = "coarse_material"
@@ -25,9 +23,9 @@ def gap(c: Cases, a: int, b: int, start: float, stop: float) -> float:
     return c[a].y(start, stop) - c[b].y(start, stop)
 
 
-def spread(c: Cases, cases: Sequence[int]) -> float:
-    """Mean over 0.5 to 20 s of the largest Y less the smallest among cases."""
-    grid = np.arange(0.5, 20.0, 0.1)
+def spread(c: Cases, cases: Sequence[int], start: float = 0.5, stop: float = 20.0) -> float:
+    """Mean over a span of time of the largest Y less the smallest among cases."""
+    grid = np.arange(start, stop, 0.1)
     curves = np.array([np.interp(grid, c[k].times, c[k].retained()) for k in cases])
     return float((curves.max(axis=0) - curves.min(axis=0)).mean())
 
@@ -48,9 +46,34 @@ def share(c: Cases, case: int, time: float, *holders: str) -> float:
     return kept.at(kept.walls if holders == ("walls",) else kept.liquid(*holders), time)
 
 
-def drift(c: Cases, case: int) -> float:
-    """Largest change of the share of coarse material, fines or walls from 15 to 20 s."""
-    return max(abs(share(c, case, 20.0, h) - share(c, case, 15.0, h)) for h in (COARSE_MATERIAL, "fines", "walls"))
+def through(c: Cases, case: int, left: float) -> float:
+    """Time from which less than a share `left` of the undersize is on the screen [s]; inf where that is never so."""
+    more = np.flatnonzero(c[case].undersize >= left)
+    times = c[case].times
+    return float(times[more[-1] + 1]) if more[-1] + 1 < len(times) else math.inf
+
+
+def last_lag(kept: Kept) -> float:
+    """Last time at which Y_small is above Y_near [s]; 0 where it never is."""
+    late = np.flatnonzero((kept.retained(SMALL) > kept.retained(NEAR)) & (kept.times >= 0.5))
+    return float(kept.times[late[-1]]) if len(late) else 0.0
+
+
+MAJORITY = 0.1
+"""The majority of the undersize has passed when less than this share of it is on the screen."""
+
+
+def settled(c: Cases, case: int) -> float:
+    """Largest change of the share of coarse material, fines or walls after the majority has passed, over that before; inf
+    where the majority never passes."""
+    since = through(c, case, MAJORITY)
+    if not since < c[case].end:
+        return math.inf
+    changes = [
+        [abs(share(c, case, b, h) - share(c, case, a, h)) for h in (COARSE_MATERIAL, "fines", "walls")]
+        for a, b in ((0.0, since), (since, 20.0))
+    ]
+    return max(changes[1]) / max(changes[0])
 
 
 def largest(c: Cases, a: int, kind_a: str | None, b: int, kind_b: str | None) -> float:
@@ -69,27 +92,14 @@ def rise(kept: Kept, holder: str, sign: float = 1.0) -> float:
 
 
 def per_sphere(kept: Kept, kind: str) -> float:
-    """Liquid share that has left with a class, over the number of its spheres that passed."""
+    """Liquid share that spheres of a class carried through the outlet, over the number of them that passed."""
     spheres = kept.count("above", kind)
-    return out(kept, kind) / max(float(spheres[0] - spheres[-1]), 1.0)
+    return carried(kept, kind) / max(float(spheres[0] - spheres[-1]), 1.0)
 
 
-def larger_gets(contact_angle_deg: float) -> float:
-    """Mean share of the larger of spheres of 3.5 and 5 mm radius over V* from 0.05 to 0.4, by the law of preset `paper`."""
-    angle, volumes = math.radians(contact_angle_deg), np.linspace(0.05, 0.4, 8)
-    return float(np.mean(transfer_table(5e-3, 3.5e-3, angle, angle, SPHERE, volumes)))
-
-
-def wall_gets(contact_angle_deg: float) -> float:
-    """Mean share of a large steel wall (45°) in bridges to a sphere over V* from 0.05 to 0.4, by the law of preset `paper`."""
-    volumes = np.linspace(0.05, 0.4, 8)
-    sphere = transfer_table(5e-3, 0.0, math.radians(contact_angle_deg), math.radians(45.0), LARGE_WALL, volumes)
-    return float(1.0 - np.mean(sphere))
-
-
-def fall(c: Cases, case: int) -> float:
-    """Undersize that passes from 5 to 20 s."""
-    return undersize(c, case, 5.0) - undersize(c, case, 20.0)
+def fall(kept: Kept, kind: str) -> float:
+    """Share of a class that passes from 5 to 20 s."""
+    return kept.at(kept.retained(kind), 5.0) - kept.at(kept.retained(kind), 20.0)
 
 
 def apart(c: Cases, time: float) -> float:
@@ -97,9 +107,9 @@ def apart(c: Cases, time: float) -> float:
     return abs(share(c, 2, time, "walls") - share(c, 2, time, COARSE_MATERIAL))
 
 
-def out(kept: Kept, kind: str) -> float:
-    """Share of the liquid that has left with a class at the end."""
-    return float(kept.liquid(f"fines_{kind}")[-1])
+def carried(kept: Kept, kind: str) -> float:
+    """Share of the liquid that spheres of a class held at the last output before they passed; nan where not recorded."""
+    return float((kept.about.get("carried") or {}).get(kind, math.nan))
 
 
 def wedged(c: Cases, case: int, kind: str) -> float:
@@ -107,9 +117,23 @@ def wedged(c: Cases, case: int, kind: str) -> float:
     return c[case].mean(c[case].count("wedged", kind), 10.0, 20.0)
 
 
-def first(c: Cases, kind: str) -> float:
-    """Relative change of the liquid on a class on the screen in the first second, case 11."""
-    return share(c, 11, 1.0, f"coarse_material_{kind}") / share(c, 11, 0.0, f"coarse_material_{kind}") - 1.0
+EARLY = 5.0
+"""End of the beginning of screening, in which most of the undersize passes [s]."""
+
+
+def peak(c: Cases, kind: str) -> float:
+    """Largest relative rise of the liquid on a class on the screen since the opening in the first `EARLY` seconds, case 11."""
+    values, times = c[11].liquid(f"coarse_material_{kind}"), c[11].times
+    start = share(c, 11, 0.0, f"coarse_material_{kind}")
+    return float(values[(times >= 0.0) & (times <= EARLY)].max() / start - 1.0)
+
+
+def small_at_peak(c: Cases) -> float:
+    """Relative change of the liquid on the small spheres on the screen when the near-mesh ones hold most, case 11."""
+    near, times = c[11].liquid(f"coarse_material_{NEAR}"), c[11].times
+    early = (times >= 0.0) & (times <= EARLY)
+    at = float(times[early][int(np.argmax(near[early]))])
+    return share(c, 11, at, f"coarse_material_{SMALL}") / share(c, 11, 0.0, f"coarse_material_{SMALL}") - 1.0
 
 
 def film(c: Cases, kind: str) -> float:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import multiprocessing as mp
 import os
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from pywet.engines.process import Usage, die_with_parent
 from pywet.errors import PywetError, StoppedRun
 from pywet.evidence.stability import cells, judge
 from pywet.evidence.stability.cells import Batch
+from pywet.run_folder import remove_run
 from pywet.scene import Scene
 from reference_impl.replay.replay import replay as recompute
 
@@ -66,7 +66,7 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
     """
     stopped: dict[str, str] = {}
     while True:
-        shutil.rmtree(run_dir, ignore_errors=True)
+        remove_run(run_dir)
         cells.prepare(batch, run_dir)
         try:
             driver.run(run_dir, batch.ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)

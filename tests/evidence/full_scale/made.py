@@ -20,7 +20,9 @@ def passage(rate: float, rest: float = 0.0) -> np.ndarray:
     return rest + (1.0 - rest) * np.exp(-rate * np.maximum(TIMES, 0.0))
 
 
-def make(data: Path, case: int, seed: int = 1, rate: float = 0.4, **more: float) -> Kept:
+def make(
+    data: Path, case: int, seed: int = 1, rate: float = 0.4, carried: Mapping[str, float] | None = None, **more: float
+) -> Kept:
     """A run whose small spheres pass at `rate` (1/s), near-mesh ones at `near`, of which `rest` stays.
 
     `walls`, `fines`: shares of the liquid there at the end; `large`: wedged large spheres; `about`: other entries of run.json.
@@ -69,6 +71,6 @@ def make(data: Path, case: int, seed: int = 1, rate: float = 0.4, **more: float)
         {"case": case, "variant": "", "scale": "full", "commit": "", "seed": seed, "time_step_s": 1e-6,
          "normal_stiffness_N_per_m": 1e4, "coarse_share": COARSE_SHARE,
          "ledger_error": 1e-15, "events": {"formations": 10, "ruptures": 5}, "contacts": 7, "replay": {}, "cpu_s": 3600.0,
-         "resumed_at_step": None},
+         "resumed_at_step": None, "carried": carried},
     )  # fmt: skip
     return Kept(folder)

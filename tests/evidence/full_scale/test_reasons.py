@@ -15,20 +15,17 @@ from pywet.evidence.full_scale.judging import FAILS, judge
 from pywet.evidence.full_scale.statements import STATEMENTS
 
 
-def run_of(passed: Any, liquid: Any) -> Any:
-    """Two small, one near-mesh sphere; outputs as rows."""
-    classes = [SimpleNamespace(name="small", type=1), SimpleNamespace(name="near_mesh", type=2)]
-    line = SimpleNamespace(passed=np.array(passed, dtype=bool), liquid=np.array(liquid, dtype=float),
-                           types=np.array([1, 1, 2]))  # fmt: skip
-    return SimpleNamespace(scene=SimpleNamespace(classes=classes), timeline=line)
-
-
 def test_liquid_counts_at_the_last_output_above() -> None:
-    """Sphere 0 passes at output 1 (0.5 before), sphere 2 at output 2 (3 before), sphere 1 never."""
-    run = run_of([[0, 0, 0], [1, 0, 0], [1, 0, 1]], [[0.5, 1, 2], [0.4, 1, 3], [0.1, 1, 3.3]])
-    table = reasons.passage([run]).set_index("when")
-    assert table.loc["before"].tolist() == [0.5, 3.0]
-    assert table.loc["end"].tolist() == pytest.approx([0.1, 3.3])
+    """Sphere 0 passes at output 1 (0.5 before), sphere 2 at output 2 (3 before), sphere 1 never; 10 in all."""
+    classes = [SimpleNamespace(name="small", type=1), SimpleNamespace(name="near_mesh", type=2)]
+    line = SimpleNamespace(
+        passed=np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1]], dtype=bool),
+        liquid=np.array([[0.5, 1, 2], [0.4, 1, 3], [0.1, 1, 3.3]]),
+        types=np.array([1, 1, 2]),
+        initial_film=np.array([4.0, 4.0, 2.0]),
+    )
+    run: Any = SimpleNamespace(scene=SimpleNamespace(classes=classes), timeline=line)
+    assert kept.carried(run) == {"small": pytest.approx(0.05), "near_mesh": pytest.approx(0.3)}
 
 
 def test_trials_are_compared_by_their_means_from_half_a_second_on(tmp_path: Path) -> None:
@@ -43,7 +40,7 @@ def test_trials_are_compared_by_their_means_from_half_a_second_on(tmp_path: Path
 
 
 def test_each_statement_that_fails_is_named_and_an_unknown_reason_said() -> None:
-    assert reasons.lines([1], {}) == ["- **1**: not looked for yet."]
+    assert reasons.lines([3], {}) == ["- **3**: not looked for yet."]
 
 
 def test_kept_runs_that_contradict_the_paper_have_their_reasons() -> None:
