@@ -23,7 +23,7 @@ from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
 from pywet.errors import ConfigError
 from pywet.files import write_json
-from pywet.laws.contact import film_volume
+from pywet.laws.contact import film_volume, reduced_radius
 from pywet.notices import notice
 from pywet.own_scene import extent
 from pywet.own_scene.at_walls import PRESSED, expected, thickness
@@ -82,8 +82,10 @@ class Building:
         spheres = self.said.spheres
         dry = self.said.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
         assert dry is not None  # the description refuses what it has no data for
+        other = self.classes[b - 1].radius_m if b else math.inf
         return bodies.contact(
-            a, b, dry.stiffness_N_per_m, friction=dry.friction, rolling_m=dry.rolling_friction_m, restitution=dry.restitution
+            a, b, dry.stiffness_N_per_m, friction=dry.friction, restitution=dry.restitution,
+            rolling_m=dry.rolling_m(reduced_radius(self.classes[a - 1].radius_m, other)),
         )  # fmt: skip
 
     @cached_property
@@ -173,8 +175,8 @@ class Building:
     def warnings(self) -> list[str]:
         """Sentences on spheres that contacts at the expected speed may let through walls."""
         found = []
-        for wall in self.surfaces:
-            thick = thickness(wall.corners)
+        for wall, surface in zip(self.said.walls, self.surfaces, strict=True):
+            thick = thickness(surface.corners)
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
                 deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
                 if deep > PRESSED * thick:
@@ -304,14 +306,14 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
     on_way, size = ways(made.classes, table)
     at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
-    for surface in made.surfaces:
+    for wall, surface in zip(made.said.walls, made.surfaces, strict=True):
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
         distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
         inside = np.asarray(distance) < TOUCHING * radius
         if inside.any():
             first = at[inside][0] * 1e3
             raise ConfigError(
-                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {surface.name}, such as at "
+                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
                 f"{first[0]:.3g}, {first[1]:.3g}, {first[2]:.3g} mm; expected all outside: mend the region or the wall"
             )
 

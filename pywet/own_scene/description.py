@@ -5,6 +5,7 @@ Lengths in mm, angles in degrees, all else in SI units, as the keys say. What be
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -14,6 +15,7 @@ from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
+from pywet.errors import ConfigError
 from pywet.own_scene.walls import MM, Box, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
@@ -26,13 +28,27 @@ Percent = Annotated[float, Field(ge=0, le=100)]
 
 
 class Dry(Excusable):
-    """A dry contact: a linear spring with its dashpot, Coulomb friction, rolling friction as a length."""
+    """A dry contact: linear contact stiffness and its damping, Coulomb friction, rolling friction as a length or without unit."""
 
     stiffness_N_per_m: Positive = 2000.0
     """Normal; soft springs are usual, as long as overlaps stay below some per cent of the radius (`contact_statistics` says)."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.4
     rolling_friction_m: NonNegative = 2e-5
+    """Torque over normal force, a length."""
+    rolling_friction: Annotated[float, Field(ge=0, le=10)] | None = None
+    """In place of `rolling_friction_m`, without unit, as LIGGGHTS, EDEM and YADE have it: torque over normal force times r_red,
+    r_i r_j/(r_i + r_j) of two spheres, the radius at a wall."""
     restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
+
+    @model_validator(mode="after")
+    def _one_rolling_friction(self) -> Self:
+        if self.rolling_friction is not None and "rolling_friction_m" in self.model_fields_set:
+            raise ValueError("rolling_friction (without unit) or rolling_friction_m (a length), not both")
+        return self
+
+    def rolling_m(self, reduced_radius_m: float) -> float:
+        """Rolling friction of two bodies as a length [m]."""
+        return self.rolling_friction_m if self.rolling_friction is None else self.rolling_friction * reduced_radius_m
 
 
 class Material(Dry):
@@ -73,7 +89,10 @@ class Cylinder(Excusable):
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
         x, y, z = (MM * c for c in self.origin_mm)
-        return FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
+        region = FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
+        return replace(
+            region, name="cylinder", cure="raise height_mm or diameter_mm of their cylinder, or lower count or mass_g"
+        )
 
 
 class Fed(Excusable):
@@ -169,6 +188,20 @@ class Scene(Excusable):
         except ValidationError as error:
             where = str(given.get("file") or f"scene {given.get('name') or ''}".strip())
             raise mistake(error, Scene, where) from error
+
+    def with_(self, **changes: Any) -> Self:
+        """The same scene with other values of some keys, checked as a new one; it does not change itself.
+
+        `scene.with_(liquid=pywet.Liquid(percent=7), seed=2)`.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self)(**{**given, **changes})
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise ConfigError(
+            f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
+            f"scene.with_({name}=…)"
+        )
 
     @model_validator(mode="after")
     def _names(self) -> Self:

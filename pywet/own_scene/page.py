@@ -7,6 +7,8 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
+from pywet.files import AGAIN, read_json
+from pywet.own_scene.walls import word_of
 from pywet.report import page
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.runs.loaded import Run
@@ -79,23 +81,26 @@ def _liquid(run: Run) -> str:
     holders = [c for c in table.columns if c not in NOT_WALLS]
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
+    walls = read_json(run.path / "description.json", AGAIN)["walls"]
+    names = {word_of(wall["name"]): wall["name"] for wall in walls}
     with plt.rc_context(STYLE):
         figure, (axes,) = panels(1, 1, (8.5, 3.4))
         for name in sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max()):
-            axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name))
+            axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name, names))
         if run.scene.is_fed:
             axes.plot(table["time_s"], 1e9 * table["initial_m3"], ":", color="#888888", label="put in until then")
         _finish(axes, "liquid [mm³]")
         drawn = page.picture(figure, "Standing bridges are shared between their ends, as if they broke then.")
     last = {str(c): float(v) for c, v in table.iloc[-1].items()}
     share = {c: last[c] / last["initial_m3"] for c in [*holders, "left_m3"]}
-    rows = [[_holder(c), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
+    rows = [[_holder(c, names), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
-def _holder(column: str) -> str:
+def _holder(column: str, names: dict[str, str]) -> str:
+    """What a column's liquid is on; `names`: of the walls, by their words in tables."""
     kind, _, name = column.removesuffix("_m3").partition("_")
-    return {"left": "left with drops"}.get(kind, f"{kind} {name}")
+    return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
 
 
 def _contacts(run: Run) -> str:

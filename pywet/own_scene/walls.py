@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+import re
+import unicodedata
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -15,7 +19,7 @@ from pywet.apparatus.solids import Part, bin_solid, plate, polygon, tube, wire
 from pywet.apparatus.stl import read_stl
 from pywet.apparatus.surface import Floats, Motion, Surface, make_surface
 from pywet.config.entries import Excusable
-from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
+from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
 
 MM = 1e-3
 OwnMotion = Vibration | Rotation | Slide
@@ -49,7 +53,8 @@ class Box(Excusable):
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+        region = FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+        return replace(region, name="box", cure="set high_mm of their box higher, widen it, or lower count or mass_g")
 
 
 class Block(Box):
@@ -203,7 +208,8 @@ MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves":
 class Wall(Excusable):
     """A wall: its shape (one of `SHAPES`), its contact angle, how it moves (one of `MOTIONS`, or none: it is fixed)."""
 
-    name: Identifier
+    name: Title
+    """In any script; tables and decks have `word` for it."""
     stl: Path | None = None
     stl_unit: Literal["mm", "m"] = "mm"
     half_width_mm: Positive | None = None
@@ -226,6 +232,11 @@ class Wall(Excusable):
         return self
 
     @property
+    def word(self) -> str:
+        """Its name in tables and decks: the name itself where an engine can read it, else its Latin letters and a digest."""
+        return word_of(self.name)
+
+    @property
     def motion(self) -> Motion:
         """How it moves, in the engine's word."""
         key = chosen(self, *MOTIONS, needed=False)
@@ -241,10 +252,23 @@ class Wall(Excusable):
         if self.stl is not None:
             half = None if self.half_width_mm is None else MM * self.half_width_mm
             unit = MM if self.stl_unit == "mm" else 1.0
-            return read_stl(folder / self.stl, "wall", self.name, self.motion, half, unit)
+            return read_stl(folder / self.stl, "wall", self.word, self.motion, half, unit)
         shape = self.block or self.tube or self.disc or self.vessel or self.bars
         assert shape is not None
-        return make_surface(self.name, "wall", shape.parts(), self.motion)
+        return make_surface(self.word, "wall", shape.parts(), self.motion)
+
+
+def word_of(name: str) -> str:
+    """The word that stands for a wall's name in tables and decks.
+
+    >>> word_of("drum"), word_of("Rüttelsieb 2"), word_of("漏斗")
+    ('drum', 'Ruttelsieb_2_5de194', 'wall_895948')
+    """
+    if re.fullmatch(IDENTIFIER, name):
+        return name
+    plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
+    latin = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[:20]
+    return f"{latin if latin[:1].isalpha() else 'wall'}_{hashlib.sha256(name.encode()).hexdigest()[:6]}"
 
 
 def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:
