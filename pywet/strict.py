@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 class Strict(BaseModel):
     """Base: unknown keys are errors, values do not change after construction, NaN, inf and switches for numbers are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
     @model_validator(mode="before")
     @classmethod

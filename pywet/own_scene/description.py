@@ -33,12 +33,14 @@ class Dry(Excusable):
     stiffness_N_per_m: Positive = 2000.0
     """Normal; soft springs are usual, as long as overlaps stay below some per cent of the radius (`contact_statistics` says)."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.4
+    """Coulomb's coefficient, static and sliding."""
     rolling_friction_m: NonNegative = 2e-5
     """Torque over normal force, a length."""
     rolling_friction: Annotated[float, Field(ge=0, le=10)] | None = None
     """In place of `rolling_friction_m`, without unit, as LIGGGHTS, EDEM and YADE have it: torque over normal force times r_red,
     r_i r_j/(r_i + r_j) of two spheres, the radius at a wall."""
     restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
+    """Of a normal impact: speed after it over speed before it."""
 
     @model_validator(mode="after")
     def _one_rolling_friction(self) -> Self:
@@ -55,23 +57,31 @@ class Material(Dry):
     """A material of spheres; its dry contact is that with itself and, where `contacts` says nothing else, with walls."""
 
     density_kg_per_m3: Positive
+    """Of a sphere."""
     contact_angle_deg: Angle = 15.0
+    """Of the liquid on it."""
 
 
 class Contact(Dry):
     """The dry contact between two materials, or between a material and `walls`."""
 
     between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
+    """Two names of materials, or one and `walls`."""
 
 
 class Liquid(Excusable):
     """The liquid (water, if not said otherwise) and how much of it: per cent of the spheres' mass, or the film's thickness."""
 
     surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
+    """Against air; water if not given."""
     viscosity_Pa_s: NonNegative = WATER["viscosity_Pa_s"]
+    """Dynamic; water if not given."""
     density_kg_per_m3: Positive = WATER["density_kg_per_m3"]
+    """Water if not given."""
     percent: Percent | None = None
+    """Mass of the liquid over that of the spheres, in per cent."""
     film_um: NonNegative | None = None
+    """Thickness of the film on every sphere at the start, in place of `percent`."""
 
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
@@ -83,8 +93,11 @@ class Cylinder(Excusable):
     """An upright cylinder; `origin_mm` is the middle of its lower end."""
 
     diameter_mm: Positive
+    """Of the region."""
     height_mm: Positive
+    """Along z."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower end."""
 
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
@@ -102,26 +115,38 @@ class Fed(Excusable):
     """
 
     from_s: NonNegative = 0.0
+    """Time at which insertion begins."""
     for_s: Positive
+    """Duration of insertion."""
 
 
 class Spheres(Excusable):
     """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
 
     name: Title
+    """Of this size class, in tables and on the page."""
     material: str
+    """A key of `materials`."""
     diameter_mm: Positive
+    """Of each sphere."""
     count: Annotated[int, Field(ge=1)] | None = None
+    """Number of spheres."""
     mass_g: Positive | None = None
+    """Their mass, in place of `count`; it is rounded to whole spheres over all entries of the same material and region."""
     box: Box | None = None
+    """Region in which they are placed at random."""
     cylinder: Cylinder | None = None
+    """The same, in place of `box`."""
     at_mm: tuple[Vector, ...] | None = None
+    """Position of each sphere, in place of a region."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    """At the start, or on insertion."""
     fed: Fed | None = None
     """They enter during the run, and their liquid with them; without it they are there from the start."""
     percent: Percent | None = None
     """Liquid over the mass of these spheres, in place of the scene's amount."""
     film_um: NonNegative | None = None
+    """Film on these spheres, in place of `percent`."""
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -144,8 +169,11 @@ class TimeStep(Excusable):
     """`time_step_s`, or a share of the largest stable step of a dense packing."""
 
     time_step_s: Positive | None = None
+    """Refused where it is beyond a stability limit."""
     share: Annotated[float, Field(gt=0, le=1)] = 0.1
+    """Of the largest stable step of a dense packing."""
     viscous_integration: Annotated[str, Field(pattern="^(explicit|semi_implicit)$")] = "semi_implicit"
+    """Of the viscous force: explicit, or semi_implicit, which does not shorten the step."""
 
 
 class Results(Excusable):
@@ -154,8 +182,11 @@ class Results(Excusable):
     interval_s: Positive | None = None
     """If not given, a fiftieth of the duration."""
     windows: Annotated[int, Field(ge=0, le=1000)] = 2
+    """Number of sampling windows; 0: forces and motion are not replayed."""
     window_steps: Annotated[int, Field(ge=1, le=100_000)] = 20
+    """Steps of each window."""
     checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
+    """How often the state is saved, evenly spread; a killed run resumes there."""
 
 
 class Scene(Excusable):
@@ -165,18 +196,31 @@ class Scene(Excusable):
     """
 
     name: Title
+    """Of the scene, on one line."""
     duration_s: Positive
+    """Simulated time."""
     materials: dict[str, Material]
+    """Name of a material: its properties."""
     contacts: tuple[Contact, ...] = ()
+    """Dry contacts of two materials, or of one with `walls`."""
     spheres: Annotated[tuple[Spheres, ...], Field(min_length=1)]
+    """Size classes."""
     liquid: Liquid | None = None
+    """None: the scene is dry."""
     walls: tuple[Wall, ...] = ()
+    """Each with its own motion."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
+    """Acceleration; 0, 0, 0: none."""
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
+    """Of the random positions; another seed is another packing of the same scene."""
     laws: LawSettings = LawSettings()
+    """Preset of force laws, or a law by kind."""
     effects: EffectSettings = EffectSettings.model_validate(PRESET)
+    """Which effects are simulated, and the tolerance that decides."""
     time_step: TimeStep = TimeStep()
+    """A tenth of the largest stable step if not given."""
     results: Results = Results()
+    """Outputs, sampling windows, checkpoints."""
     folder: Path = Path()
     """Where STL files and files of laws are looked for; of a YAML file its own folder."""
     file: Path | None = None

@@ -42,7 +42,9 @@ class Box(Excusable):
     """A region between two corners."""
 
     low_mm: Vector
+    """Corner of least x, y, z."""
     high_mm: Vector
+    """Opposite corner."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -70,11 +72,17 @@ class Tube(Excusable):
     """An open tube along an axis, round (many sides) or square (4); `origin_mm` is the middle of its lower end."""
 
     inner_diameter_mm: Positive
+    """Between opposite faces."""
     length_mm: Positive
+    """Along the axis."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower end."""
     axis: Axis = "z"
+    """Along which it lies."""
     thickness_mm: Positive = 3.0
+    """Of its wall."""
     sides: Sides = 32
+    """Faces around the axis; 4: square."""
 
     def parts(self) -> list[Part]:
         """Its inner and outer face and rims."""
@@ -86,10 +94,15 @@ class Disc(Excusable):
     """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
 
     diameter_mm: Positive
+    """Between opposite faces."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower face."""
     axis: Axis = "z"
+    """Normal of its faces."""
     thickness_mm: Positive = 3.0
+    """Along the axis."""
     sides: Sides = 32
+    """Faces around the axis."""
 
     def parts(self) -> list[Part]:
         """Its faces and edge."""
@@ -101,10 +114,15 @@ class Vessel(Excusable):
     """An open-topped upright vessel, square (4 sides) or round; `origin_mm` is the middle of its floor's upper face."""
 
     inner_width_mm: Positive
+    """Between opposite faces."""
     height_mm: Positive
+    """Of its inside."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its floor's upper face."""
     thickness_mm: Positive = 3.0
+    """Of walls and floor."""
     sides: Sides = 4
+    """Faces around; 4: square."""
 
     def parts(self) -> list[Part]:
         """Floor, sides, rim."""
@@ -116,12 +134,19 @@ class Bars(Excusable):
     """Parallel round bars in a horizontal plane, along x or y: a slotted deck. `origin_mm` is the middle of the plane."""
 
     diameter_mm: Positive
+    """Of a bar."""
     pitch_mm: Positive
+    """Between the axes of neighbours."""
     length_mm: Positive
+    """Of a bar."""
     count: Annotated[int, Field(ge=1, le=1000)]
+    """Number of bars."""
     axis: Literal["x", "y"] = "x"
+    """Along which they lie."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of their plane."""
     sides: Annotated[int, Field(ge=4, le=32, multiple_of=2)] = 8
+    """Faces around a bar."""
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
@@ -150,8 +175,11 @@ class Vibrates(Excusable):
     """x_k(t) = amplitude_k (sin(2 pi f t + phase_k) - sin(phase_k)), k = x, y, z."""
 
     amplitude_mm: Vector
+    """Along x, y, z."""
     frequency_Hz: Positive
+    """Of all three."""
     phase_deg: Vector = (0.0, 0.0, 0.0)
+    """Along x, y, z."""
 
     def engine_motion(self, corners: Floats) -> Vibration:
         """In SI units."""
@@ -164,8 +192,11 @@ class Turns(Excusable):
     """Turns from the start, right-handed about an axis through `origin_mm`."""
 
     turns_per_minute: Positive
+    """Right-handed about the axis."""
     axis: Direction
+    """Any direction."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """A point on the axis."""
 
     def engine_motion(self, corners: Floats) -> Rotation:
         """In SI units."""
@@ -177,8 +208,11 @@ class Moves(Excusable):
     """Moves at constant velocity, from a time on, for a time; then it rests where it is."""
 
     velocity_m_per_s: Vector
+    """Constant."""
     from_s: NonNegative = 0.0
+    """Time at which it starts."""
     for_s: Positive
+    """Duration of the motion."""
 
     def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it."""
@@ -189,8 +223,11 @@ class Removed(Excusable):
     """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
 
     at_s: NonNegative
+    """Time at which it starts."""
     towards: Direction
+    """Direction."""
     speed_m_per_s: Positive = 1.0
+    """Constant."""
 
     def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it, for the corners (n, 3) of the wall [m]."""
@@ -211,19 +248,31 @@ class Wall(Excusable):
     name: Title
     """In any script; tables and decks have `word` for it."""
     stl: Path | None = None
+    """File, from the folder of the scene."""
     stl_unit: Literal["mm", "m"] = "mm"
+    """Unit of its coordinates."""
     half_width_mm: Positive | None = None
     """Of an STL file whose parts are thin, such as a wire; without it a sphere meets a large wall."""
     block: Block | None = None
+    """Shape: a cuboid."""
     tube: Tube | None = None
+    """Shape: an open tube."""
     disc: Disc | None = None
+    """Shape: a round plate."""
     vessel: Vessel | None = None
+    """Shape: an open-topped vessel."""
     bars: Bars | None = None
+    """Shape: parallel round bars."""
     contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
+    """Of the liquid on it."""
     vibrates: Vibrates | None = None
+    """Motion: harmonic."""
     turns: Turns | None = None
+    """Motion: about an axis."""
     moves: Moves | None = None
+    """Motion: at constant velocity for a time."""
     removed: Removed | None = None
+    """Motion: drawn away, as a gate is."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:

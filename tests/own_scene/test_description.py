@@ -15,6 +15,8 @@ from pywet.own_scene.building import Building
 from pywet.own_scene.commands import read_scene
 from tests.own_scene.conftest import beads
 
+PAGE = Path(__file__).parents[2] / "docs" / "own-scene.md"
+
 
 def refusal(**changes: Any) -> str:
     with pytest.raises(ConfigError) as error:
@@ -124,3 +126,18 @@ def test_spheres_that_do_not_fit_are_told_of_keys_that_the_scene_has(region: dic
     with pytest.raises(PywetError, match=words) as error:
         _ = Building(pywet.Scene(**beads(spheres=[entry]))).spheres
     assert "feed" not in str(error.value)
+
+
+def test_every_key_of_a_scene_has_its_meaning() -> None:
+    """From which the page of all keys is made; a key without one would be an empty row."""
+    models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
+    assert len(models) >= 20
+    silent = [f"{c.__name__}.{k}" for c in models for k, field in c.model_fields.items() if not field.description]
+    assert silent == []
+
+
+@pytest.mark.parametrize(
+    "key", ["seed", "interval_s", "half_width_mm", "thickness_mm", "sides", "rolling_friction", "mass_g"]
+)
+def test_the_page_of_scenes_names_the_key(key: str) -> None:
+    assert f"`{key}" in PAGE.read_text() or f"{key}:" in PAGE.read_text()
