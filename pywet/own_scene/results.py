@@ -98,11 +98,13 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
 
 def warnings(touching: pd.DataFrame) -> list[str]:
     """Sentences on spheres that are pressed deep into walls, of `contact_statistics`."""
-    worst = touching.loc[touching["largest_wall_penetration"].idxmax()]
-    if worst["largest_wall_penetration"] < PRESSED:
+    through = touching["largest_wall_penetration"].to_numpy(dtype=float)
+    deepest = int(through.argmax())
+    if through[deepest] < PRESSED:
         return []
+    at = float(touching["time_s"].to_numpy(dtype=float)[deepest])
     return [
-        f"at {worst['time_s']:.3g} s a sphere overlaps a wall by {100 * worst['largest_wall_penetration']:.0f} % of the wall's "
+        f"at {at:.3g} s a sphere overlaps a wall by {100 * through[deepest]:.0f} % of the wall's "
         f"thickness and may come out at its far side; expected less than {100 * PRESSED:.0f} %: raise stiffness_N_per_m or "
         "make the wall thicker"
     ]
