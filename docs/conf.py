@@ -11,7 +11,7 @@ from pygments.lexers.special import TextLexer
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from reference_pages import write, write_columns  # noqa: E402
+from reference_pages import write, write_columns, write_scene  # noqa: E402
 
 import pywet  # noqa: E402
 
@@ -38,3 +38,4 @@ def setup(app: Any) -> None:
 
 write(HERE / "configuration_reference.md")
 write_columns(HERE / "columns.md")
+write_scene(HERE / "scene_reference.md")

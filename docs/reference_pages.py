@@ -54,6 +54,26 @@ def _kind(value: dict[str, Any]) -> str:
     return " ".join([value.get("type", "any value"), *limits])
 
 
+SCENE = """# A scene, key by key
+
+Made from the classes that check every scene: each key in YAML and each argument in Python, with its meaning and default.
+How scenes are written: [a custom scene](own-scene.md).
+"""
+
+
+def write_scene(page: Path) -> None:
+    """The page of all classes of `pywet` that a scene is made of."""
+    import pywet
+
+    classes = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_json_schema")]
+    lines = [SCENE]
+    for one in sorted(classes, key=lambda c: (c.__name__ != "Scene", c.__name__)):
+        lines += [f"\n## {one.__name__}\n", *_table(one.model_json_schema())]
+    text = "\n".join(lines) + "\n"
+    if not page.exists() or page.read_text() != text:
+        page.write_text(text)
+
+
 COLUMNS = """# Columns and codes
 
 Every table of a run, made from `pywet/schema.py`, where the records are made. `pywet.load(folder)` gives the same with a table:

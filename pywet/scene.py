@@ -35,7 +35,8 @@ def _inside(path: Path) -> Path:
 Title = Annotated[str, AfterValidator(_title)]
 Word = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")]
 """A name that becomes a folder or a file: letters, digits, _, - and ., not first of them a dot or a dash."""
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
+IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,39}$"
+Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 """A name that an engine's script uses as a word of its own."""
 Contacts = Literal["batched", "stock"]
 Inside = Annotated[Path, AfterValidator(_inside)]

@@ -38,6 +38,7 @@ class Excusable(Limited):
     """A group of bare numbers with a place to say why one is outside its range."""
 
     unusual: Why = None
+    """Why a number outside the plausible range of its key is meant."""
 
 
 class Sourced(Strict):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,20 +18,24 @@ from pywet import run_folder
 from pywet import scene as typed
 from pywet.apparatus import Surface, fill
 from pywet.apparatus.initial import wall_mesh, write_initial
-from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Floats
 from pywet.bench import bodies
 from pywet.config.loading import placed_laws
 from pywet.config.messages import mistake
 from pywet.errors import ConfigError
 from pywet.files import write_json
-from pywet.laws.contact import film_volume
+from pywet.laws.contact import film_volume, reduced_radius
+from pywet.notices import notice
+from pywet.own_scene import extent
+from pywet.own_scene.at_walls import PRESSED, expected, thickness
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
 from pywet.own_scene.placing import ask_unit, from_origin, mention_bars, refuse_far
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
+from pywet.planning.size_distribution import Amount
+from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 
 MARGIN_M = 0.010
@@ -52,7 +56,26 @@ class Building:
     @cached_property
     def classes(self) -> tuple[typed.SphereClass, ...]:
         """One class for each entry of `spheres`, in its order."""
-        return tuple(_sphere_class(k, s, self.said) for k, s in enumerate(self.said.spheres, start=1))
+        counts = {a.name: a.count for a in self.amounts}
+        return tuple(
+            _sphere_class(k, s, self.said, counts.get(s.name)) for k, s in enumerate(self.said.spheres, start=1)
+        )
+
+    @cached_property
+    def amounts(self) -> tuple[Amount, ...]:
+        """What is asked for and made of every entry with `mass_g`; entries of one material and region are one distribution."""
+        groups: dict[Any, list[Spheres]] = defaultdict(list)
+        for s in self.said.spheres:
+            if s.mass_g is not None:
+                groups[s.material, s.box or s.cylinder, s.fed].append(s)
+        return tuple(
+            amount
+            for group in groups.values()
+            for amount in whole_amounts(
+                [s.name for s in group], [1e-3 * (s.mass_g or 0.0) for s in group],
+                [_sphere_kg(s, self.said) for s in group], f"scene {self.said.name}",
+            )
+        )  # fmt: skip
 
     @cached_property
     def pairs(self) -> tuple[typed.ContactPair, ...]:
@@ -64,8 +87,10 @@ class Building:
         spheres = self.said.spheres
         dry = self.said.dry(spheres[a - 1].material, spheres[b - 1].material if b else WALLS)
         assert dry is not None  # the description refuses what it has no data for
+        other = self.classes[b - 1].radius_m if b else math.inf
         return bodies.contact(
-            a, b, dry.stiffness_N_per_m, friction=dry.friction, rolling_m=dry.rolling_friction_m, restitution=dry.restitution
+            a, b, dry.stiffness_N_per_m, friction=dry.friction, restitution=dry.restitution,
+            rolling_m=dry.rolling_m(reduced_radius(self.classes[a - 1].radius_m, other)),
         )  # fmt: skip
 
     @cached_property
@@ -119,23 +144,33 @@ class Building:
         return table
 
     @cached_property
-    def box(self) -> tuple[Floats, Floats]:
-        """Corners of what is simulated: all spheres, and all walls wherever they move."""
+    def extent(self) -> tuple[Floats, Floats]:
+        """Corners of a box around all spheres at the start, their paths until they enter, and all walls wherever they move."""
         corners = [self.spheres[[*"xyz"]].to_numpy(), ways(self.classes, self.spheres)[0]]
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
-            corners += [surface.vertices, *_moved(surface.vertices, motion)]
+            corners += [surface.vertices, *extent.moved(surface.vertices, motion)]
         margin = MARGIN_M + 2.0 * max(c.radius_m for c in self.classes)
         everything = np.concatenate(corners)
         return everything.min(axis=0) - margin, everything.max(axis=0) + margin
 
+    @cached_property
+    def wall_speed(self) -> float:
+        """The fastest that a wall moves [m/s]."""
+        return max([0.0, *(extent.speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True))])
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Corners of what is simulated: the extent, with room for spheres that moving walls throw."""
+        room = extent.thrown(self.wall_speed, self.said.gravity_m_per_s2, self.said.duration_s)
+        return extent.with_room(*self.extent, *room, 2.0 * max(c.radius_m for c in self.classes))
+
     @property
     def speed(self) -> float:
         """The speed of approach that the plan goes by [m/s]: of the walls, or of a fall through all that is there."""
-        wall = [_speed(s.vertices, m) for s, m in zip(self.surfaces, self.motions, strict=True)]
-        low, high = self.box
+        low, high = self.extent
         fall = math.sqrt(2.0 * abs(float(np.dot(self.said.gravity_m_per_s2, high - low))))
         thrown = float(np.linalg.norm(self.spheres[["vx", "vy", "vz"]].to_numpy(), axis=1).max())
-        return max([*wall, fall, thrown])
+        return max(self.wall_speed, fall, thrown)
 
     @cached_property
     def plan(self) -> EffectPlan:
@@ -143,7 +178,25 @@ class Building:
         said = self.said
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
         laws = placed_laws(said.laws, said.folder, said.file is None)
-        return plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+        chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
+        return replace(chosen, amounts=self.amounts)
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on spheres that contacts at the expected speed may let through walls."""
+        found = []
+        for wall, surface in zip(self.said.walls, self.surfaces, strict=True):
+            thick = thickness(surface.corners)
+            for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
+                deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
+                if deep > PRESSED * thick:
+                    least = (self.speed / (PRESSED * thick)) ** 2 * c.mass_kg
+                    found.append(
+                        f"{c.name} at up to {self.speed:.2g} m/s may overlap wall {wall.name} by {1e3 * deep:.2g} mm, and the "
+                        f"wall is {1e3 * thick:.2g} mm thick: a sphere pressed through it comes out at its far side; from "
+                        f"stiffness_N_per_m {least:.2g} on it does not, nor with a thicker wall"
+                    )
+        return found
 
     @property
     def time_step(self) -> float:
@@ -196,6 +249,8 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     """Write the run directory of a description: scene, plan, first spheres and films, surfaces; returns the scene."""
     made, run_dir = Building(said), Path(run_dir)
     scene = made.scene()
+    for sentence in made.warnings:
+        notice.warning("%s: %s", said.name, sentence)
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))
@@ -203,16 +258,18 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     return scene
 
 
-def _sphere_class(kind: int, spheres: Spheres, said: Scene) -> typed.SphereClass:
+def _sphere_kg(spheres: Spheres, said: Scene) -> float:
+    """Mass of one sphere of an entry [kg]."""
+    return said.materials[spheres.material].density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
+
+
+def _sphere_class(kind: int, spheres: Spheres, said: Scene, of_mass: int | None) -> typed.SphereClass:
+    """Size class of an entry; `of_mass`: number of spheres that follows from its mass."""
     material = said.materials[spheres.material]
-    sphere_kg = material.density_kg_per_m3 * 4.0 / 3.0 * math.pi * spheres.radius_m**3
-    if spheres.at_mm is not None:
-        count = len(spheres.at_mm)
-    else:
-        count = spheres.count or max(1, round(1e-3 * (spheres.mass_g or 0.0) / sphere_kg))
     return typed.SphereClass(
         name=spheres.name, type=kind, radius_m=spheres.radius_m, density_kg_per_m3=material.density_kg_per_m3,
-        contact_angle_rad=math.radians(material.contact_angle_deg), count=count,
+        contact_angle_rad=math.radians(material.contact_angle_deg),
+        count=of_mass or spheres.count or len(spheres.at_mm or ()),
         fed=typed.Fed(from_s=spheres.fed.from_s, for_s=spheres.fed.for_s) if spheres.fed else None,
     )  # fmt: skip
 
@@ -262,49 +319,17 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
 
     on_way, size = ways(made.classes, table)
     at, radius = np.concatenate([at, on_way]), np.concatenate([radius, size])
-    for surface in made.surfaces:
+    for wall, surface in zip(made.said.walls, made.surfaces, strict=True):
         faces = np.insert(surface.triangles, 0, 3, axis=1).ravel()
         distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
         inside = np.asarray(distance) < TOUCHING * radius
         if inside.any():
             first = at[inside][0] * 1e3
             raise ConfigError(
-                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {surface.name}, such as at "
+                f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
                 f"{first[0]:.3g}, {first[1]:.3g}, {first[2]:.3g} mm; expected all outside: mend the region or the wall"
             )
 
 
 def _some(spheres: int) -> str:
     return f"{spheres} spheres" if spheres else "the ways of spheres that are fed"
-
-
-def _moved(at: Floats, motion: OwnMotion | None) -> list[Floats]:
-    """Where the corners of a moving wall get to."""
-    if isinstance(motion, typed.Slide):
-        return [at + motion.travel_s * np.array(motion.velocity_m_per_s)]
-    if isinstance(motion, typed.Vibration):
-        return [at + sign * 2.0 * np.array(motion.amplitude_m) for sign in (-1.0, 1.0)]
-    if isinstance(motion, typed.Rotation):
-        reach, along = _far_from_axis(at, motion), _along_axis(at, motion)
-        return [along + sign * reach * (1.0 - np.abs(np.array(motion.axis))) for sign in (-1.0, 1.0)]
-    return []
-
-
-def _speed(at: Floats, motion: OwnMotion | None) -> float:
-    """The fastest that corners of a wall move [m/s]."""
-    if isinstance(motion, typed.Slide):
-        return math.hypot(*motion.velocity_m_per_s)
-    if isinstance(motion, typed.Vibration):
-        return peak_speed(motion)
-    return 2.0 * math.pi / motion.period_s * _far_from_axis(at, motion) if motion else 0.0
-
-
-def _along_axis(at: Floats, rotation: typed.Rotation) -> Floats:
-    """The closest points of an axis."""
-    origin, axis = np.array(rotation.origin_m), np.array(rotation.axis)
-    return np.asarray(origin + ((at - origin) @ axis)[:, None] * axis)
-
-
-def _far_from_axis(at: Floats, rotation: typed.Rotation) -> float:
-    """Largest distance from an axis [m]."""
-    return float(np.linalg.norm(at - _along_axis(at, rotation), axis=1).max())

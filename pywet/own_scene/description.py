@@ -5,6 +5,7 @@ Lengths in mm, angles in degrees, all else in SI units, as the keys say. What be
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -14,7 +15,8 @@ from pywet.apparatus.packing import FeedRegion
 from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
-from pywet.own_scene.walls import CURE, MM, Box, Wall, chosen
+from pywet.errors import ConfigError
+from pywet.own_scene.walls import MM, Box, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
 WALLS = "walls"
@@ -26,36 +28,60 @@ Percent = Annotated[float, Field(ge=0, le=100)]
 
 
 class Dry(Excusable):
-    """A dry contact: a linear spring with its dashpot, Coulomb friction, rolling friction as a length."""
+    """A dry contact: linear contact stiffness and its damping, Coulomb friction, rolling friction as a length or without unit."""
 
     stiffness_N_per_m: Positive = 2000.0
     """Normal; soft springs are usual, as long as overlaps stay below some per cent of the radius (`contact_statistics` says)."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.4
+    """Coulomb's coefficient, static and sliding."""
     rolling_friction_m: NonNegative = 2e-5
+    """Torque over normal force, a length."""
+    rolling_friction: Annotated[float, Field(ge=0, le=10)] | None = None
+    """In place of `rolling_friction_m`, without unit, as LIGGGHTS, EDEM and YADE have it: torque over normal force times r_red,
+    r_i r_j/(r_i + r_j) of two spheres, the radius at a wall."""
     restitution: Annotated[float, Field(gt=0, le=1)] = 0.8
+    """Of a normal impact: speed after it over speed before it."""
+
+    @model_validator(mode="after")
+    def _one_rolling_friction(self) -> Self:
+        if self.rolling_friction is not None and "rolling_friction_m" in self.model_fields_set:
+            raise ValueError("rolling_friction (without unit) or rolling_friction_m (a length), not both")
+        return self
+
+    def rolling_m(self, reduced_radius_m: float) -> float:
+        """Rolling friction of two bodies as a length [m]."""
+        return self.rolling_friction_m if self.rolling_friction is None else self.rolling_friction * reduced_radius_m
 
 
 class Material(Dry):
     """A material of spheres; its dry contact is that with itself and, where `contacts` says nothing else, with walls."""
 
     density_kg_per_m3: Positive
+    """Of a sphere."""
     contact_angle_deg: Angle = 15.0
+    """Of the liquid on it."""
 
 
 class Contact(Dry):
     """The dry contact between two materials, or between a material and `walls`."""
 
     between: Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
+    """Two names of materials, or one and `walls`."""
 
 
 class Liquid(Excusable):
     """The liquid (water, if not said otherwise) and how much of it: per cent of the spheres' mass, or the film's thickness."""
 
     surface_tension_N_per_m: NonNegative = WATER["surface_tension_N_per_m"]
+    """Against air; water if not given."""
     viscosity_Pa_s: NonNegative = WATER["viscosity_Pa_s"]
+    """Dynamic; water if not given."""
     density_kg_per_m3: Positive = WATER["density_kg_per_m3"]
+    """Water if not given."""
     percent: Percent | None = None
+    """Mass of the liquid over that of the spheres, in per cent."""
     film_um: NonNegative | None = None
+    """Thickness of the film on every sphere at the start, in place of `percent`."""
 
     @model_validator(mode="after")
     def _one_amount(self) -> Self:
@@ -67,14 +93,18 @@ class Cylinder(Excusable):
     """An upright cylinder; `origin_mm` is the middle of its lower end."""
 
     diameter_mm: Positive
+    """Of the region."""
     height_mm: Positive
+    """Along z."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower end."""
 
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
         x, y, z = (MM * c for c in self.origin_mm)
-        return FeedRegion(
-            "cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y), name="cylinder", cure=CURE
+        region = FeedRegion("cylinder", MM * self.diameter_mm, z, z + MM * self.height_mm, centre_m=(x, y))
+        return replace(
+            region, name="cylinder", cure="raise height_mm or diameter_mm of their cylinder, or lower count or mass_g"
         )
 
 
@@ -85,26 +115,38 @@ class Fed(Excusable):
     """
 
     from_s: NonNegative = 0.0
+    """Time at which insertion begins."""
     for_s: Positive
+    """Duration of insertion."""
 
 
 class Spheres(Excusable):
     """Spheres of one size and material: so many, or so much, at random in a region or at given places, with their liquid."""
 
     name: Title
+    """Of this size class, in tables and on the page."""
     material: str
+    """A key of `materials`."""
     diameter_mm: Positive
+    """Of each sphere."""
     count: Annotated[int, Field(ge=1)] | None = None
+    """Number of spheres."""
     mass_g: Positive | None = None
+    """Their mass, in place of `count`; it is rounded to whole spheres over all entries of the same material and region."""
     box: Box | None = None
+    """Region in which they are placed at random."""
     cylinder: Cylinder | None = None
+    """The same, in place of `box`."""
     at_mm: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
+    """Position of each sphere, in place of a region."""
     velocity_m_per_s: Vector = (0.0, 0.0, 0.0)
+    """At the start, or on insertion."""
     fed: Fed | None = None
     """They enter during the run, and their liquid with them; without it they are there from the start."""
     percent: Percent | None = None
     """Liquid over the mass of these spheres, in place of the scene's amount."""
     film_um: NonNegative | None = None
+    """Film on these spheres, in place of `percent`."""
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -127,8 +169,11 @@ class TimeStep(Excusable):
     """`time_step_s`, or a share of the largest stable step of a dense packing."""
 
     time_step_s: Positive | None = None
+    """Refused where it is beyond a stability limit."""
     share: Annotated[float, Field(gt=0, le=1)] = 0.1
+    """Of the largest stable step of a dense packing."""
     viscous_integration: Annotated[str, Field(pattern="^(explicit|semi_implicit)$")] = "semi_implicit"
+    """Of the viscous force: explicit, or semi_implicit, which does not shorten the step."""
 
 
 class Results(Excusable):
@@ -137,8 +182,11 @@ class Results(Excusable):
     interval_s: Positive | None = None
     """If not given, a fiftieth of the duration."""
     windows: Annotated[int, Field(ge=0, le=1000)] = 2
+    """Number of sampling windows; 0: forces and motion are not replayed."""
     window_steps: Annotated[int, Field(ge=1, le=100_000)] = 20
+    """Steps of each window."""
     checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
+    """How often the state is saved, evenly spread; a killed run resumes there."""
 
 
 class Scene(Excusable):
@@ -148,20 +196,33 @@ class Scene(Excusable):
     """
 
     name: Title
+    """Of the scene, on one line."""
     duration_s: Positive
+    """Simulated time."""
     materials: dict[str, Material]
+    """Name of a material: its properties."""
     contacts: tuple[Contact, ...] = ()
+    """Dry contacts of two materials, or of one with `walls`."""
     spheres: Annotated[tuple[Spheres, ...], Field(min_length=1)]
+    """Size classes."""
     liquid: Liquid | None = None
+    """None: the scene is dry."""
     walls: tuple[Wall, ...] = ()
+    """Each with its own motion."""
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
+    """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
     """Subtracted from all positions of spheres and walls, as for a part in plant coordinates; results count from it."""
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
+    """Of the random positions; another seed is another packing of the same scene."""
     laws: LawSettings = LawSettings()
+    """Preset of force laws, or a law by kind."""
     effects: EffectSettings = EffectSettings.model_validate(PRESET)
+    """Which effects are simulated, and the tolerance that decides."""
     time_step: TimeStep = TimeStep()
+    """A tenth of the largest stable step if not given."""
     results: Results = Results()
+    """Outputs, sampling windows, checkpoints."""
     folder: Path = Path()
     """Where STL files and files of laws are looked for; of a YAML file its own folder."""
     file: Path | None = None
@@ -173,6 +234,20 @@ class Scene(Excusable):
         except ValidationError as error:
             where = str(given.get("file") or f"scene {given.get('name') or ''}".strip())
             raise mistake(error, Scene, where) from error
+
+    def with_(self, **changes: Any) -> Self:
+        """The same scene with other values of some keys, checked as a new one; it does not change itself.
+
+        `scene.with_(liquid=pywet.Liquid(percent=7), seed=2)`.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self)(**{**given, **changes})
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise ConfigError(
+            f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
+            f"scene.with_({name}=…)"
+        )
 
     @model_validator(mode="after")
     def _names(self) -> Self:

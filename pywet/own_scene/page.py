@@ -7,6 +7,8 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
+from pywet.files import AGAIN, read_json
+from pywet.own_scene.walls import word_of
 from pywet.report import page
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.runs.loaded import Run
@@ -16,7 +18,7 @@ NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", 
 """Columns of liquid_by_wall that are no holder's."""
 CURVES = {
     "per sphere": ("contacts_per_sphere", "bridges_per_sphere"),
-    "overlap / radius": ("mean_overlap", "largest_overlap"),
+    "overlap / radius": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
     "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
 }
 DEEP = 0.05
@@ -31,6 +33,7 @@ def write(folder: Path, picture: Path) -> Path:
         page.Section(
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
         ),
+        *_sizes(run),
         page.Section("Where the liquid is", _liquid(run), "Liquid"),
         page.Section("Contacts and speeds", _contacts(run), "Contacts"),
         page.Section("Which effects were simulated", _effects(run), "Effects"),
@@ -58,28 +61,46 @@ def _cards(run: Run, wrong: bool) -> list[page.Card]:
     return cards
 
 
+def _sizes(run: Run) -> list[page.Section]:
+    """Masses asked for and made, where numbers of spheres follow from masses."""
+    rows = run.summary.get("amounts")
+    if not rows:
+        return []
+    table = page.table_of(rows, {
+        "size": lambda r: page.left(r["name"]),
+        "spheres": lambda r: str(r["count"]),
+        "asked [g]": lambda r: f"{1e3 * r['asked_kg']:.4g}",
+        "made [g]": lambda r: f"{1e3 * r['made_kg']:.4g}",
+        "difference": lambda r: f"{100 * (r['made_kg'] / r['asked_kg'] - 1):+.1f} %",
+    })  # fmt: skip
+    return [page.Section("Masses in whole spheres", table, "Sizes")]
+
+
 def _liquid(run: Run) -> str:
     table = run.liquid
     holders = [c for c in table.columns if c not in NOT_WALLS]
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
+    walls = read_json(run.path / "description.json", AGAIN)["walls"]
+    names = {word_of(wall["name"]): wall["name"] for wall in walls}
     with plt.rc_context(STYLE):
         figure, (axes,) = panels(1, 1, (8.5, 3.4))
         for name in sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max()):
-            axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name))
+            axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name, names))
         if run.scene.is_fed:
             axes.plot(table["time_s"], 1e9 * table["initial_m3"], ":", color="#888888", label="put in until then")
         _finish(axes, "liquid [mm³]")
         drawn = page.picture(figure, "Standing bridges are shared between their ends, as if they broke then.")
     last = {str(c): float(v) for c, v in table.iloc[-1].items()}
     share = {c: last[c] / last["initial_m3"] for c in [*holders, "left_m3"]}
-    rows = [[_holder(c), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
+    rows = [[_holder(c, names), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
-def _holder(column: str) -> str:
+def _holder(column: str, names: dict[str, str]) -> str:
+    """What a column's liquid is on; `names`: of the walls, by their words in tables."""
     kind, _, name = column.removesuffix("_m3").partition("_")
-    return {"left": "left with drops"}.get(kind, f"{kind} {name}")
+    return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
 
 
 def _contacts(run: Run) -> str:
@@ -90,12 +111,16 @@ def _contacts(run: Run) -> str:
             for column in columns:
                 one.plot(table["time_s"], table[column], label=column.removesuffix("_m_per_s").replace("_", " "))
             _finish(one, label)
-        drawn = page.picture(figure, "Contacts with walls are not in the overlaps.")
+        drawn = page.picture(figure, "A sphere has one contact with a wall, at the wall's closest point.")
     deepest = float(table["largest_overlap"].max())
-    text = f"Spheres overlap by {100 * deepest:.2g} % of the smaller radius at most, at the outputs."
+    into, through = (100 * float(table[f"largest_wall_{c}"].max()) for c in ("overlap", "penetration"))
+    text = (
+        f"Spheres overlap by {100 * deepest:.2g} % of the smaller radius at most, at the outputs, and walls by {into:.2g} % of "
+        f"the radius, {through:.2g} % of a wall's thickness."
+    )
     if deepest > DEEP:
         text += " That is deep: stiffer springs (`stiffness_N_per_m`) would be nearer to hard spheres."
-    return page.paragraph(text) + drawn
+    return "".join(page.paragraph(s) for s in (text, *run.summary.get("warnings", []))) + drawn
 
 
 def _finish(axes: Axes, label: str) -> None:

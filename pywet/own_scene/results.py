@@ -11,6 +11,8 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from pywet.files import write_json, write_table
+from pywet.notices import notice
+from pywet.own_scene.at_walls import PRESSED, AtWalls
 from pywet.runs.rundir import Floats, RunDir
 from pywet.runs.summary import general
 from pywet.screening.results import LIQUID_TOLERANCE, Check, at_end, at_most, column
@@ -38,9 +40,10 @@ def liquid_by_wall(run: RunDir) -> pd.DataFrame:
 def contact_statistics(run: RunDir) -> pd.DataFrame:
     """At the outputs: touching spheres per sphere, overlaps over the smaller radius, bridges per sphere, speeds, centre of mass.
 
-    Contacts with walls are not in the overlaps. Spheres that have not entered count with the others.
+    Of walls: how many a sphere touches, overlaps over the radius, the largest over the wall's thickness. Spheres that have not
+    entered count with the others.
     """
-    scene, rows = run.scene, []
+    scene, rows, walls = run.scene, [], AtWalls(run)
     radius_of = np.array([c.radius_m for c in scene.classes])
     ledger = run.ledger.set_index("step")["bridge_count"] if run.moist else None
     up = -np.array(scene.gravity_m_per_s2) / max(float(np.linalg.norm(scene.gravity_m_per_s2)), 1e-300)
@@ -50,6 +53,7 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
         at, kind = here[[*"xyz"]].to_numpy(), here["type"].to_numpy() - 1
         speed = np.linalg.norm(here[["vx", "vy", "vz"]].to_numpy(), axis=1)
         overlap = _overlaps(at, radius_of[kind])
+        at_walls, pressed = walls.overlaps(step, at, radius_of[kind])
         rows.append(
             {
                 "step": step,
@@ -57,6 +61,10 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
                 "contacts_per_sphere": 2.0 * len(overlap) / len(at),
                 "mean_overlap": float(overlap.mean()) if len(overlap) else 0.0,
                 "largest_overlap": float(overlap.max(initial=0.0)),
+                "walls_per_sphere": len(at_walls) / len(at),
+                "mean_wall_overlap": float(at_walls.mean()) if len(at_walls) else 0.0,
+                "largest_wall_overlap": float(at_walls.max(initial=0.0)),
+                "largest_wall_penetration": float(pressed.max(initial=0.0)),
                 "bridges_per_sphere": 2.0 * float(ledger[step]) / len(at) if ledger is not None else 0.0,
                 "mean_speed_m_per_s": float(speed.mean()),
                 "largest_speed_m_per_s": float(speed.max()),
@@ -88,6 +96,20 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     ]  # fmt: skip
 
 
+def warnings(touching: pd.DataFrame) -> list[str]:
+    """Sentences on spheres that are pressed deep into walls, of `contact_statistics`."""
+    through = touching["largest_wall_penetration"].to_numpy(dtype=float)
+    deepest = int(through.argmax())
+    if through[deepest] < PRESSED:
+        return []
+    at = float(touching["time_s"].to_numpy(dtype=float)[deepest])
+    return [
+        f"at {at:.3g} s a sphere overlaps a wall by {100 * through[deepest]:.0f} % of the wall's "
+        f"thickness and may come out at its far side; expected less than {100 * PRESSED:.0f} %: raise stiffness_N_per_m or "
+        "make the wall thicker"
+    ]
+
+
 def write(run_dir: Path) -> dict[str, Any]:
     """Write results/liquid_by_wall and results/contact_statistics (Parquet and CSV) and summary.json; returns the summary."""
     run = RunDir(Path(run_dir))
@@ -99,6 +121,9 @@ def write(run_dir: Path) -> dict[str, Any]:
         "liquid_end_m3": at_end(liquid),
         "contacts_end": {str(k): float(v) for k, v in touching.iloc[-1].drop(["step", "time_s"]).items()},
         "checks": [asdict(c) for c in checks(run, liquid)],
+        "warnings": warnings(touching),
     }
+    for sentence in summary["warnings"]:
+        notice.warning("%s: %s", run.scene.name, sentence)
     write_json(run.path / "summary.json", summary)
     return summary

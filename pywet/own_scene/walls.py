@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+import re
+import unicodedata
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -17,11 +21,9 @@ from pywet.apparatus.solids import Part, bin_solid, plate, polygon, tube, wire
 from pywet.apparatus.surface import Floats, Motion, Surface, make_surface
 from pywet.config.entries import Excusable
 from pywet.notices import notice
-from pywet.scene import Identifier, NonNegative, Positive, Rotation, Slide, Vector, Vibration
+from pywet.scene import IDENTIFIER, NonNegative, Positive, Rotation, Slide, Title, Vector, Vibration
 
 MM = 1e-3
-CURE = "make the region of the spheres larger or take fewer"
-"""Where to fix a region that is too small."""
 OwnMotion = Vibration | Rotation | Slide
 Axis = Literal["x", "y", "z"]
 
@@ -42,7 +44,9 @@ class Box(Excusable):
     """A region between two corners."""
 
     low_mm: Vector
+    """Corner of least x, y, z."""
     high_mm: Vector
+    """Opposite corner."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -53,7 +57,8 @@ class Box(Excusable):
     def region(self) -> FeedRegion:
         """As spheres are placed in it."""
         (x, y, z), (u, v, w) = (tuple(MM * c for c in corner) for corner in (self.low_mm, self.high_mm))
-        return FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)), "box", CURE)
+        region = FeedRegion("square", u - x, z, w, v - y, (0.5 * (x + u), 0.5 * (y + v)))
+        return replace(region, name="box", cure="set high_mm of their box higher, widen it, or lower count or mass_g")
 
 
 class Block(Box):
@@ -69,11 +74,17 @@ class Tube(Excusable):
     """An open tube along an axis, round (many sides) or square (4); `origin_mm` is the middle of its lower end."""
 
     inner_diameter_mm: Positive
+    """Between opposite faces."""
     length_mm: Positive
+    """Along the axis."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower end."""
     axis: Axis = "z"
+    """Along which it lies."""
     thickness_mm: Positive = 3.0
+    """Of its wall."""
     sides: Sides = 32
+    """Faces around the axis; 4: square."""
 
     def parts(self) -> list[Part]:
         """Its inner and outer face and rims."""
@@ -85,10 +96,15 @@ class Disc(Excusable):
     """A round plate, such as the lid of a drum; `origin_mm` is the middle of its lower face."""
 
     diameter_mm: Positive
+    """Between opposite faces."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its lower face."""
     axis: Axis = "z"
+    """Normal of its faces."""
     thickness_mm: Positive = 3.0
+    """Along the axis."""
     sides: Sides = 32
+    """Faces around the axis."""
 
     def parts(self) -> list[Part]:
         """Its faces and edge."""
@@ -100,10 +116,15 @@ class Vessel(Excusable):
     """An open-topped upright vessel, square (4 sides) or round; `origin_mm` is the middle of its floor's upper face."""
 
     inner_width_mm: Positive
+    """Between opposite faces."""
     height_mm: Positive
+    """Of its inside."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of its floor's upper face."""
     thickness_mm: Positive = 3.0
+    """Of walls and floor."""
     sides: Sides = 4
+    """Faces around; 4: square."""
 
     def parts(self) -> list[Part]:
         """Floor, sides, rim."""
@@ -115,12 +136,19 @@ class Bars(Excusable):
     """Parallel round bars in a horizontal plane, along x or y: a slotted deck. `origin_mm` is the middle of the plane."""
 
     diameter_mm: Positive
+    """Of a bar."""
     pitch_mm: Positive
+    """Between the axes of neighbours."""
     length_mm: Positive
+    """Of a bar."""
     count: Annotated[int, Field(ge=1, le=1000)]
+    """Number of bars."""
     axis: Literal["x", "y"] = "x"
+    """Along which they lie."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """Middle of their plane."""
     sides: Annotated[int, Field(ge=4, le=32, multiple_of=2)] = 8
+    """Faces around a bar."""
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
@@ -149,8 +177,11 @@ class Vibrates(Excusable):
     """x_k(t) = amplitude_k (sin(2 pi f t + phase_k) - sin(phase_k)), k = x, y, z."""
 
     amplitude_mm: Vector
+    """Along x, y, z."""
     frequency_Hz: Positive
+    """Of all three."""
     phase_deg: Vector = (0.0, 0.0, 0.0)
+    """Along x, y, z."""
 
     def engine_motion(self, corners: Floats) -> Vibration:
         """In SI units."""
@@ -163,8 +194,11 @@ class Turns(Excusable):
     """Turns from the start, right-handed about an axis through `origin_mm`."""
 
     turns_per_minute: Positive
+    """Right-handed about the axis."""
     axis: Direction
+    """Any direction."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
+    """A point on the axis."""
 
     def engine_motion(self, corners: Floats) -> Rotation:
         """In SI units."""
@@ -176,8 +210,11 @@ class Moves(Excusable):
     """Moves at constant velocity, from a time on, for a time; then it rests where it is."""
 
     velocity_m_per_s: Vector
+    """Constant."""
     from_s: NonNegative = 0.0
+    """Time at which it starts."""
     for_s: Positive
+    """Duration of the motion."""
 
     def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it."""
@@ -188,8 +225,11 @@ class Removed(Excusable):
     """Is drawn away at a time, as a gate is: along a direction, twice as far as it is long, and rests there."""
 
     at_s: NonNegative
+    """Time at which it starts."""
     towards: Direction
+    """Direction."""
     speed_m_per_s: Positive = 1.0
+    """Constant."""
 
     def engine_motion(self, corners: Floats) -> Slide:
         """As the engine takes it, for the corners (n, 3) of the wall [m]."""
@@ -207,9 +247,12 @@ MOTIONS: dict[str, Motion] = {"vibrates": "vibrates", "turns": "turns", "moves":
 class Wall(Excusable):
     """A wall: its shape (one of `SHAPES`), its contact angle, how it moves (one of `MOTIONS`, or none: it is fixed)."""
 
-    name: Identifier
+    name: Title
+    """In any script; tables and decks have `word` for it."""
     stl: Path | None = None
+    """File, from the folder of the scene."""
     stl_unit: Literal["mm", "m"] = "mm"
+    """Unit of its coordinates."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
     """Of an STL file: the point of its coordinates that becomes the scene's origin."""
     half_width_mm: Positive | None = None
@@ -219,21 +262,36 @@ class Wall(Excusable):
     feature_angle_deg: Annotated[float, Field(gt=0, lt=180)] = FEATURE_ANGLE_DEG
     """Where facets meet at a larger angle a face ends; a sphere has one bridge with a face, curved faces are one."""
     block: Block | None = None
+    """Shape: a cuboid."""
     tube: Tube | None = None
+    """Shape: an open tube."""
     disc: Disc | None = None
+    """Shape: a round plate."""
     vessel: Vessel | None = None
+    """Shape: an open-topped vessel."""
     bars: Bars | None = None
+    """Shape: parallel round bars."""
     contact_angle_deg: Annotated[float, Field(ge=0, lt=90)] = 40.0
+    """Of the liquid on it."""
     vibrates: Vibrates | None = None
+    """Motion: harmonic."""
     turns: Turns | None = None
+    """Motion: about an axis."""
     moves: Moves | None = None
+    """Motion: at constant velocity for a time."""
     removed: Removed | None = None
+    """Motion: drawn away, as a gate is."""
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
         chosen(self, *SHAPES)
         chosen(self, *MOTIONS, needed=False)
         return self
+
+    @property
+    def word(self) -> str:
+        """Its name in tables and decks: the name itself where an engine can read it, else its Latin letters and a digest."""
+        return word_of(self.name)
 
     @property
     def motion(self) -> Motion:
@@ -249,13 +307,13 @@ class Wall(Excusable):
     def surface(self, folder: Path) -> Surface:
         """Its triangles; an STL file is looked for in `folder`."""
         if self.stl is not None:
-            return make_surface(self.name, "wall", self._of_file(folder), self.motion)
+            return make_surface(self.word, "wall", self._of_file(folder), self.motion)
         shape = self.block or self.tube or self.disc or self.vessel or self.bars
         assert shape is not None
         parts = shape.parts()
         if self.bars is None:
             parts = faces(np.concatenate([corners for corners, _ in parts]), self.feature_angle_deg)
-        return make_surface(self.name, "wall", parts, self.motion)
+        return make_surface(self.word, "wall", parts, self.motion)
 
     @property
     def fold_deg(self) -> float:
@@ -274,6 +332,19 @@ class Wall(Excusable):
         if self.half_width_mm is None:
             return parts
         return [(part, MM * self.half_width_mm) for part, _ in parts]
+
+
+def word_of(name: str) -> str:
+    """The word that stands for a wall's name in tables and decks.
+
+    >>> word_of("drum"), word_of("Rüttelsieb 2"), word_of("漏斗")
+    ('drum', 'Ruttelsieb_2_5de194', 'wall_895948')
+    """
+    if re.fullmatch(IDENTIFIER, name):
+        return name
+    plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
+    latin = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[:20]
+    return f"{latin if latin[:1].isalpha() else 'wall'}_{hashlib.sha256(name.encode()).hexdigest()[:6]}"
 
 
 def chosen(of: BaseModel, *keys: str, needed: bool = True) -> str | None:

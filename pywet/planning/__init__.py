@@ -18,6 +18,7 @@ from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
 from pywet.planning.costs import measured_costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
 from pywet.planning.shares import WITHIN, predicted_shares
+from pywet.planning.size_distribution import Amount, lines
 from pywet.planning.surroundings import GRAVITY, Surroundings
 from pywet.scene import ContactPair, Effects, Liquid, SphereClass
 
@@ -83,27 +84,29 @@ class EffectRow:
 
 @dataclass(frozen=True)
 class EffectPlan:
-    """The outcome: rows to show, effects for the scene."""
+    """The outcome: rows to show, effects for the scene; sizes whose number follows from a mass, as asked for and as made."""
 
     rows: tuple[EffectRow, ...]
     effects: Effects
+    amounts: tuple[Amount, ...] = ()
 
     @property
     def lines(self) -> list[str]:
-        return [row.line for row in self.rows]
+        return [*(row.line for row in self.rows), *lines(self.amounts)]
 
     @property
     def table(self) -> list[str]:
-        """A head and one line per effect, in 80 columns."""
+        """A head and one line per effect, then the amounts, in 80 columns."""
         head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
-        return [head, *(row.short for row in self.rows)]
+        return [head, *(row.short for row in self.rows), *lines(self.amounts)]
 
     def row(self, effect: str) -> EffectRow:
         return next(row for row in self.rows if row.effect == effect)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as in plan.json."""
-        return {"rows": [asdict(row) for row in self.rows], "effects": self.effects.model_dump()}
+        amounts = [{**asdict(a), "made_kg": a.made_kg} for a in self.amounts]
+        return {"rows": [asdict(row) for row in self.rows], "effects": self.effects.model_dump(), "amounts": amounts}
 
 
 def plan(

@@ -113,10 +113,20 @@ class PlanRow(TypedDict):
     predicted_within: NotRequired[float | None]
 
 
+class AmountRow(TypedDict):
+    """One size of plan.json whose number of spheres follows from a mass."""
+
+    name: str
+    asked_kg: float
+    made_kg: float
+    count: int
+
+
 class Plan(TypedDict):
     """plan.json."""
 
     rows: list[PlanRow]
+    amounts: NotRequired[list[AmountRow]]
 
 
 class Contribution(TypedDict):

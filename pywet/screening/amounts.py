@@ -8,19 +8,21 @@ from collections.abc import Sequence
 from scipy.optimize import brentq
 
 from pywet.config import Case, Materials, Scale
+from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.laws.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
+from pywet.planning.size_distribution import Amount, amounts
 from pywet.scene import ContactPair, SphereClass
 
 THINNEST = 1e-13
 """Thinnest film over the radius of its sphere; below it, their sum in double precision hardly knows of the film."""
 
 
-def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, ...]:
-    """Number in each class, at least one: its mass or volume where the case says it, else the reference material's mass.
+def amounts_of(case: Case, materials: Materials, scale: Scale) -> tuple[Amount, ...]:
+    """What is asked for and made of each class: its mass or volume where the case says it, else the reference material's mass.
 
     All for the sieve of `feed`, in proportion to the sieve's area. The same number of the same sizes as the reference material is
-    the same volume, as the paper chose glass (section 5.1).
+    the same volume, as the paper chose glass (section 5.1). Raises `ConfigError` where a class is less than half a sphere.
     """
     screen = materials.screen(case.aperture_mm)
     pitch = 1e-3 * (screen.aperture_mm.value + screen.wire_diameter_mm.value)
@@ -28,11 +30,14 @@ def sphere_counts(case: Case, materials: Materials, scale: Scale) -> tuple[int, 
     share = scale.sieve_area_m2(pitch) / (0.25 * math.pi * (1e-3 * feed.sieve_diameter_mm.value) ** 2)
     if case.class_volume_cm3 is not None:
         sizes = [4.0 / 3.0 * math.pi * (0.05 * d) ** 3 for d in case.diameters_mm]
-        return tuple(max(1, round(share * case.class_volume_cm3 / volume)) for volume in sizes)
-    material = feed.reference_material if case.class_mass_g is None else case.material
-    class_mass = 1e-3 * (feed.class_mass_g.value if case.class_mass_g is None else case.class_mass_g)
-    masses = [materials.size(material, d).sphere_mass_kg for d in case.diameters_mm]
-    return tuple(max(1, round(share * class_mass / mass)) for mass in masses)
+        wanted = [share * case.class_volume_cm3 / volume for volume in sizes]
+    else:
+        material = feed.reference_material if case.class_mass_g is None else case.material
+        class_mass = 1e-3 * (feed.class_mass_g.value if case.class_mass_g is None else case.class_mass_g)
+        wanted = [share * class_mass / materials.size(material, d).sphere_mass_kg for d in case.diameters_mm]
+    masses = [materials.size(case.material, d).sphere_mass_kg for d in case.diameters_mm]
+    asked = [n * mass for n, mass in zip(wanted, masses, strict=True)]
+    return amounts(CLASS_NAMES, asked, masses, f"case {case.case}, {case.name}")
 
 
 def liquid_volume(classes: Sequence[SphereClass], liquid_percent: float, density_kg_per_m3: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +45,10 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     liquid = liquid_of(config, case, classes)
     vibration = vibration_of(config, case)
     settings = config.settings
-    chosen = plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws)
+    chosen = replace(
+        plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws),
+        amounts=amounts.amounts_of(case, config.materials, scale),
+    )
     if chosen.effects.bridges:
         refuse_unwetted(config, case, walls=chosen.effects.wall_films)
     explicit = settings.time_step.viscous_integration == "explicit"
@@ -156,7 +159,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
 
 def sphere_classes(config: Config, case: Case, scale: Scale) -> tuple[SphereClass, ...]:
     """The classes small, near_mesh, large (types 1, 2, 3) with their counts."""
-    counts = amounts.sphere_counts(case, config.materials, scale)
+    counts = [a.count for a in amounts.amounts_of(case, config.materials, scale)]
     angle = config.materials.sphere(case.material).contact_angle_deg.value
     classes = []
     for kind, (name, diameter, count) in enumerate(zip(CLASS_NAMES, case.diameters_mm, counts, strict=True), start=1):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from reference_impl.scene.configuration import near, number, width_m
@@ -43,6 +43,7 @@ def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
     round_sieve = 0.25 * math.pi if config["scale"]["shape"] == "cylinder" else 1.0
     share = round_sieve * width**2 / (0.25 * math.pi * (1e-3 * number(feed, "sieve_diameter_mm")) ** 2)
     mass, volume, found = case.get("class_mass_g"), case.get("class_volume_cm3"), []
+    asked: list[float] = []
     for name in NAMES:
         diameter = float(case[f"{name}_mm"])
         own = near(data["spheres"][case["material"]]["sizes"], "diameter_mm", diameter)
@@ -57,8 +58,28 @@ def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
                 name, 0.5e-3 * number(other, "diameter_mm"), number(other, "density_kg_per_m3"), 1, True
             )
             amount = 1e-3 * number(feed, "class_mass_g") / of_reference.mass
-        found.append(Class(name, radius, dense, max(1, round(share * amount)), diameter < float(case["aperture_mm"])))
-    return tuple(found)
+        found.append(Class(name, radius, dense, 1, diameter < float(case["aperture_mm"])))
+        asked.append(share * amount * found[-1].mass)
+    return tuple(replace(c, count=n) for c, n in zip(found, whole(asked, [c.mass for c in found]), strict=True))
+
+
+def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
+    """Number of spheres of each size for masses asked for and of one sphere [kg] (docs/configuration.md, Sizes).
+
+    The nearest numbers where all together are within 0.5 % of the mass. Elsewhere the coarsest size is rounded first, and each
+    finer one after its mass has been multiplied by what is still to be made over what is still asked, within 5 %.
+    """
+    most, made = sum(asked), [max(1, math.floor(a / m + 0.5)) for a, m in zip(asked, one, strict=True)]
+    if abs(sum(n * m for n, m in zip(made, one, strict=True)) - most) <= 0.005 * most:
+        return made
+    todo = sorted(range(len(asked)), key=lambda k: (one[k], -k))
+    while todo:
+        given = sum(made[k] * one[k] for k in range(len(asked)) if k not in todo)
+        factor = (most - given) / sum(asked[k] for k in todo)
+        coarsest = todo.pop()
+        part = asked[coarsest] * max(0.95, min(1.05, factor)) / one[coarsest]
+        made[coarsest] = max(1, math.floor(part + 0.5))
+    return made
 
 
 def film(of: Sequence[Class], config: Mapping[str, Any]) -> float:

@@ -1,0 +1,116 @@
+"""From the masses asked for of each size to whole numbers of spheres, rounded over the whole distribution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pywet.errors import ConfigError
+
+UNNOTICED = 0.005
+"""Share of the total mass that rounding each size for itself may miss."""
+OFF = 0.05
+"""Share by which the total mass, and a size beyond half of one of its spheres, may differ from what was asked for."""
+FINE = 1.001
+"""Factor between two total masses that are tried for the least that would do."""
+
+
+@dataclass(frozen=True)
+class Amount:
+    """What was asked for of one size and what is made of it: mass [kg], mass of one sphere [kg], number of spheres."""
+
+    name: str
+    asked_kg: float
+    sphere_kg: float
+    count: int
+
+    @property
+    def made_kg(self) -> float:
+        return self.count * self.sphere_kg
+
+
+def whole_counts(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> tuple[int, ...]:
+    """Number of spheres of each size, at least one.
+
+    To the nearest number, each for itself, where that keeps the total within `UNNOTICED`. Elsewhere from the coarsest to the
+    finest: what the coarser ones have too much or lack is spread over the finer ones in proportion, by at most `OFF` of each.
+
+    >>> whole_counts([1.0, 1.0], [0.7, 0.01])
+    (1, 105)
+    """
+    nearest = tuple(_nearest(m / one) for m, one in zip(asked_kg, sphere_kg, strict=True))
+    if abs(_off(asked_kg, sphere_kg, nearest)) <= UNNOTICED:
+        return nearest
+    left, rest, counts = sum(asked_kg), sum(asked_kg), list(nearest)
+    for k in sorted(range(len(counts)), key=lambda k: -sphere_kg[k]):
+        scale = min(max(left / rest, 1.0 - OFF), 1.0 + OFF)
+        counts[k] = _nearest(scale * asked_kg[k] / sphere_kg[k])
+        left, rest = left - counts[k] * sphere_kg[k], max(rest - asked_kg[k], 1e-300)
+    return tuple(counts)
+
+
+def amounts(
+    names: Sequence[str], asked_kg: Sequence[float], sphere_kg: Sequence[float], where: str
+) -> tuple[Amount, ...]:
+    """Whole numbers of spheres of one size distribution.
+
+    Raises `ConfigError`, which starts with `where` and names the least total mass that would do, for a size of less than half a
+    sphere and for a total that is off by more than `OFF`.
+    """
+    counts, total = whole_counts(asked_kg, sphere_kg), sum(asked_kg)
+    if not _good(asked_kg, sphere_kg):
+        least, share = _least(asked_kg, sphere_kg), [m / one for m, one in zip(asked_kg, sphere_kg, strict=True)]
+        k = min(range(len(share)), key=lambda k: share[k])
+        off = _off(asked_kg, sphere_kg, counts)
+        reason = (
+            f"{_g(asked_kg[k])} of {names[k]} are {share[k]:.2g} of one sphere ({_g(sphere_kg[k])})"
+            if share[k] < 0.5
+            else f"{_g(total)} in whole spheres are {_g((1.0 + off) * total)}, {100 * off:+.0f} %"
+        )
+        raise ConfigError(
+            f"{where}: {reason}; expected at least half a sphere of every size and a total within {100 * OFF:g} %: "
+            f"{_g(least)} in all in place of {_g(total)}, or fewer or smaller sizes"
+        )
+    return tuple(Amount(*row) for row in zip(names, asked_kg, sphere_kg, counts, strict=True))
+
+
+def lines(made: Sequence[Amount]) -> list[str]:
+    """Asked and made side by side, one line for each size and one for all."""
+    rows = [(a.name, a.count, a.asked_kg, a.made_kg) for a in made]
+    if len(rows) > 1:
+        rows.append(("all", sum(r[1] for r in rows), sum(r[2] for r in rows), sum(r[3] for r in rows)))
+    head = [f"{'size':<24}{'spheres':>9}{'asked':>14}{'made':>14}"] if rows else []
+    return head + [
+        f"{name[:23]:<24}{n:>9}{_g(asked):>14}{_g(real):>14}  {100 * (real / asked - 1):+.1f} %"
+        for name, n, asked, real in rows
+    ]
+
+
+def _nearest(number: float) -> int:
+    return max(1, math.floor(number + 0.5))
+
+
+def _off(asked_kg: Sequence[float], sphere_kg: Sequence[float], counts: Sequence[int]) -> float:
+    """Excess of the total mass over what was asked for, as a share of it."""
+    return sum(n * one for n, one in zip(counts, sphere_kg, strict=True)) / sum(asked_kg) - 1.0
+
+
+def _good(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> bool:
+    half = all(m >= 0.5 * one for m, one in zip(asked_kg, sphere_kg, strict=True))
+    return half and abs(_off(asked_kg, sphere_kg, whole_counts(asked_kg, sphere_kg))) <= OFF
+
+
+def _least(asked_kg: Sequence[float], sphere_kg: Sequence[float]) -> float:
+    """Least total mass [kg], not below what was asked for, that can be made of this distribution, to three digits upwards."""
+    total = sum(asked_kg)
+    least = total * max(1.0, *(0.5 * one / m for m, one in zip(asked_kg, sphere_kg, strict=True)))
+    digit = 10.0 ** (math.floor(math.log10(least)) - 2)
+    least = math.ceil(least / digit) * digit
+    while not _good([m * least / total for m in asked_kg], sphere_kg):
+        least = math.ceil(FINE * least / digit) * digit
+    return least
+
+
+def _g(mass_kg: float) -> str:
+    return f"{1e3 * mass_kg:.4g} g"
