@@ -81,8 +81,11 @@ def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
     names = {row.quantity for r in replayed for row in r.agreement}
     agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}"
     if any(r.unchecked for r in moist):
-        return f"Proven but for laws that the reference does not know: of the rest, {agrees}.", True
-    return f"Proven: {agrees}.", True
+        return (
+            f"Bookkeeping and forces recomputed but for laws that the reference does not know: of the rest, {agrees}.",
+            True,
+        )
+    return f"Bookkeeping and forces recomputed: {agrees}.", True
 
 
 def unchecked(results: Sequence[CaseResult]) -> list[str]:

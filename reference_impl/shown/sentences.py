@@ -137,7 +137,11 @@ def _proof(text: str, cases: Cases) -> Iterator[str]:
     whole = "; no liquid is lost" if errors and max(errors) <= LOST else ""
     agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}."
     unknown = any((cases.replay[n] or {}).get("unchecked") for n in cases.moist)
-    wanted = "Proven but for laws that the reference does not know: of the rest, " if unknown else "Proven: "
+    wanted = (
+        "Bookkeeping and forces recomputed but for laws that the reference does not know: of the rest, "
+        if unknown
+        else "Bookkeeping and forces recomputed: "
+    )
     wanted += agrees
     if bad:
         wanted = f"Not cross-checked: case{'s' if len(bad) > 1 else ''} {', '.join(map(str, bad))}."

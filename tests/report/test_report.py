@@ -180,7 +180,7 @@ def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Pa
     assert '<span class="fair">done; not checked: capillary (own law)</span>' in text
     assert "1 but for laws of their own" in text
     proof, proven = answer.proof(collect(folder, [config.case(2)]))
-    assert proven and proof.startswith("Proven but for laws that the reference does not know")
+    assert proven and proof.startswith("Bookkeeping and forces recomputed but for laws that the reference does not know")
     assert "/home/somebody" not in text
 
 
