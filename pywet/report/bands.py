@@ -113,7 +113,8 @@ def _reservoirs(table: pd.DataFrame, every: bool) -> list[str]:
 def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats, Floats | None]:
     """Positions of the first curve that all cover, the mean there, half width of its 95 % interval (None of one run).
 
-    >>> x, mean, half = mean_and_band([(np.array([0.0, 1.0]), np.array([1.0, 3.0])), (np.array([0.0, 1.0]), np.array([1.0, 5.0]))])
+    >>> at = np.array([0.0, 1.0])
+    >>> x, mean, half = mean_and_band([(at, np.array([1.0, 3.0])), (at, np.array([1.0, 5.0]))])
     >>> mean.tolist(), half.round(2).tolist()
     ([1.0, 4.0], [0.0, 12.71])
     """
