@@ -3,9 +3,11 @@
 
 python score.py PROBLEM FILE.csv        score answers: columns case, quantity, at, value
 python score.py PROBLEM --template      an empty CSV of what is asked
+python score.py all FOLDER              all problems: FOLDER holds PROBLEM.csv of each
 
-Each answer is set against the true one: its deviation relative to the largest answer of the same quantity and case, and whether
-it lies within the uncertainty that the true answer is known to.
+Each answer is compared with the true one: its deviation relative to the largest answer of the same quantity and case, its class
+(exact: within the uncertainty of the true answer; 1 %, 10 %, worse), and its rank among the programs of scores.csv.
+Exit code: 0 all is answered within the tolerance (--within, a tenth), 1 something is not, 2 the file cannot be scored.
 """
 
 from __future__ import annotations
@@ -19,8 +21,15 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 COLUMNS = ["case", "quantity", "at", "value"]
-SAME = 1e-6
-"""Relative difference up to which a row's `at` is the place that was asked for."""
+VERSION = "1.1"
+SAME = 1e-2
+"""Relative difference up to which a row's `at`, which may be rounded, is the one that was asked for."""
+WITHIN = 0.1
+"""Deviation over the largest answer up to which a problem counts as solved, unless --within names another."""
+CLASSES = ((0.01, "1 %"), (0.1, "10 %"))
+"""Largest deviation of a class, and its name."""
+UNITS = (1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 100.0, 0.01, 180.0 / math.pi, math.pi / 180.0)
+"""Factors by which answers in another unit (mN, mm, per cent, radian) are off."""
 
 
 class Refused(Exception):
@@ -48,7 +57,7 @@ def template(problem: str) -> str:
 def read(path: Path) -> list[dict]:
     """Rows of a CSV file of answers; a value that is left empty counts as not answered."""
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with open(path, newline="", encoding="utf-8-sig") as file:
             table = csv.DictReader(file)
             if not set(COLUMNS) <= set(table.fieldnames or []):
                 raise Refused(f"{path} has the columns {table.fieldnames}; expected {', '.join(COLUMNS)}")
@@ -68,18 +77,12 @@ def read(path: Path) -> list[dict]:
 def scored(problem: str, rows: list[dict]) -> list[dict]:
     """One line for each quantity of each case."""
     asked = load(problem)["answers"]
-    known = {(a["case"], a["quantity"]) for a in asked}
-    for row in rows:
-        if (row["case"], row["quantity"]) not in known:
-            raise Refused(
-                f"case {row['case']}, quantity {row['quantity']} is not asked for by {problem}: see --template"
-            )
+    values = _matched(problem, asked, rows)
     lines = []
     for case, quantity in dict.fromkeys((a["case"], a["quantity"]) for a in asked):
         of = [a for a in asked if (a["case"], a["quantity"]) == (case, quantity)]
         scale = max(abs(a["value"]) for a in of) or 1.0
-        given = [(a, _at(rows, a)) for a in of]
-        errors = [(value - a["value"], a) for a, value in given if value is not None]
+        errors = [(values[_key(a)] - a["value"], a) for a in of if _key(a) in values]
         lines.append(
             {
                 "case": case,
@@ -91,54 +94,165 @@ def scored(problem: str, rows: list[dict]) -> list[dict]:
                 "rms": math.sqrt(sum((e / scale) ** 2 for e, _ in errors) / len(errors)) if errors else math.nan,
                 "uncertainty": max(a["uncertainty"] for a in of) / scale,
                 "within": sum(abs(e) <= a["uncertainty"] for e, a in errors),
+                "unit": of[0]["unit"],
+                "factor": _unit_factor([(values[_key(a)], a["value"]) for _, a in errors]),
             }
         )
     return lines
 
 
-def _at(rows: list[dict], answer: dict) -> float | None:
-    """The value that was given where an answer was asked for; the last one counts."""
-    near = SAME * abs(answer["at"]) + 1e-15
-    values = [
-        row["value"]
-        for row in rows
-        if (row["case"], row["quantity"]) == (answer["case"], answer["quantity"])
-        and abs(row["at"] - answer["at"]) <= near
-    ]
-    return values[-1] if values else None
+def _key(answer: dict) -> tuple:
+    return answer["case"], answer["quantity"], answer["at"]
+
+
+def _matched(problem: str, asked: list[dict], rows: list[dict]) -> dict:
+    """Value by what was asked; a row that was not asked for, or asked once and answered twice, is refused."""
+    places: dict = {}
+    for a in asked:
+        places.setdefault((a["case"], a["quantity"]), []).append(a["at"])
+    values: dict = {}
+    for row in rows:
+        name = row["case"], row["quantity"]
+        said = f"case {row['case']}, quantity {row['quantity']}"
+        if name not in places:
+            raise Refused(f"{said} is not asked for by {problem}: see --template")
+        at = min(places[name], key=lambda place: abs(place - row["at"]))
+        if abs(at - row["at"]) > SAME * abs(at) + 1e-15:
+            where = ", ".join(f"{place:g}" for place in places[name])
+            raise Refused(f"{said} at {row['at']:g} is not asked for by {problem}; expected at {where}")
+        if (*name, at) in values:
+            raise Refused(f"{said} at {row['at']:g} is answered twice; expected one row for each")
+        values[(*name, at)] = row["value"]
+    return values
+
+
+def _unit_factor(pairs: list[tuple[float, float]]) -> float | None:
+    """The factor of another unit by which all answers are off alike, within a fifth; None where there is none."""
+    ratios = [given / true for given, true in pairs if true and given]
+    return next((f for f in UNITS if ratios and all(abs(r / f - 1.0) < 0.2 for r in ratios)), None)
+
+
+def grade(line: dict) -> str:
+    """Class of a line: exact, 1 %, 10 %, worse; partial or none where answers are missing."""
+    if line["answered"] < line["asked"]:
+        return "partial" if line["answered"] else "none"
+    if line["within"] == line["asked"]:
+        return "exact"
+    return next((name for limit, name in CLASSES if line["largest"] <= limit), "worse")
+
+
+def solved(lines: list[dict], within: float) -> bool:
+    """Whether all is answered, each within the tolerance or its own uncertainty."""
+    return all(
+        line["answered"] == line["asked"] and (line["largest"] <= within or line["within"] == line["asked"])
+        for line in lines
+    )
+
+
+def rank(problem: str, lines: list[dict]) -> str:
+    """Place among the stored programs that answer all, by the largest deviation; empty where it cannot be had."""
+    stored = HERE / "scores.csv"
+    if not stored.exists() or any(line["answered"] < line["asked"] for line in lines):
+        return ""
+    worst: dict = {}
+    with open(stored, newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            if row["problem"] == problem:
+                whole = row["answered"] == row["asked"]
+                off = float(row["largest"]) if whole and row["largest"] else math.inf
+                worst[row["program"]] = max(worst.get(row["program"], 0.0), off)
+    own = max(line["largest"] for line in lines)
+    better = [name for name, off in worst.items() if off < own]
+    return f"rank {len(better) + 1} of {len(worst) + 1} with the stored programs" if worst else ""
+
+
+def verdict(problem: str, lines: list[dict], within: float) -> str:
+    """The first line of a score: whether it is solved, how far off, the rank."""
+    answered, asked = (sum(line[key] for line in lines) for key in ("answered", "asked"))
+    worst = max((line["largest"] for line in lines if line["answered"]), default=None)
+    off = "" if worst is None else f", largest deviation {100 * worst:.2g} %"
+    said = "solved" if solved(lines, within) else "not solved"
+    place = rank(problem, lines)
+    return (
+        f"{problem}: {said} within {100 * within:g} %; {answered} of {asked} answered{off}{'; ' * bool(place)}{place}"
+    )
+
+
+def show(problem: str, lines: list[dict], within: float) -> None:
+    """The verdict, what looks like another unit, and the table."""
+    print(verdict(problem, lines, within))
+    for line in lines:
+        if line["factor"]:
+            print(
+                f"{line['case']}, {line['quantity']}: every answer is {line['factor']:.3g} times the true one; "
+                f"expected values in {line['unit'] if line['unit'] != '1' else 'no unit (a ratio)'}"
+            )
+    print(f"{'case':<26}{'quantity':<22}{'tier':<9}{'answered':>9}{'largest':>9}{'rms':>9}{'known to':>10}  class")
+    for line in lines:
+        print(
+            f"{line['case']:<26}{line['quantity']:<22}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
+            f"{_number(line['largest']):>9}{_number(line['rms']):>9}{line['uncertainty']:>10.1g}  {grade(line)}"
+        )
+
+
+def _number(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.2g}"
+
+
+def everything(folder: Path, within: float, as_json: bool) -> int:
+    """All problems of which the folder holds answers, a line each; those without a file count as not solved."""
+    files = {problem: folder / f"{problem}.csv" for problem in problems()}
+    there = {problem: path for problem, path in files.items() if path.exists()}
+    if not there:
+        raise Refused(f"{folder} holds no answers; expected files such as {next(iter(files.values()))}")
+    scores = {problem: scored(problem, read(path)) for problem, path in there.items()}
+    count = sum(solved(lines, within) for lines in scores.values())
+    if as_json:
+        print(json.dumps({"version": VERSION, "solved": count, "problems": {p: _json(s) for p, s in scores.items()}}))
+    else:
+        print(f"{count} of {len(files)} problems solved within {100 * within:g} % (score.py {VERSION})")
+        for problem in files:
+            print(
+                verdict(problem, scores[problem], within) if problem in scores else f"{problem}: no file {problem}.csv"
+            )
+    return 0 if count == len(files) else 1
+
+
+def _json(lines: list[dict]) -> list[dict]:
+    return [{k: None if v != v else v for k, v in line.items()} | {"class": grade(line)} for line in lines]
 
 
 def main(given: list[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("problem", help=", ".join(problems()))
-    parser.add_argument("file", nargs="?", type=Path)
+    parser.add_argument("problem", help=f"all, or one of {', '.join(problems())}")
+    parser.add_argument("file", nargs="?", type=Path, help="answers; of all problems their folder")
     parser.add_argument("--template", action="store_true", help="print an empty CSV of what is asked")
     parser.add_argument("--json", action="store_true", help="print the score as JSON")
+    parser.add_argument("--within", type=float, default=WITHIN, help="tolerance of a solved problem, a share (0.1)")
+    parser.add_argument("--version", action="version", version=f"score.py {VERSION}")
     options = parser.parse_args(given)
     try:
-        if options.template:
-            print(template(options.problem), end="")
-            return 0
-        if options.file is None:
-            raise Refused("no file was given; expected a CSV file of answers, or --template")
-        lines = scored(options.problem, read(options.file))
+        return _asked(options)
     except Refused as refusal:
         print(refusal, file=sys.stderr)
         return 2
-    if options.json:
-        none = [{k: None if v != v else v for k, v in line.items()} for line in lines]
-        print(json.dumps({"problem": options.problem, "score": none}, indent=2))
+
+
+def _asked(options: argparse.Namespace) -> int:
+    if options.template:
+        print(template(options.problem), end="")
         return 0
-    print(
-        f"{'case':<26}{'quantity':<22}{'tier':<13}{'answered':>9}{'largest':>10}{'rms':>10}{'known to':>10}{'within':>8}"
-    )
-    for line in lines:
-        print(
-            f"{line['case']:<26}{line['quantity']:<22}{line['tier']:<13}{line['answered']:>4}/{line['asked']:<4}"
-            f"{line['largest']:>10.2g}{line['rms']:>10.2g}{line['uncertainty']:>10.1g}{line['within']:>8}"
-        )
-    return 0
+    if options.file is None:
+        raise Refused("no file was given; expected a CSV file of answers, or --template")
+    if options.problem == "all":
+        return everything(options.file, options.within, options.json)
+    lines = scored(options.problem, read(options.file))
+    if options.json:
+        print(json.dumps({"problem": options.problem, "version": VERSION, "score": _json(lines)}, indent=2))
+    else:
+        show(options.problem, lines, options.within)
+    return 0 if solved(lines, options.within) else 1
 
 
 if __name__ == "__main__":

@@ -137,17 +137,28 @@ def calibrate(
 
 @app.command()
 def score(
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet.")],
-    file: Annotated[Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value.")] = None,
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet, or all.")],
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value; of all: a folder.")
+    ] = None,
     template: Annotated[bool, typer.Option("--template", help="Print an empty table of what is asked.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the score as JSON.")] = False,
+    within: Annotated[float, typer.Option("--within", help="Deviation up to which a problem is solved.")] = 0.1,
 ) -> None:
-    """Score any program's answers to a wet benchmark problem."""
+    """Score any program's answers to a wet benchmark problem; exit code 0 solved, 1 not, 2 not to be scored.
+
+    Example: pywet score viscous_pull my_answers.csv"""
     import runpy
 
     from pywet.shipped import place
 
-    given = [problem, *([str(file)] if file else []), *["--template"] * template, *["--json"] * as_json]
+    given = [
+        problem,
+        *([str(file)] if file else []),
+        *["--template"] * template,
+        *["--json"] * as_json,
+        f"--within={within}",
+    ]
     raise typer.Exit(runpy.run_path(str(place("benchmarks/wet") / "score.py"))["main"](given))
 
 

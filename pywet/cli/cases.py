@@ -222,6 +222,21 @@ def side_by_side(
 
 
 @app.command()
+def plot(
+    run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="CASE and CASE-SEED: one curve, a band.")],
+    to: Annotated[Path, typer.Option("--out", metavar="FILE", help="Figure: .pdf, .svg or .png.")] = Path("curves.pdf"),
+) -> None:
+    """Draw fraction retained, partition and liquid of runs, as far as they have them.
+
+    Example: pywet plot results/smoke/case02* --out fig.pdf"""
+    from pywet.report import bands
+
+    for folder in run_dirs:
+        showing.need_run(folder)
+    tell(bands.write(to, bands.grouped(run_dirs)))
+
+
+@app.command()
 def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
     from pywet.laws import own

@@ -20,12 +20,21 @@ def compare(
     b: Annotated[list[Path] | None, typer.Option("--b", help="The same of group B.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", metavar="OUT", help="Write the comparison.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Compare different cases as well.")] = False,
-    digest: Annotated[Path | None, typer.Option(help="Hold the runs against this stored digest.")] = None,
+    digest: Annotated[Path | None, typer.Option(help="Compare the runs with this stored digest.")] = None,
+    across: Annotated[
+        list[str] | None,
+        typer.Option("--across", metavar="SETTING", help="May differ: liquid, duration …; repeatable."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="OUT", help="Draw both with intervals (.pdf, .svg, .png).")
+    ] = None,
 ) -> None:
-    """Compare two runs or two groups of seeds; exit code 0 no difference, 1 difference, 2 not comparable."""
+    """Compare two runs or two groups of seeds; exit code 0 no difference, 1 difference, 2 not comparable.
+
+    Example: pywet compare results/seeds/5 results/seeds/7 --across liquid --plot moisture.pdf"""
     from pywet.evidence.compare import command
 
-    raise typer.Exit(command.compare(runs or [], a or [], b or [], json_file, force, digest))
+    raise typer.Exit(command.compare(runs or [], a or [], b or [], json_file, force, digest, across or [], plot))
 
 
 @app.command()

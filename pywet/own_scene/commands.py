@@ -62,7 +62,8 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
 
 def _fingerprint(scene: Scene) -> str:
     """What a run of this scene follows from: its description, the files that it names, the program's code."""
-    laws = [law for law in placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values() if isinstance(law, str)]
+    named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
+    laws = [law for law in named if isinstance(law, str)]
     files = [Path(law.rpartition(":")[0]) for law in laws if ".py:" in law]
     files += [scene.folder / wall.stl for wall in scene.walls if wall.stl]
     texts = [hashlib.sha256(read_bytes(file, "mend its path in the scene")).hexdigest() for file in files]

@@ -28,7 +28,7 @@ DEEP = 0.05
 def write(folder: Path, picture: Path) -> Path:
     """Write `report.html` into a run's folder, with its picture; returns its path."""
     run = Run(folder)
-    objections = verdict.objections(folder)
+    standing = verdict.standing(folder)
     sections = [
         page.Section(
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
@@ -41,22 +41,21 @@ def write(folder: Path, picture: Path) -> Path:
         page.Section("The liquid ledger and energies", _ledger(run), "Ledger"),
         page.Section("Files", _files(folder), "Files"),
     ]
-    lead = "; ".join(objections) or "Its checks, its liquid ledger and the independent replay agree."
-    return page.write(folder / "report.html", run.scene.name, lead, sections, _cards(run, bool(objections)))
+    return page.write(folder / "report.html", run.scene.name, standing.sentence, sections, _cards(run, standing))
 
 
-def _cards(run: Run, wrong: bool) -> list[page.Card]:
+def _cards(run: Run, standing: verdict.Standing) -> list[page.Card]:
     said, events = run.summary, run.summary["events"]
-    replayed = "no" if wrong else "yes" if run.replay else "–"
     cards = [
-        page.Card(replayed, "may be believed", "bad" if wrong else "good" if run.replay else ""),
+        page.Card(standing.word, "recomputed and agrees", standing.grade),
         page.Card(str(sum(said["spheres"].values())), "spheres"),
         page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {said['wall_s']:.0f} s of computing"),
     ]
     if events is not None:
+        kept = said["ledger_error"] <= verdict.LEDGER_TOLERANCE
         cards += [
             page.Card(str(events["formations"]), f"bridges formed, {events['standing_bridges']} stand"),
-            page.Card(f"{said['ledger_error']:.1g}", "of the liquid lost or made", "" if wrong else "good"),
+            page.Card(f"{said['ledger_error']:.1g}", "of the liquid lost or made", "good" if kept else "bad"),
         ]
     return cards
 
@@ -153,7 +152,7 @@ def _replay(run: Run) -> str:
     text = page.paragraph(
         "Recomputed by a second program that shares no code with the first, from what the engine logged."
     )
-    amber = [[page.left(what, "fair")] for what in (*said["unchecked"], *said["not_checked"])]
+    amber = [[page.left(what, "fair")] for what in verdict.not_checked(said)]
     return text + compared + (page.table(["not checked"], amber) if amber else "")
 
 

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import attrgetter
+from statistics import mean, stdev
 
+from scipy import stats
+
+from pywet.report import presets
 from pywet.report.bridge import short
 from pywet.report.collect import CaseResult, grouped, named
 from pywet.report.plots import title
@@ -19,8 +23,19 @@ class Passed:
     case: int
     liquid_percent: float
     retained: float
+    """Of several seeds their mean."""
     of_what_can: float
     """Part of the mass of the classes that can pass, liquid included, which has passed."""
+    ends: tuple[float, ...]
+    """Fraction retained at the end of every seed."""
+
+    @property
+    def interval(self) -> str:
+        """Half width of the 95 % confidence interval of the mean (Student), and the number of seeds."""
+        if len(self.ends) < 2:
+            return ""
+        half = stats.t.ppf(0.975, len(self.ends) - 1) * stdev(self.ends) / len(self.ends) ** 0.5
+        return f" ± {half:.2g} ({len(self.ends)} seeds)"
 
     @property
     def name(self) -> str:
@@ -37,6 +52,19 @@ class Row:
     coarse: float
     cases: tuple[Passed, ...]
 
+    @property
+    def significance(self) -> str:
+        """Whether the driest and the moistest case differ beyond the spread of their seeds (Welch); empty of one case."""
+        if len(self.cases) < 2:
+            return ""
+        one, two = self.cases[0], self.cases[-1]
+        if min(len(one.ends), len(two.ends)) < 2:
+            return f"{two.name} against {one.name}: inconclusive, two seeds of each are needed (--seeds)"
+        interval = stats.ttest_ind(two.ends, one.ends, equal_var=False).confidence_interval(0.95)
+        low, high = float(interval.low), float(interval.high)
+        verdict = "significant" if low > 0.0 or high < 0.0 else "not significant"
+        return f"{two.name} against {one.name}: {verdict}, difference from {low:+.3f} to {high:+.3f} (95 %)"
+
 
 def rows(results: Sequence[CaseResult]) -> list[Row]:
     """One row per configuration of which a case has results."""
@@ -49,8 +77,9 @@ def _row(group: Sequence[CaseResult]) -> Row:
     found = []
     for r in group:
         assert r.summary is not None
-        end, coarse = r.summary["fraction_retained_end"], r.summary["coarse_share"]
-        found.append(Passed(r.case.case, r.case.liquid_percent, end, (1.0 - end) / (1.0 - coarse)))
+        ends = (r.summary["fraction_retained_end"], *presets.ends(r)[1:])
+        end, coarse = mean(ends), r.summary["coarse_share"]
+        found.append(Passed(r.case.case, r.case.liquid_percent, end, (1.0 - end) / (1.0 - coarse), ends))
     first = group[0]
     assert first.summary is not None and first.retained is not None
     seconds = float(first.retained["time_since_opening_s"].iloc[-1])
@@ -81,8 +110,11 @@ def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
     names = {row.quantity for r in replayed for row in r.agreement}
     agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}"
     if any(r.unchecked for r in moist):
-        return f"Proven but for laws that the reference does not know: of the rest, {agrees}.", True
-    return f"Proven: {agrees}.", True
+        return (
+            f"Bookkeeping and forces recomputed but for laws that the reference does not know: of the rest, {agrees}.",
+            True,
+        )
+    return f"Bookkeeping and forces recomputed: {agrees}.", True
 
 
 def unchecked(results: Sequence[CaseResult]) -> list[str]:

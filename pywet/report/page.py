@@ -30,7 +30,7 @@ class Card:
 
     value: str
     text: str
-    state: Literal["good", "bad", ""] = ""
+    state: Literal["good", "fair", "bad", ""] = ""
 
 
 @dataclass(frozen=True)

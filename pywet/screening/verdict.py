@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there
@@ -52,6 +52,34 @@ def unchecked_laws(replay: dict[str, Any]) -> list[str]:
         f"{row['effect']} ({'own law' if own.is_own(row['law']) else row['law']})"
         for row in replay.get("unchecked", ())
     ]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What a run's page says of it at its top: one word, its colour, one sentence."""
+
+    word: str
+    grade: Literal["good", "fair", "bad", ""]
+    sentence: str
+
+
+def standing(run_dir: Path) -> Standing:
+    """`no` where anything objects, `in part` where something was not checked, `yes` where all was, `–` where nothing was."""
+    if objected := objections(run_dir):
+        return Standing("no", "bad", "; ".join(objected))
+    replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    if not replay:
+        return Standing("–", "", "Its checks agree; nothing of it could be replayed.")
+    if left := not_checked(dict(replay)):
+        return Standing(
+            "in part", "fair", f"Recomputed and agrees, but for {len(left)} not checked: {'; '.join(left)}."
+        )
+    return Standing("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
+
+
+def not_checked(replay: dict[str, Any]) -> list[str]:
+    """A sentence for everything that the replay took as logged, or checked on a sample only."""
+    return [str(sentence) for sentence in replay.get("not_checked", ())]
 
 
 def objections(run_dir: Path) -> list[str]:

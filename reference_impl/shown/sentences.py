@@ -67,8 +67,8 @@ class Cases:
 
     def passed(self, moist: bool) -> list[float]:
         """Per cent of the mass that can pass which has passed, of the dry cases or the others."""
-        rows = [s for n, s in self.summary.items() if s and self.config[n] and bool(self._liquid(n)) == moist]
-        return [100.0 * (1.0 - s["fraction_retained_end"]) / (1.0 - s["coarse_share"]) for s in rows]
+        rows = [(n, s) for n, s in self.summary.items() if s and self.config[n] and bool(self._liquid(n)) == moist]
+        return [100.0 * (1.0 - tables.retained_end(self.folder, n, s)) / (1.0 - s["coarse_share"]) for n, s in rows]
 
     def _liquid(self, number: int) -> float:
         return float(self.config[number]["case"]["liquid_percent"])
@@ -137,7 +137,11 @@ def _proof(text: str, cases: Cases) -> Iterator[str]:
     whole = "; no liquid is lost" if errors and max(errors) <= LOST else ""
     agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}."
     unknown = any((cases.replay[n] or {}).get("unchecked") for n in cases.moist)
-    wanted = "Proven but for laws that the reference does not know: of the rest, " if unknown else "Proven: "
+    wanted = (
+        "Bookkeeping and forces recomputed but for laws that the reference does not know: of the rest, "
+        if unknown
+        else "Bookkeeping and forces recomputed: "
+    )
     wanted += agrees
     if bad:
         wanted = f"Not cross-checked: case{'s' if len(bad) > 1 else ''} {', '.join(map(str, bad))}."

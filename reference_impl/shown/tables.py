@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 CASES = {
     "steps": ("steps",), "wall s": ("wall_s",), "Y at end": ("fraction_retained_end",), "cannot pass": ("coarse_share",),
@@ -67,6 +68,14 @@ def plain(text: str) -> str:
 def summary(folder: Path, number: int) -> dict[str, Any] | None:
     """summary.json of a case."""
     return of_case(folder, number, "summary.json")
+
+
+def retained_end(folder: Path, number: int, data: Mapping[str, Any]) -> float:
+    """Fraction retained at the end, the mean over the case's seeds: its own folder and those named caseNN-SEED."""
+    pattern = f"case{number:02d}-*/results/fraction_retained.parquet"
+    seeds = [path for path in folder.glob(pattern) if path.parts[-3].partition("-")[2].isdigit()]
+    further = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in seeds]
+    return (float(data["fraction_retained_end"]) + sum(further)) / (1 + len(further))
 
 
 def of_case(folder: Path, number: int, name: str, suffix: str = "") -> Any:
@@ -188,7 +197,9 @@ def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
     left = list(cases)
     for row in rows:
         configs = {n: of_case(folder, n, "config.json") for n in left}
-        for name, retained, passed in re.findall(r"(dry|\S+ % liquid): (\S+), (\S+ %) passed", row[2]):
+        for name, retained, passed in re.findall(
+            r"(dry|\S+ % liquid): (\S+?)(?: ± \S+ \(\d+ seeds\))?, (\S+ %) passed", row[2]
+        ):
             amount = 0.0 if name == "dry" else float(name.split()[0])
             cases_of = {n: c["case"] for n, c in configs.items() if c}
             same = [n for n, c in cases_of.items() if (title(c), c["liquid_percent"]) == (row[0], amount)]
@@ -197,7 +208,7 @@ def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
             if not same or data is None:
                 yield f"{where}: no such case", retained, None, "3 digits"
                 continue
-            end, coarse = data["fraction_retained_end"], data["coarse_share"]
+            end, coarse = retained_end(folder, same[0], data), data["coarse_share"]
             yield f"{where}, retained", retained, end, "3 digits"
             share = (1.0 - end) / (1.0 - coarse)
             yield f"{where}, passed", passed, round(share, 2), "3 digits"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import json
 import math
 import re
@@ -200,6 +201,92 @@ def test_refusals(problem: str, text: str | None, said: str, tmp_path: Path) -> 
     command = [sys.executable, "-I", "-S", str(WET / "score.py"), problem, str(table)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+
+
+def run_score(*given: object) -> subprocess.CompletedProcess[str]:
+    """score.py by an interpreter without any package."""
+    command = [sys.executable, "-I", "-S", str(WET / "score.py"), *map(str, given)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_rounded_places_and_a_mark_of_excel(tmp_path: Path) -> None:
+    """`at` to three digits and a byte-order mark: all is answered, exit code 0, the class is exact, and the rank is told."""
+    rows = list(csv.DictReader(io.StringIO(filled("viscous_pull"))))
+    lines = [f"{r['case']},{r['quantity']},{float(r['at']):.3g},{r['value']}" for r in rows]
+    table = tmp_path / "answers.csv"
+    table.write_text("\n".join(["case,quantity,at,value", *lines]), encoding="utf-8-sig")
+    done = run_score("viscous_pull", table)
+    first, *rest = done.stdout.splitlines()
+    assert done.returncode == 0 and first.startswith("viscous_pull: solved within 10 %; 11 of 11 answered")
+    assert "; rank 1 of " in first and all(line.endswith("exact") for line in rest[1:])
+
+
+@pytest.mark.parametrize("problem", SCORE["problems"]())
+def test_places_asked_for_cannot_be_confused(problem: str) -> None:
+    """Any two that are asked for are more than ten tolerances of a rounded `at` apart."""
+    places: dict[tuple[str, str], list[float]] = {}
+    for a in of(problem)[1]:
+        places.setdefault((a["case"], a["quantity"]), []).append(a["at"])
+    for at in map(sorted, places.values()):
+        assert all(high - low > 10 * SCORE["SAME"] * high for low, high in itertools.pairwise(at))
+
+
+def test_what_is_not_asked_or_asked_once_is_refused(tmp_path: Path) -> None:
+    """A place that nobody asked for and a row given twice end with 2 and a sentence that names the row."""
+    table, rows = tmp_path / "answers.csv", filled("viscous_pull").splitlines()
+    table.write_text("\n".join([*rows, rows[1]]))
+    done = run_score("viscous_pull", table)
+    assert done.returncode == 2 and "is answered twice; expected one row for each" in done.stderr
+    case, quantity, _, value = rows[2].split(",")
+    table.write_text("\n".join([rows[0], f"{case},{quantity},7,{value}"]))
+    done = run_score("viscous_pull", table)
+    assert done.returncode == 2 and "at 7 is not asked for by viscous_pull; expected at 1e-06, 3e-06," in done.stderr
+
+
+def test_an_empty_template_is_not_solved(tmp_path: Path) -> None:
+    """Exit code 1, a verdict and no `nan`."""
+    table = tmp_path / "empty.csv"
+    table.write_text(SCORE["template"]("viscous_pull"))
+    done = run_score("viscous_pull", table)
+    assert done.returncode == 1 and done.stdout.startswith("viscous_pull: not solved within 10 %; 0 of 11 answered\n")
+    assert "nan" not in done.stdout
+
+
+def test_another_unit_is_named(tmp_path: Path) -> None:
+    """Millinewtons for newtons, 3 % off: the sentence names the factor 1000 and the unit; other wrong answers get none."""
+    table = tmp_path / "answers.csv"
+    table.write_text(filled("pair_at_rest", 1030.0))
+    done = run_score("pair_at_rest", table)
+    assert (
+        done.returncode == 1 and "force: every answer is 1e+03 times the true one; expected values in N" in done.stdout
+    )
+    table.write_text(filled("pair_at_rest", 2.5))
+    assert "times the true one" not in run_score("pair_at_rest", table).stdout
+
+
+@pytest.mark.parametrize(
+    ("factor", "grade", "code"), [(1.0, "exact", 0), (1.005, "1 %", 0), (1.05, "10 %", 0), (1.5, "worse", 1)]
+)
+def test_classes(factor: float, grade: str, code: int, tmp_path: Path) -> None:
+    """A deviation has the narrowest class that holds it; beyond a tenth the exit code is 1, unless --within is wider."""
+    table = tmp_path / "answers.csv"
+    table.write_text(filled("pair_at_rest", factor))
+    done = run_score("pair_at_rest", table)
+    assert done.returncode == code and all(line.endswith(grade) for line in done.stdout.splitlines()[2:])
+    assert run_score("pair_at_rest", table, "--within", "0.6").returncode == 0
+
+
+def test_all_problems_at_once(tmp_path: Path) -> None:
+    """Ten files: ten solved, exit code 0; without one of them nine and 1; a folder without any is refused."""
+    assert run_score("all", tmp_path).returncode == 2
+    for problem in SCORE["problems"]():
+        (tmp_path / f"{problem}.csv").write_text(filled(problem))
+    done = run_score("all", tmp_path)
+    assert done.returncode == 0 and done.stdout.startswith("10 of 10 problems solved within 10 %")
+    (tmp_path / "drum.csv").unlink()
+    done = run_score("all", tmp_path)
+    assert done.returncode == 1 and "9 of 10" in done.stdout and "drum: no file drum.csv" in done.stdout
+    assert run_score("--version").stdout == f"score.py {SCORE['VERSION']}\n"
 
 
 def test_the_command_is_the_script(tmp_path: Path) -> None:

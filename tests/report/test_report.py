@@ -169,6 +169,25 @@ def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None
     assert "Not cross-checked: case 3." in text
 
 
+def test_several_seeds_have_an_interval_and_say_what_is_significant() -> None:
+    """Means and Student's intervals of the seeds by hand; 0.706 against 0.717 with these spreads is no difference."""
+    dry = answer.Passed(1, 5.0, 0.705, 0.5, (0.70, 0.72, 0.74, 0.66))
+    moist = answer.Passed(2, 7.0, 0.7175, 0.5, (0.71, 0.75, 0.69, 0.72))
+    far = answer.Passed(3, 9.0, 0.9, 0.2, (0.90, 0.91, 0.89, 0.90))
+    assert dry.interval == " ± 0.054 (4 seeds)"
+    said = answer.Row("", 1.0, 0.3, (dry, moist)).significance
+    assert said.startswith("7 % liquid against 5 % liquid: not significant, difference from -0.04")
+    assert answer.Row("", 1.0, 0.3, (dry, far)).significance.startswith("9 % liquid against 5 % liquid: significant")
+    one = answer.Passed(3, 9.0, 0.9, 0.2, (0.9,))
+    assert "inconclusive" in answer.Row("", 1.0, 0.3, (dry, one)).significance and not one.interval
+
+
+def test_the_caveat_of_the_scale_stands_first(config: settings.Config, folder: Path) -> None:
+    """Before the first number of the answer: the curves of the paper are for the full scale."""
+    text = _write(config, folder)
+    assert text.index("the curves of the paper are for the full scale") < text.index('<p class="proof">')
+
+
 def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Path) -> None:
     """Amber on the first screen, on the card and in the case's row; the kind held against a second function is named too."""
     replayed = folder / "case02" / "replay.json"
@@ -180,7 +199,9 @@ def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Pa
     assert '<span class="fair">done; not checked: capillary (own law)</span>' in text
     assert "1 but for laws of their own" in text
     proof, proven = answer.proof(collect(folder, [config.case(2)]))
-    assert proven and proof.startswith("Proven but for laws that the reference does not know")
+    assert proven and proof.startswith(
+        "Bookkeeping and forces recomputed but for laws that the reference does not know"
+    )
     assert "/home/somebody" not in text
 
 

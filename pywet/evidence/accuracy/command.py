@@ -45,15 +45,13 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     machine, known = calibrated(config.folder), habit(table)
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
-    lines = [f"settings for {100 * share:g} % in {', '.join(groups)} ({'moist' if moist else 'dry'}):"]
+    lines = _shown(share, groups, moist, table)
     lines += [f"  {KNOBS[knob].title:<22}{edit.shown(knob, level)}" for knob, level in changed.items()]
     counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
     lines += [f"  errors counted: {', '.join(counted)}"]
     if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":
         other = edit.changed(config, scale, {**changed, "integration": "semi_implicit"})
         lines.append(_semi_implicit(cost.predict(other, case, scale, machine, known)[0], seconds, table, groups))
-    blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
-    lines += [f"  the study tells {g} apart to {100 * r:.2g} % only" for g, r in blurred.items()]
     lines += [
         f"time of the engine's run, 1 rank, quiet machine: {duration(seconds)} (as configured now: {duration(before)})",
         f"  {load.steps:.0f} steps, {load.lists:.0f} neighbour lists, {load.spheres:.0f} spheres, "
@@ -63,6 +61,19 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
         edit.write(config.folder, write, scale, changed)
         lines.append(f"written to {write}: pywet run {case} --scale {scale} --config {write}")
     return lines
+
+
+def _shown(share: float, groups: tuple[str, ...], moist: bool, table: dict[str, Any]) -> list[str]:
+    """What the settings are for: the accuracy asked for, or, where the study does not resolve it, the one that it can show."""
+    kind = "moist" if moist else "dry"
+    blurred = {g: r for g, r in choice.resolution(table, moist).items() if g in groups and r > share}
+    if not blurred:
+        return [f"settings for {100 * share:g} % in {', '.join(groups)} ({kind}):"]
+    resolved = ", ".join(f"{g} to {100 * r:.2g} %" for g, r in blurred.items())
+    return [
+        f"{100 * share:g} % cannot be shown: the study resolves {resolved} only (statistical uncertainty)",
+        f"settings shown to be within {100 * max(blurred.values()):.2g} % ({kind}), resolved errors below {100 * share:g} %:",
+    ]
 
 
 def _semi_implicit(cost_s: float, chosen_s: float, table: dict[str, Any], groups: tuple[str, ...]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from pywet.errors import PywetError
@@ -27,19 +28,25 @@ def compare(
     json_file: Path | None,
     force: bool,
     against: Path | None,
+    across: Sequence[str] = (),
+    plot: Path | None = None,
 ) -> int:
     """Compare and print; the exit code."""
     try:
         if against is not None:
             return _against(runs, against)
         left, right = _groups(runs, a, b)
-        comparison = verdict.compare(left, right, force)
+        comparison = verdict.compare(left, right, force, across)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
     if json_file is not None:
         write_json(json_file, asdict(comparison))
     show(comparison)
+    if plot is not None:
+        from pywet.report import bands
+
+        typer.echo(f"{bands.write(plot, {f'A {left[0].name}': left, f'B {right[0].name}': right})}")
     return DIFFERENT if comparison.different else SAME
 
 
@@ -54,20 +61,28 @@ def _groups(runs: Sequence[Path], a: Sequence[Path], b: Sequence[Path]) -> tuple
 
 
 def show(comparison: verdict.Comparison) -> None:
-    """The table and the one sentence."""
+    """The sentence first, then the table, at most 80 columns wide."""
+    out.print(comparison.verdict, style="red" if comparison.different else "green", soft_wrap=True, markup=False)
+    out.print(comparison.end, soft_wrap=True, markup=False)
     several = comparison.level is not None
-    last = ["spread", "p"] if several else []
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("quantity", "unit", "A", "B", "off", *last, "at [s]", ""):
-        table.add_column(name, no_wrap=name != "quantity", min_width=None if name in ("quantity", "unit", "") else 7)
+    for name in ("quantity", "A", "B", "B − A", "p" if several else "off", "at [s]", ""):
+        table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
     for row in comparison.rows:
         colour = "red" if row.different else "green"
-        numbers = [f"{row.spread:.1e}", f"{row.p:.2g}"] if several else []
+        unit = "" if row.unit == "1" else f" [{row.unit}]"
         table.add_row(
-            row.quantity, row.unit, f"{row.a:.4g}", f"{row.b:.4g}", f"{row.deviation:.1e}", *numbers,
+            escape(f"{row.quantity}{unit}"), f"{row.a:.3g}", f"{row.b:.3g}", _difference(row),
+            f"{row.p:.2g}" if several else f"{row.deviation:.1e}",
             "" if row.time_s is None else f"{row.time_s:.3g}", f"[{colour}]{SHORT.get(row.verdict, row.verdict)}",
         )  # fmt: skip
     out.print(table)
+    if several:
+        out.print(
+            "B − A: with the 95 % confidence interval of that quantity alone, where |t| is largest", soft_wrap=True
+        )
+    else:
+        out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
     for name, entry in comparison.checks.items():
         (x, n), (y, m) = entry["a"], entry["b"]
         out.print(f"{name}: passed by {x} of {n} and {y} of {m}, worst {entry['worst']:.2g}", soft_wrap=True)
@@ -76,9 +91,12 @@ def show(comparison: verdict.Comparison) -> None:
             out.print(f"{label.upper()} {sentence}", soft_wrap=True)
     if comparison.left_out:
         out.print(f"not compared, since only some runs have them: {', '.join(comparison.left_out)}", soft_wrap=True)
-    out.print("off: |A - B| over the quantity's scale, where the difference is largest", soft_wrap=True)
     out.print(f"method: {comparison.method}", soft_wrap=True)
-    out.print(comparison.verdict, style="red" if comparison.different else "green", soft_wrap=True, markup=False)
+
+
+def _difference(row: verdict.Row) -> str:
+    interval = "" if row.interval is None else f" ± {row.interval:.1g}"
+    return f"{row.b - row.a:+.2g}{interval}"
 
 
 def _against(runs: Sequence[Path], file: Path) -> int:
@@ -87,13 +105,15 @@ def _against(runs: Sequence[Path], file: Path) -> int:
         raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
     stored = digest.load(file)
     rows = [row for run in runs for row in digest.check(stored, run)]
-    table = Table("run", "quantity", "now", "digest", "allowed", "unit", "", box=None, header_style="bold")
-    for row in rows:
-        said = "[green]as stored" if row.ok else "[red]changed"
-        table.add_row(
-            row.run, row.quantity, f"{row.value:.6g}", f"{row.mean:.6g}", f"± {row.allowed:.2g}", row.unit, said
-        )
-    out.print(table)
+    for run in dict.fromkeys(row.run for row in rows):
+        table = Table(box=None, header_style="bold", pad_edge=False, title=escape(run) if len(runs) > 1 else None)
+        for name in ("quantity", "now", "digest", "allowed", "unit", ""):
+            table.add_column(name, no_wrap=name != "quantity", max_width=24 if name == "quantity" else None)
+        for row in (row for row in rows if row.run == run):
+            verdict_of = "[green]as stored" if row.ok else "[red]changed"
+            numbers = f"{row.value:.4g}", f"{row.mean:.4g}", f"± {row.allowed:.1g}"
+            table.add_row(row.quantity, *numbers, row.unit, verdict_of)
+        out.print(table)
     bad = sorted({row.quantity for row in rows if not row.ok})
     out.print(
         f"changed since {stored.made}: {', '.join(bad)}" if bad else f"as the digest of {stored.made} says",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pywet.bench.bodies import coordination, last
 from pywet.errors import PywetError
 from pywet.runs.rundir import RunDir
-from pywet.runs.shapes import Replay, Summary
+from pywet.runs.shapes import Replay, RunSummary
 from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
 from pywet.screening.verdict import LEDGER_TOLERANCE
@@ -85,10 +85,13 @@ def facts(scene: Scene) -> dict[str, Any]:
     return dict(json.loads(json.dumps(said)))
 
 
-def unlike(wanted: dict[str, Any], scene: Scene) -> list[str]:
-    """What a scene does not share of the `facts` of another."""
-    there = facts(scene)
-    return [name for name in wanted if wanted[name] != there.get(name)]
+def unlike(wanted: dict[str, Any], scene: Scene, across: Sequence[str] = ()) -> list[str]:
+    """What a scene does not share of the `facts` of another; settings of `across`, and with them the case's name, may differ."""
+    there, free = facts(scene), {*across, *(["case"] if across else [])}
+    if unknown := [name for name in across if name not in wanted]:
+        known = ", ".join(name for name in wanted if name != "case")
+        raise PywetError(f"--across {unknown[0]} was given; expected a setting that may differ: {known}")
+    return [name for name in wanted if name not in free and wanted[name] != there.get(name)]
 
 
 def read_run(run_dir: Path) -> RunData:
@@ -147,8 +150,9 @@ def _liquid(run: RunDir) -> Iterator[Quantity]:
                     f"liquid {name}", "of all", table["time_s"], table[column] / table["initial_m3"].max(), 1.0
                 )
     elif ledger is not None:
+        put_in = ledger["initial"].max()  # of a scene with inserted spheres, all that will have been put in
         for column in ("films", "bridges", "walls"):
-            yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / ledger["initial"].max(), 1.0)
+            yield _curve(f"liquid {column}", "of all", ledger["time"], ledger[column] / (put_in or 1.0), 1.0)
 
 
 def _counts(run: RunDir) -> Iterator[Quantity]:
@@ -165,7 +169,7 @@ def _counts(run: RunDir) -> Iterator[Quantity]:
 
 def _energies(run: RunDir) -> Iterator[Quantity]:
     """Energies and works at the end, over the largest of them."""
-    table, summary = run.table_if_there("history/energy"), run.json("summary.json", Summary)
+    table, summary = run.table_if_there("history/energy"), run.json("summary.json", RunSummary)
     if table is not None and not table.empty:
         end = table.sort_values("step").iloc[-1].drop(["step", "time"])
         values = {str(k): float(v) for k, v in end.items() if k != "half_kick"}
@@ -205,5 +209,5 @@ def _checks(run: RunDir) -> Iterator[tuple[str, tuple[bool, float]]]:
     if replay is not None:
         worst = max((q["largest"] for q in replay["quantities"].values()), default=0.0)
         yield "replay", (bool(replay.get("ok")), float(worst))
-    for check in (run.json("summary.json", Summary) or {}).get("checks", []):
+    for check in (run.json("summary.json", RunSummary) or {}).get("checks", []):
         yield str(check["name"]).replace("_", " "), (bool(check["ok"]), float(check["value"]))

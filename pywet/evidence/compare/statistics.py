@@ -43,13 +43,26 @@ class Finding:
     p: float
 
 
-def half_width(deviation: float, count: int, freedom: int, confidence: float) -> float:
+def half_width(deviation: float, count: float, freedom: int, confidence: float) -> float:
     """Half width of the confidence interval (Student) of a mean of so many values with that standard deviation.
 
     >>> round(half_width(1.0, 2, 1, 0.95), 3)
     8.985
     """
     return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom)) * deviation / sqrt(count)
+
+
+def of_difference(a: Floats, b: Floats, confidence: float = 0.95) -> float | None:
+    """Half width of the confidence interval of mean b − mean a (pooled standard deviation); None where both are single runs.
+
+    >>> round(of_difference(np.array([1.0, 3.0]), np.array([4.0, 6.0])), 3)
+    6.085
+    """
+    n, m = len(a), len(b)
+    if n + m < 3:
+        return None
+    squares = ((a - a.mean()) ** 2).sum() + ((b - b.mean()) ** 2).sum()
+    return half_width(sqrt(float(squares) / (n + m - 2)), n * m / (n + m), n + m - 2, confidence)
 
 
 def pooled_t(a: Floats, b: Floats) -> Floats:

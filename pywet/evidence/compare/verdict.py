@@ -15,6 +15,9 @@ from pywet.evidence.compare.quantities import RESULTS, Floats, Quantity, RunData
 from pywet.evidence.compare.statistics import LEVEL, ROUND_OFF, Sample
 from reference_impl.replay import whole
 
+MAIN = "fraction retained"
+"""The quantity of the first line, where the runs have it."""
+
 
 class NotComparable(PywetError):
     """The two do not simulate the same thing."""
@@ -32,6 +35,8 @@ class Row:
     """|a − b| over the quantity's scale, at the place of the largest difference (or |t|)."""
     spread: float | None
     """Pooled standard deviation of a run there, over the scale; None with one run each."""
+    interval: float | None
+    """Half width of the 95 % confidence interval of b − a there [unit], of this quantity alone; None with one run each."""
     time_s: float | None
     t: float | None
     p: float | None
@@ -55,6 +60,8 @@ class Comparison:
     """For each group, what its runs hold, a sentence each."""
     left_out: list[str]
     """Quantities that only some of the runs have."""
+    end: str
+    """The fraction retained at the end (of other scenes the first quantity) in both, and its difference with interval."""
 
 
 def runs_in(folder: Path) -> list[Path]:
@@ -70,11 +77,19 @@ def runs_in(folder: Path) -> list[Path]:
     return run_dirs
 
 
-def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False) -> Comparison:
-    """Compare two runs (one path each) or two groups; `NotComparable` unless `force` when they simulate different things."""
+def read_groups(
+    a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()
+) -> list[list[RunData]]:
+    """Both groups, read; `NotComparable` unless `force` where they differ in more than the settings of `across`."""
     groups = [[read_run(p) for p in paths] for paths in (a, b)]
     if not force:
-        _comparable(groups)
+        _comparable(groups, across)
+    return groups
+
+
+def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False, across: Sequence[str] = ()) -> Comparison:
+    """Compare two runs (one path each) or two groups, see `read_groups` for `force` and `across`."""
+    groups = read_groups(a, b, force, across)
     every = list(dict.fromkeys(n for g in groups for r in g for n in r.quantities))
     names = [n for n in every if all(n in r.quantities for g in groups for r in g)]
     if not names:
@@ -92,9 +107,42 @@ def compare(a: Sequence[Path], b: Sequence[Path], force: bool = False) -> Compar
     different = any(r.different for r in rows) or bool(broken)
     compared = {label: [whole.said(r.held) for r in group] for label, group in zip("ab", groups, strict=True)}
     left_out = [n for n in every if n not in names]
+    end = _at_end(groups, MAIN if MAIN in names else names[0])
     return Comparison(
-        [str(p) for p in a], [str(p) for p in b], method, used, verdict, different, rows, checks, compared, left_out
+        [str(p) for p in a],
+        [str(p) for p in b],
+        method,
+        used,
+        verdict,
+        different,
+        rows,
+        checks,
+        compared,
+        left_out,
+        end,
     )
+
+
+def _at_end(groups: list[list[RunData]], name: str) -> str:
+    """A quantity at the last common time in both groups and their difference, each with its interval."""
+    times, unit = _times(groups, name), groups[0][0].quantities[name].unit
+    a, b = (np.array([float(r.quantities[name].at(times)[-1]) for r in g]) for g in groups)
+    when = f" at {times[-1]:.3g} s" if len(times) else ""
+    ends = ", ".join(f"{label} {_mean(values)}" for label, values in (("A", a), ("B", b)))
+    said = f"{name}{when}{'' if unit == '1' else f' [{unit}]'}: {ends}, B − A {b.mean() - a.mean():+.3g}"
+    half = statistics.of_difference(a, b)
+    if half is None:
+        return f"{said}; no interval from one run each"
+    if abs(b.mean() - a.mean()) <= half:
+        return f"{said} ± {half:.2g} (95 %): not significant"
+    return f"{said} ± {half:.2g} (95 %): significant for this quantity alone"
+
+
+def _mean(values: Floats) -> str:
+    if len(values) < 2:
+        return f"{values[0]:.3g} (one run)"
+    half = statistics.half_width(float(values.std(ddof=1)), len(values), len(values) - 1, 0.95)
+    return f"{values.mean():.3g} ± {half:.2g}"
 
 
 def _same_tables(groups: list[list[RunData]]) -> None:
@@ -109,15 +157,15 @@ def _same_tables(groups: list[list[RunData]]) -> None:
             )
 
 
-def _comparable(groups: list[list[RunData]]) -> None:
-    first = groups[0][0]
+def _comparable(groups: list[list[RunData]], across: Sequence[str]) -> None:
     for group in groups:
-        for run in group:
-            differs = unlike(facts(first.scene), run.scene)
+        for first, run, free in ((groups[0][0], group[0], across), *((group[0], run, ()) for run in group[1:])):
+            differs = unlike(facts(first.scene), run.scene, free)
             if differs:
+                named = " ".join(f"--across '{name}'" if " " in name else f"--across {name}" for name in differs)
                 raise NotComparable(
                     f"{first.path} and {run.path} differ in {', '.join(differs)}; expected the same case at the same"
-                    " scale (--force compares them all the same)"
+                    f" scale ({named} compares groups across it, --force whatever differs)"
                 )
         marks: dict[str | None, Path] = {}
         for run in group:
@@ -164,7 +212,7 @@ def _single(a: RunData, b: RunData, names: list[str]) -> tuple[str, list[Row], s
         said = "identical" if off[k] == 0 else "within round-off" if off[k] <= ROUND_OFF * x.scale else "differs"
         time = float(times[k]) if len(times) else None
         rows.append(
-            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, time, None, None, said,
+            Row(name, x.unit, float(u[k]), float(v[k]), float(off[k] / x.scale), None, None, time, None, None, said,
                 said == "differs")
         )  # fmt: skip
     same = a.fingerprint() == b.fingerprint()
@@ -210,7 +258,9 @@ def _row(q: Quantity, s: Sample, times: Floats, finding: statistics.Finding) -> 
     squares = ((s.a[:, k] - a) ** 2).sum() + ((s.b[:, k] - b) ** 2).sum()
     spread = float(np.sqrt(squares / max(len(s.a) + len(s.b) - 2, 1)))
     different = finding.p <= LEVEL
+    half = statistics.of_difference(s.a[:, k], s.b[:, k])
     return Row(
-        q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, float(times[k]) if len(times) else None,
+        q.name, q.unit, a * q.scale, b * q.scale, abs(a - b), spread, None if half is None else half * q.scale,
+        float(times[k]) if len(times) else None,
         finding.t, finding.p, "differs beyond the spread" if different else "within the spread", different,
     )  # fmt: skip

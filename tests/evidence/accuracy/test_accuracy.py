@@ -440,6 +440,24 @@ def test_plan_says_settings_and_time(tmp_path: Path, monkeypatch: pytest.MonkeyP
         command.plan(CONFIG, 1, "smoke", "20%", ["colour"], None)
 
 
+@pytest.mark.parametrize("accuracy", ["2%", "0.1%"])
+def test_plan_promises_no_accuracy_that_the_study_does_not_resolve(
+    accuracy: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first line says that it cannot be shown and what is resolved, and no line says `settings for`."""
+    monkeypatch.setattr(cost, "of_this_machine", lambda *a, **k: cost.Coefficients(costs_of(335), costs_of(17416)))
+    resolved = choice.resolution(choice.for_scale("smoke")[0], True)["fraction retained"]
+    try:
+        lines = command.plan(CONFIG, 2, "smoke", accuracy, ["fraction retained"], None)
+    except PywetError as refusal:
+        assert "but the finest settings of the study come within" in str(refusal)
+        return
+    wanted = (
+        f"{float(accuracy[:-1]):g} % cannot be shown: the study resolves fraction retained to {100 * resolved:.2g} %"
+    )
+    assert lines[0].startswith(wanted) and not any(line.startswith("settings for") for line in lines)
+
+
 def test_plan_weighs_semi_implicit_drag_for_a_thick_liquid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At 1 Pa s explicit drag shortens the step: 2 per cent are promised with it only, and the plan says what that costs."""
     machine = cost.Coefficients(costs_of(335), costs_of(17416))

@@ -1,0 +1,164 @@
+"""Curves of runs as figures for a thesis: fraction retained, liquid and partition, groups of seeds as mean and band."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+from scipy import stats
+
+from pywet.errors import PywetError
+from pywet.files import atomic_write
+from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt
+from pywet.runs.rundir import RunDir
+
+Floats = NDArray[np.float64]
+COLOURS = (NAVY, ORANGE, GREEN, SKY, VIOLET, RED)
+DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+FORMATS = (".pdf", ".svg", ".png")
+THESIS: Any = {**STYLE, "legend.fontsize": 9, "savefig.dpi": 300, "pdf.fonttype": 42}
+"""Text of a PDF stays text."""
+LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
+"""Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall."""
+
+
+@dataclass
+class Panel:
+    """One panel: of every group the curves of its runs by name, (positions, values) each."""
+
+    x: str
+    y: str
+    curves: dict[tuple[str, str], list[tuple[Floats, Floats]]] = field(default_factory=dict)
+    """(group, curve) -> one entry for each run."""
+
+    def add(self, group: str, name: str, x: Any, y: Any) -> None:
+        curve = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        self.curves.setdefault((group, name), []).append(curve)
+
+
+def grouped(run_dirs: Sequence[Path]) -> dict[str, list[Path]]:
+    """Runs by case: a folder CASE-SEED that is given with CASE alongside is another seed of it."""
+    groups: dict[str, list[Path]] = {}
+    for folder in sorted(map(Path, run_dirs), key=str):
+        first = re.sub(r"-\d+$", "", str(folder))
+        groups.setdefault(first if first in groups else str(folder), []).append(folder)
+    names = [Path(name).name for name in groups]
+    short = len(set(names)) == len(names)
+    return {Path(name).name if short else name: runs for name, runs in groups.items()}
+
+
+def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
+    """The panels for which the runs have tables; refused where a run has none of them."""
+    retained = Panel("time since the slide opened [s]", "fraction retained [-]")
+    liquid = Panel("time [s]", "share of the liquid put in [-]")
+    partition = Panel("diameter [mm]", "partition: share retained at the end [-]")
+    for group, folders in groups.items():
+        for folder in folders:
+            run = RunDir(Path(folder))
+            before = sum(len(p.curves) for p in (retained, liquid, partition))
+            _retained(run, group, retained, partition)
+            _liquid(run, group, liquid)
+            seen = any(key[0] == group for p in (retained, liquid, partition) for key in p.curves)
+            if before == sum(len(p.curves) for p in (retained, liquid, partition)) and not seen:
+                raise PywetError(
+                    f"{folder} has neither a fraction retained nor liquid to plot; expected a finished screening case "
+                    "or a moist scene"
+                )
+    return [p for p in (retained, partition, liquid) if p.curves]
+
+
+def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> None:
+    table = run.table_if_there("results/fraction_retained")
+    if table is None:
+        return
+    retained.add(group, "", table["time_since_opening_s"], table["fraction_retained"])
+    from pywet.screening.results import column
+
+    ends = [
+        (2e3 * c.radius_m, table[name].iloc[-1])
+        for c in sorted(run.scene.classes, key=lambda c: c.radius_m)
+        if (name := column("fraction_retained", c.name)) in table
+    ]
+    if len(ends) > 1:
+        partition.add(group, "", *zip(*ends, strict=True))
+
+
+def _liquid(run: RunDir, group: str, panel: Panel) -> None:
+    if not run.moist:
+        return
+    for name in ("results/liquid_by_holder", "results/liquid_by_wall", "history/ledger"):
+        table = run.table_if_there(name)
+        if table is None:
+            continue
+        time, initial, end = ("time", "initial", "") if name == "history/ledger" else ("time_s", "initial_m3", "_m3")
+        for column in _reservoirs(table, name.endswith("wall")):
+            label = column.removesuffix(end).replace("_", " ")
+            panel.add(group, label, table[time], table[column] / (table[initial].max() or 1.0))
+        return
+
+
+def _reservoirs(table: pd.DataFrame, every: bool) -> list[str]:
+    if every:
+        return [c for c in table.columns if c.startswith(("spheres_", "wall_"))]
+    return [c for c in table.columns if c.removesuffix("_m3") in LIQUID and table[c].any()]
+
+
+def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats, Floats | None]:
+    """Positions of the first curve that all cover, the mean there, half width of its 95 % interval (None of one run).
+
+    >>> at = np.array([0.0, 1.0])
+    >>> x, mean, half = mean_and_band([(at, np.array([1.0, 3.0])), (at, np.array([1.0, 5.0]))])
+    >>> mean.tolist(), half.round(2).tolist()
+    ([1.0, 4.0], [0.0, 12.71])
+    """
+    low, high = max(x[0] for x, _ in curves), min(x[-1] for x, _ in curves)
+    first = curves[0][0]
+    at = first[(first >= low - 1e-12) & (first <= high + 1e-12)]
+    values = np.array([np.interp(at, x, y) for x, y in curves])
+    if len(curves) < 2:
+        return at, values[0], None
+    quantile = float(stats.t.ppf(0.975, len(curves) - 1))
+    return at, values.mean(0), quantile * values.std(0, ddof=1) / np.sqrt(len(curves))
+
+
+def write(path: Path, groups: Mapping[str, Sequence[Path]]) -> Path:
+    """Draw the groups into a PDF, SVG or PNG file."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise PywetError(f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}")
+    shown = panels_of(groups)
+    with plt.rc_context(THESIS):
+        figure, axes = panels(len(shown), len(shown), (4.6, 3.6))
+        for one, panel in zip(axes, shown, strict=True):
+            _draw(one, panel, list(groups))
+        if any(len(runs) > 1 for runs in groups.values()):
+            figure.supxlabel("bands: 95 % confidence interval of the mean over the seeds", fontsize=9, color=INK)
+        with atomic_write(path) as temporary:
+            stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())
+            figure.savefig(temporary, format=path.suffix.lower()[1:], metadata=stamp)
+        plt.close(figure)
+    return path
+
+
+def _draw(axes: Axes, panel: Panel, groups: list[str]) -> None:
+    """One panel: a colour for each group, or for each curve where there is one group; the other is dashed."""
+    names = list(dict.fromkeys(name for _, name in panel.curves))
+    for (group, name), curves in panel.curves.items():
+        k, j = groups.index(group), names.index(name)
+        colour, dash = (k, j) if len(groups) > 1 else (j, k)
+        label = name if len(groups) == 1 else " ".join(part for part in (group, name) if part)
+        x, mean, half = mean_and_band(curves)
+        style: Any = {"color": COLOURS[colour % len(COLOURS)], "linestyle": DASHES[dash % len(DASHES)]}
+        axes.plot(x, mean, label=label or group, marker="o" if panel.x.startswith("diameter") else "", **style)
+        if half is not None:
+            axes.fill_between(x, mean - half, mean + half, color=style["color"], alpha=0.2, linewidth=0)
+    axes.set_xlabel(panel.x)
+    axes.set_ylabel(panel.y)
+    axes.legend()
