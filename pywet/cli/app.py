@@ -18,7 +18,7 @@ from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, showing
 from pywet.cli.showing import err, out, tell
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, border, one_line
 from pywet.evidence.command import app as study
 from pywet.files import make_folder
 from pywet.notices import shown
@@ -31,11 +31,8 @@ class Group(TyperGroup):
     """Ends every command in a red sentence and an exit code, see `errors.border`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        ctx.meta["given"] = shlex.join(["pywet", *args])
-        return super().parse_args(ctx, args)
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Refuse an empty argument: it is most often a variable of the shell that is not set, and would name this folder."""
+        ctx.meta["given"] = shlex.join(["pywet", *args])
         empty = next((k for k, word in enumerate(args) if not word or (word[:2] == "--" and word[-1] == "=")), None)
         if empty is not None:
             option = args[empty].rstrip("=") or (args[empty - 1] if empty else "")

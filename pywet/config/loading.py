@@ -186,7 +186,7 @@ class _Loader(yaml.SafeLoader):
     def get_single_node(self) -> Any:
         """The document, unless its aliases stand for more than can be worked with."""
         node = super().get_single_node()
-        if _size(node, {}) > MOST_NODES:
+        if node is not None and _size(node, {}) > MOST_NODES:
             raise ConstructorError(None, None, f"its aliases unfold to more than {MOST_NODES} values", node.start_mark)
         return node
 

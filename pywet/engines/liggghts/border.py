@@ -67,7 +67,7 @@ def _transfer(scene: Scene, tables: pd.DataFrame) -> None:
     for a in types:
         wanted |= {(SMALL_WALL if width < radius[a] else LARGE_WALL, a, 0, g) for (width, _), g in groups.items()}
     rows = tables.groupby(columns)
-    found = {tuple(int(n) for n in key) for key in rows.groups}
+    found = {tuple(int(n) for n in key) for key in tables[columns].drop_duplicates().itertuples(index=False)}
     _refuse(
         found != wanted,
         "transfer",
