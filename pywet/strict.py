@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Self, get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
 
-LEAST, MOST = 1e-40, 1e15
-"""Sizes between which a number in SI units can be computed with: powers of what is beyond leave double precision."""
-
-
-def _numbers(value: Any) -> Iterator[float]:
-    if isinstance(value, float):
-        yield value
-    elif isinstance(value, (tuple, list)):
-        for part in value:
-            yield from _numbers(part)
-
 
 class Strict(BaseModel):
-    """Base: unknown keys are errors, values do not change after construction, NaN, inf, what is too large or too
-    small to compute with, and switches for numbers are refused.
+    """Base: unknown keys are errors, values do not change after construction, NaN, inf, and switches for numbers
+    are refused.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
@@ -37,14 +25,3 @@ class Strict(BaseModel):
             if switch and kind is not bool and not any(v is True for v in get_args(kind)):
                 raise PydanticCustomError("switch", "a number", {"key": key, "value": value})
         return given
-
-    @model_validator(mode="after")
-    def _computable(self) -> Self:
-        for key, value in self:
-            for number in _numbers(value):
-                if number and not LEAST <= abs(number) <= MOST:
-                    expected = f"0 or a number of size {LEAST:g} to {MOST:g}"
-                    raise PydanticCustomError(
-                        "implausible", "to be in range", {"key": key, "value": number, "expected": expected}
-                    )
-        return self

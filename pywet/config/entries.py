@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -15,8 +16,34 @@ Why = Annotated[str, Field(min_length=1)] | None
 """Why a value outside the range of its key is meant."""
 
 
+LEAST, MOST = 1e-40, 1e15
+"""Sizes between which a number in SI units can be computed with: powers of what is beyond leave double precision."""
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, float):
+        yield value
+    elif isinstance(value, (tuple, list)):
+        for part in value:
+            yield from _numbers(part)
+
+
 class Limited(Strict):
     """Its numbers, bare or as entries, are within the ranges of their keys or have `unusual` beside them."""
+
+    @model_validator(mode="after")
+    def _computable(self) -> Self:
+        """Numbers without a range of their own are not too large or too small to compute with."""
+        for key, value in self:
+            if key in LIMITS:
+                continue
+            for number in _numbers(value):
+                if number and not LEAST <= abs(number) <= MOST:
+                    expected = f"0 or a number of size {LEAST:g} to {MOST:g}"
+                    raise PydanticCustomError(
+                        "implausible", "to be in range", {"key": key, "value": number, "expected": expected}
+                    )
+        return self
 
     @model_validator(mode="after")
     def _plausible(self) -> Self:

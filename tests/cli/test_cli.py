@@ -98,7 +98,9 @@ def test_plan_prints_one_line_per_effect(runner: CliRunner) -> None:
         " ".join(" ".join(lines[retire:]).split())
         == "retire off a dry run without analytic wires runs on the stock program"
     )
-    switched = {line.split()[0]: line.split()[1] for line in lines[1:retire]}
+    sizes = next(k for k, line in enumerate(lines) if line.startswith("size "))
+    assert lines[sizes].split() == ["size", "spheres", "asked", "made"] and lines[sizes + 4].split()[0] == "all"
+    switched = {line.split()[0]: line.split()[1] for line in lines[1:sizes]}
     assert {effect for effect, state in switched.items() if state == "on"} == {
         "rolling",
         "tangential_history",
@@ -112,7 +114,7 @@ def test_plan_fits_a_terminal_says_why_and_gives_json(runner: CliRunner) -> None
     assert max(map(len, short.splitlines())) <= 80 and "Bond number" not in short
     assert "1/Bond number" in runner.invoke(app, ["plan", "2", "--why", "--config", str(CONFIG)]).output
     plan = json.loads(runner.invoke(app, ["plan", "2", "--json", "--config", str(CONFIG)]).output)
-    rows = short.partition("\nretire ")[0].splitlines()[1:]
+    rows = short.partition("\nsize ")[0].splitlines()[1:]
     assert [row["effect"] for row in plan["rows"]] == [line.split()[0] for line in rows]
 
 

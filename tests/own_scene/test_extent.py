@@ -17,7 +17,7 @@ from pywet.own_scene import extent
 from pywet.own_scene.building import Building
 from tests.own_scene.conftest import beads
 
-SIZE = st.floats(-60.0, 60.0)
+SIZE = st.floats(-60.0, 60.0).map(lambda v: round(v, 9))
 VECTOR = st.tuples(SIZE, SIZE, SIZE)
 AXIS = VECTOR.filter(lambda v: math.hypot(*v) > 1.0)
 SPAN = st.floats(0.01, 2.0)

@@ -23,6 +23,7 @@ from pywet.collisions.spheres.equal import three_equal_spheres
 from pywet.collisions.spheres.simulate import Run, run
 from pywet.files import atomic_write, read_table
 from pywet.report.pictures import GRID, NAVY, RED, panels
+from pywet.run_folder import claim
 from pywet.scene import Effects
 
 RADIUS, DENSITY, SPEED, H_A, H_MIN = 1e-3, 2000.0, 0.4, 0.01, 0.05
@@ -85,6 +86,7 @@ def twin(
     spheres = [
         small.Sphere(1, tuple(TILT[:, :2] @ plane[k]), tuple(TILT[:, :2] @ p.velocity[k] * SPEED)) for k in range(3)
     ]
+    claim(run_dir)
     with atomic_write(run_dir / "law.py") as temporary:
         temporary.write_text(LAWS.format(over_a=(delta - s_min) / a))
     small.prepare(

@@ -42,7 +42,7 @@ def check_start(spheres: pd.DataFrame, start: pd.DataFrame) -> None:
     _refuse(
         not np.array_equal(there, begun),
         "spheres",
-        f"has {len(there)} spheres",
+        f"has {len(there)} spheres" if len(there) != len(begun) else "has other ids or types",
         f"the {len(begun)} that the scene starts from",
     )
 

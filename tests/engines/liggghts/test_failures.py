@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -180,11 +182,16 @@ def test_film_below_zero_is_named(tmp_path: Path) -> None:
 
 
 def test_two_runs_in_one_folder(tmp_path: Path) -> None:
-    """The second one is refused."""
+    """That of a second process is refused."""
     spheres = [small.Sphere(1, (0.0, 0.0, 0.0))]
     small.prepare(tmp_path, spheres_of(R), spheres, contacts(1))
-    with process.alone(tmp_path), pytest.raises(PywetError, match="another run is at work"):
-        small.run(tmp_path, spheres)
+    held = f"with run_folder.hold(Path({str(tmp_path)!r})): print(1, flush=True); time.sleep(60)"
+    program = f"import time; from pathlib import Path; from pywet import run_folder\n{held}"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None and other.stdout.readline()
+        with pytest.raises(PywetError, match="another run is at work"):
+            small.run(tmp_path, spheres)
+        other.kill()
 
 
 def test_the_last_word_of_an_aborting_engine_is_kept(tmp_path: Path) -> None:
