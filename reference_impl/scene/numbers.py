@@ -163,6 +163,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "bin_z_m": (heights.bin, "wire diameter, scales.yaml: outlet_height_mm and clearance_mm"),
         "rotation": (None, "nothing turns"),
         "retire": (_retires(config), "config.yaml: retire"),
+        "contacts": (config["settings"].get("contacts", "batched"), "config.yaml: contacts"),
     }
     along = zip("xyz", (speed, 0.0, 0.0), strict=True)
     return {**found, **{f"slide.velocity_m_per_s.{axis}": (v, "scales.yaml: slide_speed_m_per_s") for axis, v in along}}
