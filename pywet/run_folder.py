@@ -49,17 +49,17 @@ def root(path: Path) -> Path | None:
 def claim(run_dir: Path) -> None:
     """Make a new or empty folder a run directory; refused where it holds what no run of pywet wrote."""
     run_dir = Path(run_dir)
-    refuse_links(run_dir)
-    if os.path.lexists(run_dir / LIST):
-        return
-    _refuse_strangers(run_dir)
     try:
+        refuse_links(run_dir)
+        if os.path.lexists(run_dir / LIST):
+            return
+        _refuse_strangers(run_dir)
         run_dir.mkdir(parents=True, exist_ok=True)
         os.close(_open(run_dir / LIST, os.O_CREAT | os.O_WRONLY))
     except OSError as error:
         raise FileError(
-            f"the run directory {shown(run_dir)} could not be made ({error.strerror}); expected a writable folder with free "
-            "space",
+            f"the run directory {shown(run_dir)} could not be written ({error.strerror}); expected a writable folder with "
+            "free space",
             path=run_dir,
         ) from error
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from pywet.calibration.experiments import KINDS, Experiment, holds
 from pywet.calibration.inference import Floats
+from pywet.config.entries import Limited
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError
 from pywet.own_scene.walls import chosen
@@ -21,7 +22,7 @@ LEVELS = {1: 5, 2: 3, 3: 3}
 """Number of parameters -> values of each that a round of runs tries."""
 
 
-class Target(Strict):
+class Target(Limited):
     """A measured number, and the file of `pywet bridge`, `pywet collide wall` or `pywet run-scene` whose experiment gives it."""
 
     bridge: Path | None = None
