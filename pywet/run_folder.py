@@ -78,7 +78,7 @@ def _refuse_strangers(run_dir: Path) -> None:
 def refuse_links(run_dir: Path) -> None:
     """Refuse a run whose folders are symbolic links, so that nothing is written or deleted elsewhere."""
     for name in (*FOLDERS, LIST, LOCK):
-        if (Path(run_dir) / name).is_symlink():
+        if os.path.islink(Path(run_dir) / name):
             raise FileError(
                 f"{shown(Path(run_dir) / name)} is a symbolic link; expected a folder or file of the run's own: remove the link",
                 path=Path(run_dir) / name,
