@@ -42,7 +42,7 @@ def simulate(number: int, folder: Path) -> None:
     """Run the engine."""
     kind, given = describe(number)
     if kind == "case":
-        loaded = config.load(_configuration(folder / "config", given))
+        loaded = config.load(_configuration(folder.with_name(f"{folder.name}-config"), given))
         cases.build(loaded, given["case"], "short", folder)
         stages.simulate(folder, loaded.settings.ranks, progress=False)
     elif kind == "own":

@@ -163,6 +163,10 @@ def test_a_folder_that_holds_this_very_run_is_known(tmp_path: Path) -> None:
     configured = config.load(ROOT / "config")
     word = identity.identity(configured, 10, "smoke")
     assert not stages.same_run(configured, 10, "smoke", tmp_path)
+    there = ["trajectory", "mesh_motion", "history/spheres", "results/fraction_retained", "results/liquid_by_holder"]
+    for name in (*(f"{name}.parquet" for name in there), "engine/run.json", "summary.json"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
     for stage in ("simulate", "results", "replay"):
         write_json(stages.status_path(tmp_path, stage), asdict(stages.Status(stage, True, 1.0)))
     assert not stages.same_run(configured, 10, "smoke", tmp_path)

@@ -95,7 +95,14 @@ def test_ledger_before_the_first_inserted_sphere() -> None:
     """Round-off before it is relative to all liquid that comes; a millionth of that lost at the end is a millionth."""
     none = [0.0, 0.0]
     ledger = pd.DataFrame(
-        {"films": [0.0, 1e-9], "bridges": none, "walls": none, "left": none, "initial": [2.9e-23, 1e-9]}
+        {
+            "films": [0.0, 1e-9],
+            "bridges": none,
+            "walls": none,
+            "left": none,
+            "retired": none,
+            "initial": [2.9e-23, 1e-9],
+        }
     )
     assert ledger_error(ledger) == pytest.approx(2.9e-14)
     assert ledger_error(ledger.assign(films=[0.0, 1e-9 * (1.0 - 1e-6)])) == pytest.approx(1e-6, rel=1e-6)
@@ -116,7 +123,7 @@ def test_a_component_that_counts_as_none_is_in_doubt() -> None:
     one = np.ones(1)
     setup = window.Setup(
         Path(), {"time_step_s": 1e-5, "liquid": None, "effects": {}}, np.array([1]), one.astype(int), one, one, one > 0,
-        dry, (), np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(1, int), frozenset(),
+        dry, (), np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(1, int), np.full(1, 1 << 40), frozenset(),
     )  # fmt: skip
     torque, true = np.array([800.0, 0.0, 0.0]), np.array([0.0, 0.0, 3e-17])
     kick = 0.5 * 1e-5 / 0.4 * torque

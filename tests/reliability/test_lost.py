@@ -150,18 +150,6 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
 def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
     """Two that share a finished run hold it together; one that simulates does not join them."""
     run_folder.claim(tmp_path)
-    child = os.fork()
-    if child == 0:
-        with run_folder.hold(tmp_path, shared=True):
-            pass
-        try:
-            with run_folder.hold(tmp_path):
-                os._exit(3)
-        except PywetError:
-            os._exit(0)
-    with run_folder.hold(tmp_path, shared=True):
-        pass
-    os.waitpid(child, 0)
     with run_folder.hold(tmp_path, shared=True):
         child = os.fork()
         if child == 0:
