@@ -42,7 +42,7 @@ void put(std::vector<char> &out, const T *from, size_t n) {
 
 template <class T>
 void take(const char *&from, T *to, size_t n) {
-  std::memcpy(to, from, n * sizeof(T));
+  if (n) std::memcpy(to, from, n * sizeof(T));  // of nothing there is no address
   from += n * sizeof(T);
 }
 
