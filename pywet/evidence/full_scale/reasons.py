@@ -245,7 +245,8 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
     43: _of_laws("in the first configuration Rabinovich leaves the exact bridge by 20 % at 0.7 of the rupture distance."),
     47: _of_laws("the parabola (35-43) gives the opposite (size ratios 1.5, 2 and 3): between spheres of 10° the larger gets "
                  "more than between spheres of 40°. Section 5.3 says so itself of glass (15°) and POM (40°): statement 33, "
-                 "which is confirmed. Both cannot be true: impossible under any reading of these equations at the rupture distance."),
+                 "which is confirmed. Both cannot be true: impossible under any reading of these equations at the "
+                 "rupture distance."),
     48: _of_laws("the steps over angles are confirmed. Over V* the parabola at the rupture distance gives the opposite "
                  "trend, and none of one sign where the angles differ by 10° beside 40°."),
 }  # fmt: skip
