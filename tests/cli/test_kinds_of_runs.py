@@ -7,14 +7,15 @@ import shutil
 from pathlib import Path
 
 import pytest
+import yaml
+from PIL import Image
 from typer.testing import CliRunner
 
 import pywet
 from pywet import stages
 from pywet.bench import scenes
+from pywet.cli import ending
 from pywet.cli.app import app
-from pywet.own_scene import commands
-from pywet.own_scene.description import Scene
 from pywet.runs.rundir import RunDir
 from tests.evidence.compare.test_compare import made
 from tests.own_scene.conftest import beads
@@ -26,6 +27,7 @@ COMMANDS = {
     "timestep": ["timestep", "RUN"],
     "compare": ["compare", "RUN", "RUN2"],
     "plot": ["plot", "RUN", "--out", "OUT.svg"],
+    "report": ["report", "RUN"],
     "app": ["app", "RUN", "--to", "OUT.html"],
     "vtkhdf": ["view", "RUN", "--vtkhdf"],
     "ovito": ["view", "RUN", "--ovito"],
@@ -34,6 +36,8 @@ COMMANDS = {
 REFUSED = {
     ("replay", "case"): (2, "holds no meta.json; expected the history of a moist run"),
     ("replay", "dry"): (0, "the run recorded no motion in windows"),
+    ("report", "bed"): (1, "no summary.json in"),
+    ("report", "collision"): (1, "no summary.json in"),
     ("digest", "case"): (2, "was not replayed; expected replay.json"),
 }
 """What a kind of run does not have: exit code and the sentence that says so. The cases are made by hand: no force is logged."""
@@ -45,13 +49,33 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("kinds")
     made(folder / "case")
     stages.results(synthetic.make(folder / "dry", moist=False))
-    pair = {"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [(5, 5, 5), (8.001, 5, 5)]}
-    commands.run(Scene(**beads(liquid={"percent": 1.0}, spheres=[pair])), folder / "custom")
+    pair = {"name": "beads", "material": "glass", "diameter_mm": 3, "at_mm": [[5, 5, 5], [8.001, 5, 5]]}
+    (folder / "two.yaml").write_text(yaml.safe_dump(beads(liquid={"percent": 1.0}, spheres=[pair])))
+    words = ["run-scene", str(folder / "two.yaml"), "--out", str(folder / "custom")]
+    done = CliRunner(env={"COLUMNS": "300"}).invoke(app, words)
+    assert done.exit_code == 0, done.output
+    (folder / "two.yaml").unlink()
+    (folder / "custom" / "printed.txt").write_text(done.stdout)
     choice = scenes.Choice(spheres=20, seconds=0.02)
     for name in ("bed", "collision"):
         scenes.run(name, folder / name, choice)
+    for kind in ("case", "dry"):
+        Image.new("RGB", (8, 8)).save(folder / kind / "picture.png")
     (folder / "answer").write_text(json.dumps({"restitution": 0.5}))
     return {path.name: path for path in sorted(folder.iterdir())}
+
+
+def test_run_scene_ends_in_ten_lines(runs: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    """On the screen ten lines, in details.txt all of them, with --verbose both; its page is named and exists."""
+    run = runs["custom"]
+    said = (run / "printed.txt").read_text().strip().splitlines()
+    assert len(said) <= 10 and "100 % spheres beads" in said[1]
+    assert f"report: {run / 'report.html'}" in said and (run / "report.html").exists()
+    details = (run / "details.txt").read_text().splitlines()
+    assert len(details) > 60
+    ending.show([run], verbose=True)
+    printed = capsys.readouterr().out.strip().splitlines()
+    assert len(printed) >= len(details) + len(said) and printed[-1] == said[-1]
 
 
 def outcome(command: str, run: Path, second: Path) -> tuple[int, str]:
