@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -125,8 +126,10 @@ def _report(folder: Path) -> Path | None:
 
 
 def _write_details(folder: Path) -> None:
-    with atomic_write(folder / DETAILS) as temporary, open(temporary, "w", encoding="utf-8") as file:
-        details(folder, Console(file=file, width=WIDE, highlight=False, no_color=True))
+    text = io.StringIO()
+    details(folder, Console(file=text, width=WIDE, highlight=False, no_color=True))
+    with atomic_write(folder / DETAILS) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8")
 
 
 def details(folder: Path, to: Console) -> None:
