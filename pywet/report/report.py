@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 
 import pywet
-from pywet.config import Config
+from pywet.config import Config, of_run
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.report import answer, browser, contributed, page, plots, presets
@@ -49,6 +49,26 @@ def write(
         presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset)
         for name, (number, preset) in (twins or {}).items()
     ]
+    _render(config, scale, results, template_dir, picture, out, pairs)
+
+
+def write_run(run_dir: Path, template_dir: Path, picture: Path | None) -> Path:
+    """Write the report on one run of a case into its own folder, from the configuration that was stored with it."""
+    config, number, scale = of_run(run_dir)
+    out = run_dir / "report.html"
+    _render(config, scale, [collect_run(run_dir, config.case(number))], template_dir, picture, out)
+    return out
+
+
+def _render(
+    config: Config,
+    scale: str,
+    results: Sequence[CaseResult],
+    template_dir: Path,
+    picture: Path | None,
+    out: Path,
+    pairs: Sequence[dict[str, Any]] = (),
+) -> None:
     environment = page.templates(template_dir)
     environment.filters.update({"sig": _significant, "power": _power})
     try:
@@ -99,10 +119,18 @@ FILES = {
 
 def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[tuple[str, str]]]]:
     """Of each case the files that are there, as links from the report's folder."""
+    below = report.parent.resolve()
     return [
-        (r.case.case, [(f"{r.folder.name}/{name}", text) for name, text in FILES.items() if (r.folder / name).exists()])
+        (
+            r.case.case,
+            [
+                ((r.folder / name).resolve().relative_to(below).as_posix(), text)
+                for name, text in FILES.items()
+                if (r.folder / name).exists()
+            ],
+        )
         for r in results
-        if r.folder is not None and r.folder.parent.resolve() == report.parent.resolve()
+        if r.folder is not None and r.folder.resolve().is_relative_to(below)
     ]
 
 
