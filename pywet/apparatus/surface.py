@@ -28,6 +28,10 @@ LARGE_HALF_WIDTH_M = 0.005
 """A flat part whose smaller half side reaches this, the largest sphere's radius, is a large wall (Elskamp 2.2.1)."""
 
 
+LARGEST_M = 100.0
+"""Single precision, in which the engine reads a wall, ends there at 8 um."""
+
+
 @dataclass(frozen=True)
 class Surface:
     """One wall mesh: `vertices` (n, 3) [m], `triangles` (m, 3), `part` (m,) and the half width of each part [m].
@@ -109,6 +113,11 @@ def make_surface(
     Triangles sharper than the engine takes are divided.
     """
     corners = np.concatenate([c for c, _ in parts]).astype(np.float32).astype(np.float64)
+    across = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) if corners.size else 0.0
+    if across > LARGEST_M:
+        raise PywetError(
+            f"surface {name} is {across:.4g} m large, expected at most {LARGEST_M:g} m: are its lengths in another unit?"
+        )
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3).astype(np.int64)
     part = np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64)
