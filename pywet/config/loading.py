@@ -53,6 +53,11 @@ class Config:
     def apparatus(self) -> Apparatus:
         return self.scales.apparatus
 
+    @property
+    def readings(self) -> list[str]:
+        """A line for each reading of the paper that is not the default."""
+        return self.settings.readings.lines
+
     def scale(self, name: str) -> Scale:
         return self._one_of(self.scales.scales, name, f"scale {one_line(name) if name else '(empty)'}", scales.FILE)
 
