@@ -9,6 +9,7 @@ import math
 from typing import Literal
 
 from pywet.laws.kinds import PRESETS
+from pywet.scene import WallFilm
 from pywet.strict import Strict
 
 As = Literal["mended", "as_printed"]
@@ -31,6 +32,8 @@ class Readings(Strict):
 
     small_wall: Literal["wire_radius", "half_facet"] = "wire_radius"
     """Half width r_w of a wire in (11) to (13): its radius, or half the side of a facet of its polygon."""
+    wall_film: WallFilm = "triangle"
+    """Over what the liquid of a wall is spread at once: the triangle touched, its part (wire, face), or all of the wall."""
     amplitude: Literal["zero_to_peak", "peak_to_peak"] = "zero_to_peak"
     """What the amplitudes of `motion.strokes` in materials.yaml are: the sine's own, or its full stroke."""
 

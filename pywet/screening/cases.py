@@ -145,6 +145,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         viscous_integration=config.settings.time_step.viscous_integration,
         bridges_every=config.settings.time_step.bridges_every if made.plan.effects.bridges else 1,
         contacts=config.settings.contacts,
+        wall_film=config.settings.readings.wall_film,
         box_low_m=apparatus.box_low,
         box_high_m=apparatus.box_high,
         spheres_file=Path("spheres.parquet"),

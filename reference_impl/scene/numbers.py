@@ -165,6 +165,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "rotation": (None, "nothing turns"),
         "retire": (_retires(config), "config.yaml: retire"),
         "contacts": (config["settings"].get("contacts", "batched"), "config.yaml: contacts"),
+        "wall_film": ((config["settings"].get("readings") or {}).get("wall_film", "triangle"), "config.yaml: readings"),
     }
     along = zip("xyz", (speed, 0.0, 0.0), strict=True)
     return {**found, **{f"slide.velocity_m_per_s.{axis}": (v, "scales.yaml: slide_speed_m_per_s") for axis, v in along}}

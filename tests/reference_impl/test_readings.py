@@ -25,6 +25,8 @@ SCENES: dict[tuple[str, str], str] = {
     ("capillary_spheres", "as_printed"): "effects.capillary is rabinovich_spheres_as_printed, expected rabinovich",
     ("capillary_walls", "as_printed"): "effects.capillary is rabinovich_walls_as_printed, expected rabinovich",
     ("small_wall", "half_facet"): "walls.wires.part_half_width_m[0] is 0.0005, expected 0.001",
+    ("wall_film", "part"): "wall_film is part, expected triangle",
+    ("wall_film", "wall"): "wall_film is wall, expected triangle",
     ("amplitude", "peak_to_peak"): "vibration.amplitude_m.z is 0.00045, expected 0.0009",
 }
 """Reading -> what the replay says where a scene is built with it and its configuration claims the default."""
@@ -65,6 +67,7 @@ EXCHANGES: dict[tuple[str, str], tuple[str, object, str, str]] = {
     ("small_wall", "half_facet"): (
         "part_half_width_m", 1e-3, "share_i", "half of it counts (formations at wires",
     ),
+    ("wall_film", "wall"): ("wall_film", "triangle", "share_j", "a wall's film is spread over the wall"),
 }  # fmt: skip
 """Reading that a run's log shows -> what its scene claims in place of it, the quantity that disagrees, how it is named."""
 
