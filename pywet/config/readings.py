@@ -22,6 +22,13 @@ RABINOVICH = {
 """Readings of (14) between spheres and of (15) at walls -> the capillary law."""
 
 
+PARABOLA = {
+    "at_rupture": "parabola",
+    "at_fifth": "parabola_walls_at_fifth",
+    "at_tenth": "parabola_walls_at_tenth",
+}
+
+
 class Readings(Strict):
     """The readings of Elskamp & Kruggel-Emden (2018) that a run is made with."""
 
@@ -34,13 +41,18 @@ class Readings(Strict):
     """Half width r_w of a wire in (11) to (13): its radius, or half the side of a facet of its polygon."""
     wall_film: WallFilm = "triangle"
     """Over what the liquid of a wall is spread at once: the triangle touched, its part (wire, face), or all of the wall."""
+    wall_transfer: Literal["at_rupture", "at_fifth", "at_tenth"] = "at_rupture"
+    """Separation at which (35) to (43) are solved at walls: that of rupture, a fifth or a tenth of it."""
     amplitude: Literal["zero_to_peak", "peak_to_peak"] = "zero_to_peak"
     """What the amplitudes of `motion.strokes` in materials.yaml are: the sine's own, or its full stroke."""
 
     @property
     def laws(self) -> dict[str, str]:
         """Kind of law -> the law that the readings make of the preset `paper`'s, where it is another."""
-        read = {"capillary": RABINOVICH[self.capillary_spheres, self.capillary_walls]}
+        read = {
+            "capillary": RABINOVICH[self.capillary_spheres, self.capillary_walls],
+            "transfer": PARABOLA[self.wall_transfer],
+        }
         return {kind: law for kind, law in read.items() if law != PRESETS["paper"][kind]}
 
     @property

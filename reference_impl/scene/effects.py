@@ -24,6 +24,10 @@ PRINTED = {
     ("as_printed", "as_printed"): "rabinovich_as_printed",
 }
 """docs/readings.md: capillary_spheres and capillary_walls -> law."""
+AT_WALLS = {
+    "at_rupture": "parabola", "at_fifth": "parabola_walls_at_fifth", "at_tenth": "parabola_walls_at_tenth",
+}  # fmt: skip
+"""The same: wall_transfer -> law."""
 SWITCHED = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")
 NEEDED = ("rupture", "formation", "transfer")
 DRIPPING = "tate"
@@ -71,7 +75,9 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
 def as_read(laws: Mapping[str, str], readings: Mapping[str, Any]) -> dict[str, str]:
     """The laws where equations of the paper's are read in another way; other laws are what they are."""
     capillary = PRINTED[readings.get("capillary_spheres", "mended"), readings.get("capillary_walls", "mended")]
-    return {**laws, **({"capillary": capillary} if laws["capillary"] == PAPER["capillary"] else {})}
+    transfer = AT_WALLS[readings.get("wall_transfer", "at_rupture")]
+    read = {"capillary": capillary, "transfer": transfer}
+    return {**laws, **{kind: law for kind, law in read.items() if laws[kind] == PAPER[kind]}}
 
 
 _TRUTHS = ("bridges", "rolling", "tangential_history", "gravity", "wall_films", "liquid_weight")

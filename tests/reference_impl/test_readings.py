@@ -27,6 +27,8 @@ SCENES: dict[tuple[str, str], str] = {
     ("small_wall", "half_facet"): "walls.wires.part_half_width_m[0] is 0.0005, expected 0.001",
     ("wall_film", "part"): "wall_film is part, expected triangle",
     ("wall_film", "wall"): "wall_film is wall, expected triangle",
+    ("wall_transfer", "at_fifth"): "effects.transfer is parabola_walls_at_fifth, expected parabola",
+    ("wall_transfer", "at_tenth"): "effects.transfer is parabola_walls_at_tenth, expected parabola",
     ("amplitude", "peak_to_peak"): "vibration.amplitude_m.z is 0.00045, expected 0.0009",
 }
 """Reading -> what the replay says where a scene is built with it and its configuration claims the default."""
@@ -68,6 +70,9 @@ EXCHANGES: dict[tuple[str, str], tuple[str, object, str, str]] = {
         "part_half_width_m", 1e-3, "share_i", "half of it counts (formations at wires",
     ),
     ("wall_film", "wall"): ("wall_film", "triangle", "share_j", "a wall's film is spread over the wall"),
+    ("wall_transfer", "at_tenth"): (
+        "effects.transfer", "parabola", "transfer_table", "the law is parabola_walls_at_tenth, not parabola",
+    ),
 }  # fmt: skip
 """Reading that a run's log shows -> what its scene claims in place of it, the quantity that disagrees, how it is named."""
 
