@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -195,6 +195,9 @@ class Output(Strict):
     """Whether a moist run adds up the work of every effect in every step, for `history/energy`."""
 
 
+WallFilm = Literal["triangle", "part", "wall"]
+WALL_FILMS: tuple[WallFilm, ...] = get_args(WallFilm)
+"""Over what the liquid of a wall is spread at once."""
 MOST_STEPS, MOST_OUTPUTS = 2**31 - 1, 1_000_000
 """Steps that an engine counts; outputs whose steps can be listed."""
 RESERVED = ("gravity", "walls", "integrate", "pywet")
@@ -238,6 +241,8 @@ class Scene(Strict):
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     contacts: Contacts = "batched"
     """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits."""
+    wall_film: WallFilm = "triangle"
+    """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201

@@ -81,6 +81,23 @@ def test_a_square_sieve_has_whole_pitches_and_a_round_one_its_diameter() -> None
     assert circle.sieve_area_m2(6.6e-3) == pytest.approx(0.25 * math.pi * 50e-3**2, rel=1e-14)
 
 
+def test_a_round_sieve_without_a_width_is_that_of_the_feed(folder: Path) -> None:
+    """One key turns both, so that the feed stays the paper's: (200/185)² = 1.169 times as deep a bed, 1.33 large per aperture."""
+    path = folder / "materials.yaml"
+    assert load(folder).scale("full").asked_width_mm == 200 and not load(folder).readings
+    path.write_text(path.read_text().replace("sieve_diameter_mm: {value: 200", "sieve_diameter_mm: {value: 185"))
+    narrow = load(folder)
+    assert narrow.scale("full").asked_width_mm == 185
+    assert narrow.readings == ["reading: feed.sieve_diameter_mm is 185 (default 200)"]
+    counts = [[c.count for c in cases.sphere_classes(c, c.case(1), c.scale("full"))] for c in (load(CONFIG), narrow)]
+    assert counts[0] == counts[1] == [2813, 1042, 356]
+    assert 356 / (0.25 * math.pi * 185**2 / 10**2) == pytest.approx(1.32, abs=0.01)
+    scales = folder / "scales.yaml"
+    scales.write_text(scales.read_text().replace("    shape: cylinder", "    shape: square"))
+    with pytest.raises(PywetError, match=r"scales.full.*expected width_mm beside shape: square"):
+        load(folder)
+
+
 def test_cases_are_table_4() -> None:
     cases = load(CONFIG).cases
     assert list(cases) == list(range(1, 19))

@@ -19,7 +19,7 @@ from yaml.constructor import ConstructorError
 from pywet.config import cases as cases_module
 from pywet.config import materials, scales, settings
 from pywet.config.cases import Case
-from pywet.config.materials import Materials
+from pywet.config.materials import SIEVE_MM, Materials
 from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
@@ -54,8 +54,17 @@ class Config:
     def apparatus(self) -> Apparatus:
         return self.scales.apparatus
 
+    @property
+    def readings(self) -> list[str]:
+        """A line for each reading of the paper that is not the default."""
+        diameter = self.materials.feed.sieve_diameter_mm.value
+        other = f"reading: feed.sieve_diameter_mm is {diameter:g} (default {SIEVE_MM:g})"
+        return [*self.settings.readings.lines, *([other] if diameter != SIEVE_MM else [])]
+
     def scale(self, name: str) -> Scale:
-        return self._one_of(self.scales.scales, name, f"scale {one_line(name) if name else '(empty)'}", scales.FILE)
+        """A scale by its name; a sieve without a width of its own is that of the feed."""
+        found = self._one_of(self.scales.scales, name, f"scale {one_line(name) if name else '(empty)'}", scales.FILE)
+        return found.model_copy(update={"width_mm": found.width_mm or self.materials.feed.sieve_diameter_mm})
 
     def case(self, number: int) -> Case:
         return self._one_of(self.cases, number, f"case {number}", cases_module.FILE)

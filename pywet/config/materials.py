@@ -27,6 +27,10 @@ MASS_MISFIT = 0.1
 """Relative misfit allowed between mass and density times volume where the mass has no tolerance."""
 
 
+SIEVE_MM = 200.0
+"""Default diameter of the paper's sieve, which the paper does not give."""
+
+
 class Size(Limited):
     """One size of spheres. The simulation takes diameter and density; a mass that is given must agree with them."""
 
