@@ -32,10 +32,7 @@ DRY_CASES = (1, 4, 10, 13, 7, 16)
 
 def sieve(diameter_mm: float) -> dict[str, Any]:
     """The feed of the paper on a sieve whose cloth has this diameter; the bed grows higher as the sieve grows smaller."""
-    return {
-        "scales.yaml: scales full width_mm value": diameter_mm,
-        "materials.yaml: feed sieve_diameter_mm value": diameter_mm,
-    }
+    return {"materials.yaml: feed sieve_diameter_mm value": diameter_mm}
 
 
 def amplitude(share: float) -> dict[str, Any]:
