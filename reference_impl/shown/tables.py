@@ -52,9 +52,14 @@ def presets(part: str) -> tuple[int, tuple[str, str]] | None:
 
 def table(text: str) -> list[list[str]]:
     """The words in the cells of the first table, row by row; a line break is a bar."""
-    inner = re.search(r"<table>.*?</table>", text, re.DOTALL)
-    rows = re.findall(r"<tr.*?>(.*?)</tr>", inner[0], re.DOTALL) if inner else []
-    return [[_words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
+    return next(every_table(text), [])
+
+
+def every_table(text: str) -> Iterator[list[list[str]]]:
+    """The same of every table: what stands in columns by case is divided into several."""
+    for inner in re.findall(r"<table>.*?</table>", text, re.DOTALL):
+        rows = re.findall(r"<tr.*?>(.*?)</tr>", inner, re.DOTALL)
+        yield [[_words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
 
 
 def _words(cell: str) -> str:
@@ -186,45 +191,47 @@ def _ledger(text: str, folder: Path) -> Iterator[Told]:
 
 
 def _agreement(text: str, folder: Path) -> Iterator[Told]:
-    head, *rows = table(section(text, "agreement")) or [[]]
-    columns = {k: int(name.split()[1]) for k, name in enumerate(head) if name.startswith("case ")}
-    replays = {number: of_case(folder, number, "replay.json") for number in columns.values()}
-    for row in rows:
-        for k, number in columns.items():
-            compared = (replays[number] or {"quantities": {}})["quantities"]
-            known = {name.replace("_", " "): q for name, q in compared.items()}
-            quantity, where = known.get(row[0]), f"cross-check, {row[0]}, case {number}"
-            if quantity is None:
-                yield where, row[k], None, "power"
-                continue
-            largest, _, median = row[k].partition(" | ")
-            yield f"{where}, largest", largest, quantity["largest"], "power"
-            yield f"{where}, median", median, quantity["median"], "power"
+    for head, *rows in every_table(section(text, "agreement")):
+        columns = {k: int(name.split()[1]) for k, name in enumerate(head) if name.startswith("case ")}
+        replays = {number: of_case(folder, number, "replay.json") for number in columns.values()}
+        for row in rows:
+            for k, number in columns.items():
+                compared = (replays[number] or {"quantities": {}})["quantities"]
+                known = {name.replace("_", " "): q for name, q in compared.items()}
+                quantity, where = known.get(row[0]), f"cross-check, {row[0]}, case {number}"
+                if quantity is None:
+                    yield where, row[k], None, "power"
+                    continue
+                largest, _, median = row[k].partition(" | ")
+                yield f"{where}, largest", largest, quantity["largest"], "power"
+                yield f"{where}, median", median, quantity["median"], "power"
 
 
 def _effects(text: str, folder: Path) -> Iterator[Told]:
-    head, *rows = table(section(text, "effects")) or [[]]
-    for row in rows:
-        for k, name in enumerate(head[2:], 2):
-            plan = of_case(folder, int(name), "plan.json")
-            known = {r["effect"].replace("_", " "): r["number"] for r in plan["rows"]} if plan else {}
-            yield f"effects, {row[0]}, case {name}", row[k], known.get(row[0]), "2 digits"
+    for head, *rows in every_table(section(text, "effects")):
+        for row in rows:
+            for k, name in enumerate(head[2:], 2):
+                plan = of_case(folder, int(name), "plan.json")
+                known = {r["effect"].replace("_", " "): r["number"] for r in plan["rows"]} if plan else {}
+                yield f"effects, {row[0]}, case {name}", row[k], known.get(row[0]), "2 digits"
 
 
 def _contributed(text: str, folder: Path) -> Iterator[Told]:
-    head, *rows = table(section(text, "contributed")) or [[]]
-    for row in rows:
-        for k, name in enumerate(head[2:], 2):
-            data = of_case(folder, int(name), "contributions.json") or {"effects": {}}
-            audited = {r["effect"]: r for r in (of_case(folder, int(name), "audit.json") or {}).get("rows", [])}
-            key = FORCES.get(row[0], row[0].replace(" ", "_"))
-            where = f"contributions, {row[0]}, case {name}"
-            shown, _, predicted = row[k].partition(" | predicted ")
-            value = audited[key]["measured"] if key in audited else data["effects"].get(key, {}).get("impulse_share")
-            if shown.endswith("%"):
-                yield where, shown, value, "2 digits" if (value or 0) < 0.995 else "3 digits"
-            if predicted:
-                yield f"{where}, predicted", predicted, audited.get(key, {}).get("predicted"), "2 digits"
+    for head, *rows in every_table(section(text, "contributed")):
+        for row in rows:
+            for k, name in enumerate(head[2:], 2):
+                data = of_case(folder, int(name), "contributions.json") or {"effects": {}}
+                audited = {r["effect"]: r for r in (of_case(folder, int(name), "audit.json") or {}).get("rows", [])}
+                key = FORCES.get(row[0], row[0].replace(" ", "_"))
+                where = f"contributions, {row[0]}, case {name}"
+                shown, _, predicted = row[k].partition(" | predicted ")
+                value = (
+                    audited[key]["measured"] if key in audited else data["effects"].get(key, {}).get("impulse_share")
+                )
+                if shown.endswith("%"):
+                    yield where, shown, value, "2 digits" if (value or 0) < 0.995 else "3 digits"
+                if predicted:
+                    yield f"{where}, predicted", predicted, audited.get(key, {}).get("predicted"), "2 digits"
 
 
 def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
