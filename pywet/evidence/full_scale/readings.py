@@ -1,5 +1,5 @@
-"""What each reading of the paper changes: `python -m pywet.evidence.full_scale.readings run OUT CASE…` runs cases at the smoke scale
-once with every reading, `store RUN…` keeps their figures, `table` prints them as docs/readings.md has them.
+"""What each reading of the paper changes: `python -m pywet.evidence.full_scale.readings run OUT CASE…` runs cases at the smoke
+scale once with every reading, `store RUN…` keeps their figures, `table` prints them as docs/readings.md has them.
 
 A look at the size of each reading's effect with one seed, not a judgement: statements are judged at full scale.
 """
