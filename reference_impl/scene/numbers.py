@@ -208,7 +208,7 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             for w in scene["walls"]
         },
     }
-    put("", {**scene, **named})
+    put("", {"wall_film": "triangle", **scene, **named})
     for key in ("classes", "walls"):
         found[key] = [row["name"] for row in scene[key]]
     return found
