@@ -42,6 +42,19 @@ SCENES: dict[str, dict[str, Any]] = {
         "walls": [{"name": "tray", "block": {"low_mm": [-20, -20, -5], "high_mm": [20, 20, 0]}}],
     },
 }  # fmt: skip
+THIN_PLATE: dict[str, Any] = {
+    "duration_s": 0.36, "materials": {"steel": {"density_kg_per_m3": 7850}}, "liquid": {"film_um": 5},
+    "spheres": [{"name": "ball", "material": "steel", "diameter_mm": 10, "at_mm": [[0, 0, 255]]}],
+    "walls": [
+        {"name": "plate", "block": {"low_mm": [-20, -20, -1], "high_mm": [20, 20, 0]}},
+        {"name": "tray", "vessel": {"inner_width_mm": 50, "height_mm": 20, "origin_mm": [0, 0, -60]}},
+    ],
+}  # fmt: skip
+"""A ball of steel falls 0.25 m on a wet plate of 1 mm and is pressed into it."""
+SCENES["a ball that meets a plate at 2.2 m/s"] = {
+    **THIN_PLATE, "duration_s": 0.02,
+    "spheres": [{**THIN_PLATE["spheres"][0], "at_mm": [[0, 0, 6]], "velocity_m_per_s": [0, 0, -2.2]}],
+}  # fmt: skip
 ONE_OF_EACH = {
     0: "a case whose bridges act every other step with semi-implicit drag, and form in a window",
     128: "a case whose films shed drops while its walls hold no films",
@@ -56,6 +69,14 @@ def test_scenes_that_raised_an_alarm(tmp_path: Path, name: str) -> None:
     run = pywet.run(pywet.Scene(name=name, **SCENES[name]), tmp_path)
     assert run.replay["quantities"]["ledger"]["count"] == len(run.scene.output_steps)
     assert (len(run.events) == 0) == (name == "no bridge forms")
+
+
+@pytest.mark.slow
+@pytest.mark.engine
+def test_a_ball_falls_on_a_thin_plate(tmp_path: Path) -> None:
+    """The work of its bridge is within the bound of the reference: half of what is allowed."""
+    run = pywet.run(pywet.Scene(name="thin plate, moist", **THIN_PLATE), tmp_path)
+    assert run.replay["quantities"]["energy_capillary"]["largest"] < 1.0 and len(run.events) > 0
 
 
 @pytest.mark.engine

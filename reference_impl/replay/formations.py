@@ -338,27 +338,43 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
 def _one_place(
     run: Run, frames: Frames, table: pd.DataFrame, lacking: Floats, stands: Callable[[pd.DataFrame], Floats]
 ) -> Floats:
-    """Rows of a wall's part without a bridge whose sphere has one with another part of that wall, at the same closest point.
+    """Rows of a wall's part without a bridge in whose place another part of that wall has one, or is to have it.
 
-    So at a convex edge or corner: the faces that meet there give one bridge.
+    At a convex edge the faces that meet there give one bridge: no bridge forms with a part whose closest point lies on another
+    part that is nearer, nor with one that has in common the foot of either bridge with a part that has a bridge already.
     """
     found = np.zeros(len(table), dtype=bool)
     rows = np.flatnonzero(lacking & (table["partner_kind"] != laws.SPHERE).to_numpy())
-    parts, fixed = nearest.parts(run) if len(rows) else None, bodies(run)
+    parts = nearest.parts(run) if len(rows) else None
     for row in rows:
         assert parts is not None
         step, i, part = (int(table[name].iloc[row]) for name in ("step", "i", "j"))
         x = frames.x[np.searchsorted(frames.step, step), np.searchsorted(frames.ids, i)]
-        all_parts = np.flatnonzero(parts.wall == parts.wall[part])
-        n = len(all_parts)
-        foot = parts.closest(np.full(n, step), np.repeat(x[None], n, axis=0), all_parts).point
-        radius = float(fixed.radius[i])
-        same = (size(foot - foot[all_parts == part]) <= ONE_PLACE * radius) & (all_parts != part)
-        if same.any():
-            others = all_parts[same]
-            kind = np.where(fixed.half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
-            found[row] = stands(pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})).any()
+        found[row] = _at_neighbour(run, parts, (step, i, part), x, stands)
     return found
+
+
+def _at_neighbour(
+    run: Run, parts: nearest.Parts, row: tuple[int, int, int], x: Floats, stands: Callable[[pd.DataFrame], Floats]
+) -> bool:
+    """Whether the bridge of a step's sphere at x with a part is left to another part by the rule of `_one_place`."""
+    step, i, part = row
+    others = np.flatnonzero((parts.wall == parts.wall[part]) & (np.arange(len(parts)) != part))
+    own, radius = parts.closest(np.array([step]), x[None], np.array([part])), float(bodies(run).radius[i])
+
+    def off(points: Floats, of: Floats) -> Floats:
+        """How far points are off parts."""
+        return parts.closest(np.full(len(of), step), np.broadcast_to(points, (len(of), 3)).copy(), of).distance
+
+    others = others[off(x, others) < own.distance[0] + 2.0 * radius]
+    feet = parts.closest(np.full(len(others), step), np.repeat(x[None], len(others), axis=0), others).point
+    shared = off(own.point, others) <= ONE_PLACE * radius
+    if (shared & (size(feet - own.point) > 0.25 * ONE_PLACE * radius)).any():
+        return True
+    others = others[shared | (off(feet, np.full(len(others), part)) <= ONE_PLACE * radius)]
+    kind = np.where(bodies(run).half_width[others] < radius, laws.SMALL_WALL, laws.LARGE_WALL)
+    ends = pd.DataFrame({"step": step, "partner_kind": kind, "i": i, "j": others})
+    return len(others) > 0 and bool(stands(ends).any())
 
 
 def _place(step: Any, number: Any) -> Floats:

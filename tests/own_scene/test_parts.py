@@ -89,6 +89,49 @@ def test_as_many_bridges_as_faces_that_are_met(folder: Path, tmp_path: Path) -> 
     assert len(wrong) == 1 and wrong[0].given == 4, wrong  # two faces of a block, two triangles each
 
 
+@pytest.mark.engine
+def test_a_convex_edge_gives_one_bridge_while_a_sphere_rolls_over_it(folder: Path, tmp_path: Path) -> None:
+    """Along the way to the edge, over it and down the side a sphere has one bridge: with the top until that ruptures, its foot at
+    the edge, then with the side. One at rest 0.2 mm from the edge is not drawn over it by a bridge with the side."""
+    block = {"name": "step", "block": {"low_mm": (-10, -6, -10), "high_mm": (0, 6, 0)}}
+    entry = {"material": "glass", "diameter_mm": 3}
+    spheres = [
+        {**entry, "name": "rolls", "at_mm": [(-0.5, -3, 1.501)], "velocity_m_per_s": (0.15, 0, 0)},
+        {**entry, "name": "rests", "at_mm": [(-0.2, 3, 1.501)]},
+    ]
+    given = scene(
+        folder, [block], [], spheres=spheres, gravity_m_per_s2=(0, 0, -1.0), duration_s=0.038,
+        materials={"glass": {"density_kg_per_m3": 2500, "rolling_friction_m": 0}}, results={"interval_s": 0.0005},
+    )  # fmt: skip
+    run = pywet.run(given, tmp_path)
+    assert run.bridges.groupby(["step", "i"]).size().max() == 1
+    events = run.events[run.events["i"] == 1]
+    assert events["kind"].tolist() == [0, 1, 0] and events["j"].iloc[0] == events["j"].iloc[1] != events["j"].iloc[2]
+    assert events["separation"].iloc[1] > 3e-4  # its foot stayed at the edge
+    rests = run.trajectory[run.trajectory["id"] == 2]
+    assert np.abs(rests["x"] + 2e-4).max() < 1e-6
+    assert run.replay["quantities"]["formation_missed"]["count"] > 10
+
+
+@pytest.mark.engine
+def test_a_finer_mesh_of_the_same_cup_gives_the_same_bridges(folder: Path, tmp_path: Path) -> None:
+    """Each triangle divided into four: 3, 2 and 1 bridges in corner, groove and on the floor."""
+    coarse = Building(scene(folder, [{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}], [(0, 0, 5)])).surfaces[0]
+    a, b, c = coarse.corners.transpose(1, 0, 2)
+    d, e, f = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    fine = np.concatenate([np.stack(t, axis=1) for t in ((a, d, f), (d, b, e), (f, e, c), (d, e, f))])
+    write_stl(make_surface("cup", "wall", [(fine, None)]), folder / "fine.stl")
+    at = [(3.49, 3.49, 1.51), (-3.49, 0.0, 1.51), (0.3, -0.5, 1.51)]
+    given = scene(folder, [{"name": "cup", "stl": "fine.stl", "stl_unit": "m"}], at, duration_s=0.002)
+    run = pywet.run(given, tmp_path)
+    formed = run.events[(run.events["kind"] == 0) & (run.events["partner_kind"] != 0)]
+    assert formed.drop_duplicates(["i", "j"]).groupby("i").size().tolist() == [3, 2, 1]
+    parts = Building(given).surfaces[0]
+    assert len(parts.triangles) == 4 * len(coarse.triangles) and len(parts.part_half_width) == len(
+        coarse.part_half_width
+    )
+
+
 def test_a_size_that_no_sphere_meets_is_asked_back(folder: Path) -> None:
     """The cup is 14 mm, its file in m; read as mm it is 0.014 mm, the other one read as m 14 m beside spheres of 3 um."""
     with pytest.raises(

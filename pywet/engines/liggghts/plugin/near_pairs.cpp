@@ -10,7 +10,7 @@ static const double SMALLEST_BRIDGE = 1e-12;  // V* below which nothing forms: n
 
 static const double CLASS = 1.0 / 32;  // width of a class of gaps, of the skin
 
-static const double ONE_PLACE = 1e-6;  // of the radius: closest points of two faces so near are one, as at a convex edge
+static const double ONE_PLACE = 1e-6;  // of the radius: points so near are one, and on a face, as at a convex edge
 
 static const double ROUND_OFF = 1e-9;  // of the radii: so much sooner is a pair looked at
 
@@ -209,19 +209,25 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
   }
 }
 
-// Whether a sphere has a bridge, of before or of this step, whose foot on another part of the mesh is the same point.
-bool NearPairs::stands_here(size_t c, const Vec &foot) {
-  const int i = wall_pairs_[c].i;
-  const double near = ONE_PLACE * world_.spheres.radius(i);
+// At a convex edge two faces of a mesh meet in one closest point and give one bridge. Whether another face has that of this one:
+// it is nearer and this one's closest point lies on it, too; or the sphere's bridge with it, of before or of this step, has its
+// foot at a point of both faces.
+bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
+  const WallPair &pair = wall_pairs_[c];
+  const Walls &walls = world_.walls;
+  const double near = ONE_PLACE * world_.spheres.radius(pair.i);
   size_t first = c, last = c + 1;
-  while (first > 0 && wall_pairs_[first - 1].i == i) first--;
-  while (last < wall_pairs_.size() && wall_pairs_[last].i == i) last++;
+  while (first > 0 && wall_pairs_[first - 1].i == pair.i) first--;
+  while (last < wall_pairs_.size() && wall_pairs_[last].i == pair.i) last++;
   for (size_t k = first; k < last; k++) {
     WallPair &other = wall_pairs_[k];
-    if (k == c || other.site.mesh != wall_pairs_[c].site.mesh) continue;
-    const bool now = proposed_.count(key_of(LARGE_WALL, i, other.j));  // the key of either kind of wall
-    if (!now && wall_rest_[k] != INF) continue;
-    if (norm(world_.walls.closest(Vec(world_.engine.at.x[other.a]), other.site).point - foot) <= near) return true;
+    if (k == c || other.site.mesh != pair.site.mesh) continue;
+    const bool bridged = wall_rest_[k] == INF || proposed_.count(key_of(LARGE_WALL, pair.i, other.j));  // either kind of wall
+    const bool shared = walls.on_border(other.j, own.point, near);
+    if (bridged && shared) return true;
+    if (!bridged && !shared) continue;
+    const Vec foot = walls.closest(Vec(world_.engine.at.x[other.a]), other.site).point;
+    if (bridged ? walls.on_border(pair.j, foot, near) : norm(foot - own.point) > near) return true;
   }
   return false;
 }
@@ -246,7 +252,7 @@ void NearPairs::propose_walls(std::vector<Event> &events) {
       wall_rest_[c] = rest(pair, near.distance);
       continue;
     }
-    if (stands_here(c, near.point)) {
+    if (given_to_neighbour(c, near)) {
       wall_rest_[c] = 0;
       continue;
     }

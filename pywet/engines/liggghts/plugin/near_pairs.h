@@ -57,7 +57,7 @@ class NearPairs {
   double rest(const WallPair &pair, double distance) const;
   void propose_pairs(std::vector<Event> &events);
   void propose_walls(std::vector<Event> &events);
-  bool stands_here(size_t c, const Vec &foot);
+  bool given_to_neighbour(size_t c, const Closest &own);
   void form(std::vector<Event> &events, int kind, int i, int j, int pair, const Geometry &g, double drawn_i, double drawn_j);
 };
 

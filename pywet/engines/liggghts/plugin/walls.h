@@ -1,7 +1,9 @@
 // Wall parts: geometry at rest, the motion of each mesh taken from the engine, closest points.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,7 @@ struct Bounds {
 struct Part {
   int mesh = 0;
   std::vector<int> triangles;           // indices into Walls::triangles
+  std::vector<int> border;              // those of them that share a corner with another part of the mesh
   double half_width = 0;                // infinity for a large wall
   double contact_angle = 0;
   int group = 0;                        // index into the transfer tables
@@ -93,6 +96,7 @@ class Walls {
     area.resize(triangles.size());
     part_of.resize(triangles.size());
     for (size_t p = 0; p < parts.size(); p++) bound(int(p));
+    find_borders();
     for (size_t k = 0; k < triangles.size(); k++)
       area[k] = 0.5 * norm(cross(triangles[k].b - triangles[k].a, triangles[k].c - triangles[k].a));
     join_films();
@@ -136,6 +140,15 @@ class Walls {
     return best;
   }
 
+  // Whether a point x lies within `near` of those triangles of a part that border on other parts.
+  bool on_border(int part, const Vec &x, double near) const {
+    const Vec y = mesh_of(part).to_rest(x);
+    if (outside(parts[part].bounds, y) > near) return false;
+    for (int k : parts[part].border)
+      if (norm(y - closest_point(y, triangles[k])) <= near) return true;
+    return false;
+  }
+
   // Distance of a point y at rest from the bounds of a part; not more than that from the part.
   static double outside(const Bounds &b, const Vec &y) {
     const double x = std::max({b.low.x - y.x, y.x - b.high.x, 0.0}), u = std::max({b.low.y - y.y, y.y - b.high.y, 0.0}),
@@ -176,6 +189,24 @@ class Walls {
         for (int k : part.triangles)
           film_of[k] = film == OF_PART ? *std::min_element(part.triangles.begin(), part.triangles.end()) : meshes[part.mesh].first;
     for (size_t k = 0; k < triangles.size(); k++) film_area[film_of[k]] += area[k];
+  }
+
+  // Corners of one place are equal: the surfaces are closed, and their coordinates are those of one STL file.
+  void find_borders() {
+    using Corner = std::array<double, 4>;  // mesh, x, y, z
+    auto corner = [&](int p, const Vec &v) { return Corner{double(parts[p].mesh), v.x, v.y, v.z}; };
+    std::map<Corner, int> part_at;         // the part at a corner, -1: several
+    for (size_t k = 0; k < triangles.size(); k++)
+      for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c}) {
+        const auto [at, fresh] = part_at.emplace(corner(part_of[k], *v), part_of[k]);
+        if (!fresh && at->second != part_of[k]) at->second = -1;
+      }
+    for (size_t k = 0; k < triangles.size(); k++)
+      for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c})
+        if (part_at[corner(part_of[k], *v)] < 0) {
+          parts[part_of[k]].border.push_back(int(k));
+          break;
+        }
   }
 
   void bound(int p) {
