@@ -53,7 +53,7 @@ def works(run: Run) -> Iterator[Link]:
         for name in names:
             work = both[name].to_numpy(float)
             with np.errstate(all="ignore"):
-                f = 1.0 / (1.0 - middle(((total - own) / work)[rows & (np.abs(work) > 0.0)]))
+                f = np.divide(1.0, 1.0 - middle(((total - own) / work)[rows & (np.abs(work) > 0.0)]))
             if np.isfinite(f):
                 yield Suspect(f"the work {name} is {f:.6g} times what it should be", own + (1.0 - 1.0 / f) * work, f)
 

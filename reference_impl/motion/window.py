@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from reference_impl.faults import reading
 from reference_impl.replay import retired
 from reference_impl.replay.arrays import Floats, vectors
-from reference_impl.replay.io import ReplayError, masses
+from reference_impl.replay.io import ReplayError, every, masses
 from reference_impl.replay.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
@@ -125,9 +126,13 @@ def recorded(run_dir: Path) -> bool:
 
 def read(run_dir: Path) -> Setup:
     """Everything but the motion."""
-    folder = Path(run_dir)
+    with reading(f"{run_dir}: scene.json with history/", "the scene of a run and its tables: run the case again"):
+        return _read(Path(run_dir))
+
+
+def _read(folder: Path) -> Setup:
     scene = read_scene(folder)
-    spheres = pd.read_parquet(folder / "history" / "spheres.parquet").sort_values("id")
+    spheres = every(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
     mass_of, radius_of = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
@@ -186,8 +191,11 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     path = folder / "history" / "triangles.parquet"
     if not path.exists():
         return (), np.zeros((0, 3, 3)), np.zeros(0, dtype=int)
-    table = pd.read_parquet(path).sort_values("triangle")
+    table = every(path).sort_values("triangle")
     corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
+    far = 10.0 * float(np.abs([scene["box_low_m"], scene["box_high_m"]]).max())
+    if not (np.abs(corners) <= far).all():  # what may be lost to rounding grows with them
+        raise ReplayError(f"{path} has corners beyond {far:.3g} m, ten times the scene's box: run the case again")
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
         at = np.flatnonzero(names == wall["name"])
@@ -199,7 +207,7 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
 def _driven(folder: Path) -> set[int]:
     """Spheres that the deck moves whatever acts on them."""
     decks = [deck for name in ("setup.liggghts", "in.lammps") if (deck := folder / "engine" / name).exists()]
-    found = re.search(r"^group driven id (.*)$", decks[0].read_text(), re.MULTILINE) if decks else None
+    found = re.search(r"^group driven id (.*)$", decks[0].read_text(errors="replace"), re.MULTILINE) if decks else None
     return {int(word) for word in found.group(1).split()} if found else set()
 
 
@@ -228,7 +236,7 @@ def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:
 
 def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> list[Window]:
     """The recorded windows: runs of consecutive steps; `carried`: liquid on the spheres in steps [m3], shape (steps, spheres)."""
-    table = pd.read_parquet(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
+    table = every(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
     steps = np.unique(table["step"].to_numpy())
     there = steps[:, None] <= setup.leaves
     if not np.array_equal(table["id"].to_numpy(), np.broadcast_to(setup.ids, there.shape)[there]):
@@ -286,7 +294,7 @@ def springs(setup: Setup, name: str) -> pd.DataFrame:
         return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype(
             {"step": int, "a": int, "b": int}
         )
-    table = pd.read_parquet(path)
+    table = every(path)
     a = np.searchsorted(setup.ids, table["i"].to_numpy())
     if name == "wall_springs":
         first = np.array([w.first for w in setup.walls])

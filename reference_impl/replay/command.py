@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from reference_impl.faults import Refused
 from reference_impl.replay import io, plans, sections, whole
 from reference_impl.replay.replay import replay, table
 
@@ -30,13 +31,13 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
             reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
             return {**where, "status": "dry", "reason": reason}
         result = replay(folder, out, functions)
-    except io.ReplayError as error:
+    except Refused as error:
         return {**where, "status": "unreadable", "reason": _shown(error)}
     agrees = "in part" if result["nothing_compared"] else "agrees"
-    return {**where, "status": agrees if result["ok"] else "disagrees", "reason": None, **result}
+    return {**where, "status": agrees if result["ok"] else "disagrees", "reason": None, **io.finite(result)}
 
 
-def _shown(error: io.ReplayError) -> str:
+def _shown(error: Refused) -> str:
     """A sentence without control characters, which a file may hold in the name of a column."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(error))[:2000]
 

@@ -95,8 +95,8 @@ class Quantity:
 
     @property
     def ok(self) -> bool:
-        """Within tolerance."""
-        return self.largest <= self.tolerance
+        """Within tolerance, which is none where what it follows from overflowed."""
+        return bool(self.largest <= self.tolerance < np.inf)
 
     def as_dict(self) -> dict[str, Any]:
         """For replay.json."""

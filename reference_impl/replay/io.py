@@ -6,6 +6,7 @@ What grows with the length of a run is read in parts (stream.py); whole tables o
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -100,7 +101,8 @@ def read(folder: Path) -> Run:
             raise ReplayError(f"{path} is missing; expected the complete history of a moist run: run the case again")
     try:
         meta = json.loads((history / "meta.json").read_text())
-        _ = float(meta["surface_tension"]), float(meta["viscosity"]), meta["effects"].keys(), len(meta["types"])
+        _ = float(meta["surface_tension"]), float(meta["viscosity"]), meta["effects"].keys()
+        _ = [(int(t["type"]), float(t["radius"]), float(t["contact_angle"])) for t in meta["types"]]
         if meta["effects"].get("shedding"):
             drops = columns(history / f"{SHED}.parquet", [*NEEDED[SHED], "felt_y", "felt_z"])
             tables[SHED] = drops.sort_values("step", kind="stable", ignore_index=True)
@@ -153,6 +155,8 @@ def readable(path: Path, what: str = "the history of a moist run") -> Iterator[N
 TEXT = ("mesh", "holder")
 """Columns that are no numbers."""
 MAY_BE_INFINITE = ("half_width",)
+WHOLE = ("step", "id", "type", "kind", "partner_kind", "i", "j", "triangle", "part", "part_class", "type_i", "type_j")
+"""Columns of whole numbers, which rows and tables are found by."""
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
@@ -166,7 +170,15 @@ def numbers(path: Path, table: AnyTable) -> AnyTable:
             raise ReplayError(
                 f"{path}: column {name} holds what is no number; expected what the engine wrote: run the case again"
             )
+        if name in WHOLE and values.dtype.kind == "f":
+            raise ReplayError(f"{path}: column {name} holds fractions; expected whole numbers: run the case again")
     return table
+
+
+def every(path: Path) -> pd.DataFrame:
+    """All columns of a table."""
+    with readable(path):
+        return numbers(path, pd.read_parquet(path))
 
 
 def complete(path: Path, names: Any, needed: Sequence[str]) -> None:
@@ -232,8 +244,17 @@ def clear() -> None:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
+def finite(value: Any) -> Any:
+    """The same with the largest number there is for deviations that overflowed, as of damaged logs."""
+    if isinstance(value, dict):
+        return {k: finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(v) for v in value]
+    return sys.float_info.max if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def write_json(path: Path, value: dict[str, Any]) -> None:
     """Write under a temporary name, then rename."""
     temporary = path.with_suffix(f".{os.getpid()}.partial")
-    temporary.write_text(json.dumps(value, indent=1, allow_nan=False))
+    temporary.write_text(json.dumps(finite(value), indent=1, allow_nan=False))
     temporary.replace(path)
