@@ -6,10 +6,11 @@ files, decks or engines. It is written to `scene.json` in every run directory an
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -68,7 +69,7 @@ class SphereClass(Strict):
 
     @property
     def mass_kg(self) -> float:
-        return self.density_kg_per_m3 * 4.0 / 3.0 * 3.141592653589793 * self.radius_m**3
+        return self.density_kg_per_m3 * 4.0 / 3.0 * math.pi * self.radius_m**3
 
 
 class ContactPair(Strict):
@@ -194,6 +195,9 @@ class Output(Strict):
     """Whether a moist run adds up the work of every effect in every step, for `history/energy`."""
 
 
+WallFilm = Literal["triangle", "part", "wall"]
+WALL_FILMS: tuple[WallFilm, ...] = get_args(WallFilm)
+"""Over what the liquid of a wall is spread at once."""
 MOST_STEPS, MOST_OUTPUTS = 2**31 - 1, 1_000_000
 """Steps that an engine counts; outputs whose steps can be listed."""
 RESERVED = ("gravity", "walls", "integrate", "pywet")
@@ -237,6 +241,8 @@ class Scene(Strict):
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     contacts: Contacts = "batched"
     """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits."""
+    wall_film: WallFilm = "triangle"
+    """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201

@@ -66,7 +66,7 @@ share_i f8 m3 drawn from i at formation, given to i at rupture
 share_j f8 m3 the same of j
 film_i_before f8 m3 liquid held as film on i at the start of the step
 film_i_after f8 m3 the same after all formations and ruptures of this step
-film_j_before f8 m3 on j; of a wall, on the triangle
+film_j_before f8 m3 on j; of a wall, all of the film there
 film_j_after f8 m3 the same after all formations and ruptures of this step
 separation f8 m S at the event
 rupture_distance f8 m static S_rup(V)

@@ -72,7 +72,7 @@ def part_table(scene: Scene, surfaces: Sequence[Surface]) -> pd.DataFrame:
     groups = wall_groups(scene)
     for surface, wall in zip(surfaces, scene.walls, strict=True):
         area = np.bincount(surface.part, weights=surface.area)
-        for half_width, a in zip(surface.part_half_width, area, strict=True):
+        for half_width, a in zip(wall.part_half_width_m, area, strict=True):
             width, angle = math.inf if half_width is None else half_width, wall.contact_angle_rad
             row = (surface.name, surface.holder, math.nan if half_width is None else width, angle, float(a))
             rows.append((len(rows), *row, groups[width, angle]))

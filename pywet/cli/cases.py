@@ -66,7 +66,8 @@ def plan(
             tell(line)
         return
     made = cases.ingredients(loaded, case, name)
-    chosen = [*(made.plan.lines if why else made.plan.table), *made.retirement.lines]
+    table = made.plan.lines if why else made.plan.table
+    chosen = [*table, *made.retirement.lines, *loaded.readings]
     lines = [json.dumps(cases.planned(made), indent=1)] if as_json else chosen
     if accuracy is not None:
         from pywet.evidence.accuracy import command

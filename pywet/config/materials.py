@@ -27,6 +27,10 @@ MASS_MISFIT = 0.1
 """Relative misfit allowed between mass and density times volume where the mass has no tolerance."""
 
 
+SIEVE_MM = 200.0
+"""Default diameter of the paper's sieve, which the paper does not give."""
+
+
 class Size(Limited):
     """One size of spheres. The simulation takes diameter and density; a mass that is given must agree with them."""
 
@@ -42,6 +46,19 @@ class Size(Limited):
     def sphere_mass_kg(self) -> float:
         """Density times volume [kg]."""
         return self.density_kg_per_m3.value * 4.0 / 3.0 * math.pi * self.radius_m**3
+
+    @property
+    def as_weighed(self) -> Size:
+        """The same with the density that its mass gives."""
+        if self.mass_g is None:
+            raise ConfigError(
+                f"{FILE}: the size of {self.diameter_mm.value:g} mm has no mass_g, expected one where readings.sphere_mass in "
+                "config.yaml is weighed"
+            )
+        density = 1e-3 * self.mass_g.value / (4.0 / 3.0 * math.pi * self.radius_m**3)
+        return self.model_copy(
+            update={"density_kg_per_m3": self.density_kg_per_m3.model_copy(update={"value": density})}
+        )
 
     @model_validator(mode="after")
     def _mass_agrees(self) -> Size:
@@ -66,6 +83,8 @@ class SphereMaterial(Limited):
     stiffness_sphere_sphere_N_per_m: PositiveEntry
     stiffness_sphere_wall_N_per_m: PositiveEntry
     contact_angle_deg: AngleEntry
+    residual_liquid_percent: NonNegativeEntry | None = None
+    """Part of the liquid that is lost before the screening; counts where `readings.liquid_amount` is less_residual."""
 
 
 class WallMaterial(Limited):

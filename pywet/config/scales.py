@@ -32,7 +32,8 @@ class Scale(Limited):
     """One scale. A square sieve's width is rounded to whole pitches of its screen; mass goes with the sieve's area."""
 
     shape: Literal["square", "cylinder"]
-    width_mm: PositiveEntry
+    width_mm: PositiveEntry | None = None
+    """Side or diameter of the sieve; left out, which only a round one may: that of `feed` in materials.yaml."""
     wire_sides: CountEntry
     wires: Literal["mesh", "prism"] = "mesh"
     """Dry contacts with wires: with each of their triangles, as the engine makes them, or with the prism's closest point."""
@@ -43,6 +44,12 @@ class Scale(Limited):
     output_interval_s: PositiveEntry
 
     @model_validator(mode="after")
+    def _wide(self) -> Scale:
+        if self.width_mm is None and self.shape == "square":
+            raise ValueError("width_mm beside shape: square (only a round sieve may be that of feed.sieve_diameter_mm)")
+        return self
+
+    @model_validator(mode="after")
     def _opens(self) -> Scale:
         opens, duration = self.slide_opens_at_s.value, self.duration_s.value
         if opens >= duration:
@@ -51,9 +58,16 @@ class Scale(Limited):
             raise ValueError(f"output_interval_s ({self.output_interval_s.value:g}) at most duration_s ({duration:g})")
         return self
 
+    @property
+    def asked_width_mm(self) -> float:
+        """The width that is configured [mm]; `Config.scale` has filled it in."""
+        if self.width_mm is None:
+            raise ValueError("a scale of Config.scale was expected: this one has no width of its own")
+        return self.width_mm.value
+
     def sieve_width_m(self, pitch_m: float) -> float:
         """Side length or diameter of the sieve [m] for a screen of this pitch [m]."""
-        wished = 1e-3 * self.width_mm.value
+        wished = 1e-3 * self.asked_width_mm
         return wished if self.shape == "cylinder" else max(1, round(wished / pitch_m)) * pitch_m
 
     def sieve_area_m2(self, pitch_m: float) -> float:

@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
+from pywet.config.readings import Readings
 from pywet.laws import own
-from pywet.laws.kinds import LawName, Laws, Preset
+from pywet.laws.kinds import PRESETS, LawName, Laws, Preset
 from pywet.scene import Contacts, Word
 from pywet.strict import Strict
 
@@ -100,6 +101,7 @@ class Settings(Limited):
     seeds: Annotated[int, Field(ge=1)] = 1
     """Runs of each case, with this seed and the next ones: the report shows their band."""
     laws: LawSettings = LawSettings()
+    readings: Readings = Readings()
     effects: EffectSettings
     time_step: TimeStepSettings
     contacts: Contacts = "batched"
@@ -115,6 +117,30 @@ class Settings(Limited):
         if times > 1:
             raise ValueError(f"each case once in cases ({number} is there {times} times)")
         return self
+
+    @model_validator(mode="after")
+    def _readings_of_its_laws(self) -> Settings:
+        for kind in self.readings.laws.keys() - self._read.keys():
+            raise ValueError(
+                f"the default readings of the {kind} law: readings are of {PRESETS['paper'][kind]}, the law is "
+                f"{self._used[kind]}"
+            )
+        return self
+
+    @property
+    def _used(self) -> dict[str, str]:
+        """The law of each kind, by name or by preset."""
+        return {**PRESETS[self.laws.preset], **self.laws.model_dump(exclude={"preset", "reference"}, exclude_none=True)}
+
+    @property
+    def _read(self) -> dict[str, str]:
+        """The laws that the readings make of those in use."""
+        return {kind: law for kind, law in self.readings.laws.items() if self._used[kind] == PRESETS["paper"][kind]}
+
+    @property
+    def laws_as_read(self) -> LawSettings:
+        """The laws, with what the readings make of those whose equations are read in more than one way."""
+        return self.laws.model_copy(update=self._read)
 
     @model_validator(mode="after")
     def _bridges_act_in_windows(self) -> Settings:

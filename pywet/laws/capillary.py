@@ -30,6 +30,20 @@ def _neck_and_ring(
     return neck + 2.0 * math.pi * tension * r * math.sin(phi) * math.sin(phi + 0.5 * (ti + tj))
 
 
+@helper
+def _as_printed(separation: float, volume: float, ri: float, rj: float, ti: float, tj: float, tension: float) -> float:
+    """The force as printed, for both kinds of partner."""
+    s, r, wall = max(separation, 0.0), bridge_radius(ri, rj), math.isinf(rj)
+    theta = 0.5 * (ti + tj)
+    cosines = math.cos(ti) + math.cos(tj)
+    q = max(volume, 0.0) / (math.pi * r)
+    d = math.sqrt(s * s + q) if wall else q / max(s + math.sqrt(s * s + 2.0 * q), 1e-300)
+    length = math.sqrt(q) if wall else 2.0 * d
+    weaker = 1.0 if s == 0.0 else 1.0 + s / length if length > 0.0 else math.inf
+    neck = (2.0 if wall else 1.0) * math.pi * tension * r * cosines / weaker
+    return neck + 2.0 * math.pi * tension * r * math.sin(theta) * math.sin(theta + math.sqrt(2.0 * d / r))
+
+
 @force_law("capillary")
 def rabinovich(
     separation: float,
@@ -114,15 +128,64 @@ def rabinovich_as_printed(
     >>> f"{rabinovich_as_printed(1e-4, 1e-10, 1e-3, 1e-3, 0.3, 0.3, 0.07):.5e}"
     '3.50482e-04'
     """
-    s, r, wall = max(separation, 0.0), bridge_radius(radius_i, radius_j), math.isinf(radius_j)
-    theta = 0.5 * (contact_angle_i + contact_angle_j)
-    cosines = math.cos(contact_angle_i) + math.cos(contact_angle_j)
-    q = max(volume, 0.0) / (math.pi * r)
-    d = math.sqrt(s * s + q) if wall else q / max(s + math.sqrt(s * s + 2.0 * q), 1e-300)
-    length = math.sqrt(q) if wall else 2.0 * d
-    weaker = 1.0 if s == 0.0 else 1.0 + s / length if length > 0.0 else math.inf
-    neck = (2.0 if wall else 1.0) * math.pi * surface_tension * r * cosines / weaker
-    return neck + 2.0 * math.pi * surface_tension * r * math.sin(theta) * math.sin(theta + math.sqrt(2.0 * d / r))
+    return _as_printed(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension)
+
+
+@force_law("capillary")
+def rabinovich_spheres_as_printed(
+    separation: float,
+    volume: float,
+    radius_i: float,
+    radius_j: float,
+    contact_angle_i: float,
+    contact_angle_j: float,
+    surface_tension: float,
+) -> float:
+    """`rabinovich_as_printed` between spheres, `rabinovich` at walls.
+
+    Spheres, r = r_eff:  F = π σ r (cos θ_i + cos θ_j)/(1 + S/(2d)) + 2π σ r sin θ_m sin(θ_m + φ), d and φ of `rabinovich`.
+
+    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
+    surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0.
+    Source: Elskamp & Kruggel-Emden 2018 (14) as printed; (15) mended, since as printed it contradicts their Fig. 5a.
+
+    >>> f"{rabinovich_spheres_as_printed(1e-4, 1e-10, 1e-3, 1e-3, 0.3, 0.3, 0.07):.5e}"
+    '3.50482e-04'
+    """
+    if math.isinf(radius_j):
+        return _neck_and_ring(
+            separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension, False
+        )
+    return _as_printed(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension)
+
+
+@force_law("capillary")
+def rabinovich_walls_as_printed(
+    separation: float,
+    volume: float,
+    radius_i: float,
+    radius_j: float,
+    contact_angle_i: float,
+    contact_angle_j: float,
+    surface_tension: float,
+) -> float:
+    """`rabinovich_as_printed` at walls, `rabinovich` between spheres.
+
+    Wall, r = r_i:  F = 2π σ r (cos θ_i + cos θ_w)/(1 + S √(π r/V)) + 2π σ r sin θ_m sin(θ_m + φ),
+    φ = √((2S/r) √(1 + V/(π r S²))).
+
+    Arguments: separation S [m], volume V [m3], radii [m] (radius_j = inf: wall), contact angles [rad],
+    surface_tension σ [N/m]. Returns F [N]. S ≤ 0: the limit S → 0.
+    Source: Elskamp & Kruggel-Emden 2018 (15), (18) as printed; (14) mended.
+
+    >>> f"{rabinovich_walls_as_printed(1e-4, 1e-10, 1e-3, math.inf, 0.3, 0.3, 0.07):.5e}"
+    '6.43449e-04'
+    """
+    if math.isinf(radius_j):
+        return _as_printed(separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension)
+    return _neck_and_ring(
+        separation, volume, radius_i, radius_j, contact_angle_i, contact_angle_j, surface_tension, False
+    )
 
 
 @force_law("capillary")

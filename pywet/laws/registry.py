@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
@@ -46,8 +46,10 @@ class Law:
             young_laplace.prepare(angles, progress)
 
 
-TRANSFER = {
+TRANSFER: dict[str, Callable[..., transfer.Floats]] = {
     "parabola": transfer.transfer_table,
+    "parabola_walls_at_fifth": partial(transfer.transfer_table, stretch=0.2),
+    "parabola_walls_at_tenth": partial(transfer.transfer_table, stretch=0.1),
     "young_laplace": transfer_exact.exact_table,
     "half": transfer.halves,
 }

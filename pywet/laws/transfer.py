@@ -5,8 +5,8 @@ The meridian is Y(x) = a x² + b x + c between the two contact lines (Elskamp & 
     Y(0) = r_i sin α_i,  Y'(0) = −cot(θ_i + α_i),  Y(D) = r_j sin α_j,  Y'(D) = cot(θ_j + α_j),  D = d_i + d_j + S,
 d = r (1 − cos α). A parabola obeys Y(D) − Y(0) = D (Y'(0) + Y'(D))/2; this and the volume are the two equations left.
 
-S is the static rupture distance. A large wall counts as a sphere of the same size, a wire as a sphere of its radius, both
-without a cap on the wall's side (the paper after 43).
+S is the static rupture distance; at walls `stretch` is the part of it at which the same system is solved. A large wall counts
+as a sphere of the same size, a wire as a sphere of its radius, both without a cap on the wall's side (the paper after 43).
 """
 
 from __future__ import annotations
@@ -121,12 +121,18 @@ def _first(pair: Pair, volume: float, separation: float) -> Bridge | None:
 
 
 def transfer_table(
-    radius_i: float, size_j: float, theta_i: float, theta_j: float, kind: int, v_star: Floats = V_STAR_GRID
+    radius_i: float,
+    size_j: float,
+    theta_i: float,
+    theta_j: float,
+    kind: int,
+    v_star: Floats = V_STAR_GRID,
+    stretch: float = 1.0,
 ) -> Floats:
     """Transfer ratio T_i = V_i/(V_i + V_j) over V*, shape of `v_star`.
 
     `kind` 0: `size_j` is the other sphere's radius; 1: a large wall (`size_j` is not used); 2: a wire of radius `size_j`.
-    V* = V/r³ with r the harmonic mean of the radii, for walls r_i.
+    V* = V/r³ with r the harmonic mean of the radii, for walls r_i. `stretch`: separation over the rupture distance at walls.
 
     A solution has half-filling angles below 90°, a neck of positive radius, both parts ≥ 0 and a convex meridian; a dense scan
     of α_i (radii 1:1 to 5:1, angles 0 to 85°, V* 1e-5 to 0.5) found no cell with two. Where there is none: V* = 0 takes the
@@ -147,7 +153,7 @@ def transfer_table(
         return _ordered(radius_i, size_j, theta_i, theta_j, v_star)
     radius_j = radius_i if kind == LARGE_WALL else size_j
     pair = Pair(radius_i, radius_j, theta_i, theta_j, 0.0)
-    return _march(pair, v_star, radius_i, math.inf)
+    return _march(pair, v_star, radius_i, math.inf, stretch)
 
 
 def _ordered(radius_i: float, radius_j: float, theta_i: float, theta_j: float, v_star: Floats) -> Floats:
@@ -157,16 +163,16 @@ def _ordered(radius_i: float, radius_j: float, theta_i: float, theta_j: float, v
     if (radius_i, theta_i) < (radius_j, theta_j):
         return 1.0 - _ordered(radius_j, radius_i, theta_j, theta_i, v_star)
     pair = Pair(radius_i, radius_j, theta_i, theta_j, 1.0)
-    return _march(pair, v_star, effective_radius(radius_i, radius_j), radius_j)
+    return _march(pair, v_star, effective_radius(radius_i, radius_j), radius_j, 1.0)
 
 
-def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float) -> Floats:
+def _march(pair: Pair, v_star: Floats, r: float, rupture_radius_j: float, stretch: float) -> Floats:
     """Follow the solution from small to large V*, each from its neighbour."""
     ratios: list[float] = []
     last: Bridge | None = None
     for reduced in v_star:
         volume = max(float(reduced), SMALLEST) * r**3
-        gap = willett_unequal.python(volume, pair.radius_i, rupture_radius_j, pair.theta_i, pair.theta_j)
+        gap = stretch * willett_unequal.python(volume, pair.radius_i, rupture_radius_j, pair.theta_i, pair.theta_j)
         bridge = solve(pair, volume, gap, (last.alpha_i, last.alpha_j)) if last else None
         bridge = bridge or _first(pair, volume, gap)
         if bridge is not None:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, arguments, border
 from pywet.files import atomic_write
 from pywet.report import caption, sketch, standing, vtk
 from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
@@ -229,4 +229,5 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
 
 if __name__ == "__main__":
     with border():
-        draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))
+        run_dir, out, step = arguments(RUN_DIR=Path, OUT=Path, STEP=int)
+        draw(RunDir(run_dir), step, out)

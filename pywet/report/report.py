@@ -182,7 +182,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
 def scale_statement(config: Config, name: str) -> list[str]:
     """In sentences, how the scale departs from the paper's experiment."""
     scale = config.scale(name)
-    factor, width = scale.stiffness_factor.value, scale.width_mm.value
+    factor, width = scale.stiffness_factor.value, scale.asked_width_mm
     sieve = "round sieve" if scale.shape == "cylinder" else "square sieve, its side rounded to whole screen pitches"
     whole = config.materials.feed.sieve_diameter_mm.value
     found = [

@@ -46,8 +46,8 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     vibration = vibration_of(config, case)
     settings = config.settings
     chosen = replace(
-        plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws),
-        amounts=amounts.amounts_of(case, config.materials, scale),
+        plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws_as_read),
+        amounts=amounts.amounts_of(config, case, scale),
     )
     if chosen.effects.bridges:
         refuse_unwetted(config, case, walls=chosen.effects.wall_films)
@@ -145,6 +145,7 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
         viscous_integration=config.settings.time_step.viscous_integration,
         bridges_every=config.settings.time_step.bridges_every if made.plan.effects.bridges else 1,
         contacts=config.settings.contacts,
+        wall_film=config.settings.readings.wall_film,
         box_low_m=apparatus.box_low,
         box_high_m=apparatus.box_high,
         spheres_file=Path("spheres.parquet"),
@@ -159,11 +160,11 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
 
 def sphere_classes(config: Config, case: Case, scale: Scale) -> tuple[SphereClass, ...]:
     """The classes small, near_mesh, large (types 1, 2, 3) with their counts."""
-    counts = [a.count for a in amounts.amounts_of(case, config.materials, scale)]
+    counts = [a.count for a in amounts.amounts_of(config, case, scale)]
     angle = config.materials.sphere(case.material).contact_angle_deg.value
     classes = []
     for kind, (name, diameter, count) in enumerate(zip(CLASS_NAMES, case.diameters_mm, counts, strict=True), start=1):
-        size = config.materials.size(case.material, diameter)
+        size = config.size(case.material, diameter)
         classes.append(
             SphereClass(
                 name=name,
@@ -207,7 +208,7 @@ def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> L
     if case.liquid_percent == 0:
         return None
     data = config.materials.liquid_named(case.liquid)
-    volume = amounts.liquid_volume(classes, case.liquid_percent, data.density_kg_per_m3.value)
+    volume = amounts.liquid_volume(classes, config.liquid_percent(case.case), data.density_kg_per_m3.value)
     return Liquid(
         surface_tension_N_per_m=data.surface_tension_N_per_m.value,
         viscosity_Pa_s=data.viscosity_Pa_s.value,
@@ -220,7 +221,8 @@ def vibration_of(config: Config, case: Case) -> Vibration:
     motion, stroke = config.materials.motion, config.materials.stroke(case.set_amplitude_mm)
     x, y, z = stroke.x_amplitude_mm.value, stroke.y_amplitude_mm.value, stroke.z_amplitude_mm.value
     u, v, w = (math.radians(p.value) for p in (motion.x_phase_deg, motion.y_phase_deg, motion.z_phase_deg))
-    amplitude = (1e-3 * x, 1e-3 * y, 1e-3 * z)
+    share = config.settings.readings.stroke_share
+    amplitude = (share * 1e-3 * x, share * 1e-3 * y, share * 1e-3 * z)
     return Vibration(amplitude_m=amplitude, phase_rad=(u, v, w), frequency_Hz=motion.frequency_Hz.value)
 
 
@@ -246,4 +248,8 @@ def mesh_of(config: Config, scale: Scale, surface: Surface) -> WallMesh:
     """The scene's description of a surface, with the contact angle of what its holder is made of."""
     material = config.materials.walls[getattr(config.materials.wall_materials, surface.holder).material]
     angle = math.radians(material.contact_angle_deg.value)
-    return wall_mesh(surface, angle, prisms=surface.holder == "wires" and scale.wires == "prism")
+    if surface.holder != "wires":
+        return wall_mesh(surface, angle)
+    mesh, read = wall_mesh(surface, angle, prisms=scale.wires == "prism"), config.settings.readings.small_half_width
+    widths = tuple(None if w is None else read(w, scale.wire_sides.value) for w in mesh.part_half_width_m)
+    return mesh.model_copy(update={"part_half_width_m": widths})

@@ -14,6 +14,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
 from reference_impl.replay import laws, retired
 from reference_impl.replay.arrays import Floats
+from reference_impl.replay.bodies import Bodies, bodies
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import at_step
 from reference_impl.replay.lives import FORMATION, RETIREMENT, RUPTURE
@@ -25,13 +26,13 @@ TWICE = "an event is in the log twice"
 Pair = tuple[Floats, Floats]
 
 
-def sides(table: pd.DataFrame, moves: Pair) -> pd.DataFrame:
-    """Two rows an event, first all of i, then all of j: holder (a triangle t counts as -1 - t), films, liquid moved.
+def sides(table: pd.DataFrame, moves: Pair, fixed: Bodies) -> pd.DataFrame:
+    """Two rows an event, first all of i, then all of j: holder (film t of a wall counts as -1 - t), films, liquid moved.
 
     Events of one `phase` draw on the same films: bridges that end by retirement come after all others of their step.
     """
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
-    j = np.where(wall, -1 - table["triangle"].to_numpy(), table["j"].to_numpy())
+    j = np.where(wall, -1 - fixed.film_of[table["triangle"].to_numpy()], table["j"].to_numpy())
     columns = {
         "holder": np.concatenate([table["i"].to_numpy(), j]).astype(np.int64),
         "step": np.tile(table["step"].to_numpy(), 2),
@@ -83,7 +84,8 @@ def broken_lives(run: Run) -> dict[str, pd.DataFrame]:
 def of_lives(run: Run, holder: pd.Series, logged: Floats) -> Iterator[Suspect]:
     """Films of those whose bridges have a broken life are wrong for the same reason."""
     for fault, found in broken_lives(run).items():
-        touched = {*found["i"], *found.loc[~found["wall"], "j"], *(-1 - found.loc[found["wall"], "triangle"])}
+        of_walls = bodies(run).film_of[found.loc[found["wall"], "triangle"]]
+        touched = {*found["i"], *found.loc[~found["wall"], "j"], *(-1 - of_walls)}
         yield Suspect(fault, np.where(holder.isin(touched), logged, np.nan))
 
 
@@ -154,13 +156,13 @@ def booked(run: Run, own: Pair) -> Link:
     share_i, share_j = (events[f"share_{s}"].to_numpy(float) for s in "ij")
 
     def after(i: Floats, j: Floats) -> Floats:
-        both = sides(events, (i, j))
+        both = sides(events, (i, j), bodies(run))
         moved = both.groupby(["holder", "phase"])["move"].transform("sum").to_numpy()
         return np.asarray(both["before"].to_numpy() + moved)
 
     sign = np.where(formation, -1.0, 1.0)
     i, j, back = sign * share_i, sign * share_j, ~formation
-    both = sides(events, (i, j))
+    both = sides(events, (i, j), bodies(run))
     logged, n = both["after"].to_numpy(float), len(events)
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
@@ -189,16 +191,17 @@ def snapshots(run: Run, both: pd.DataFrame) -> Iterator[Link]:
     ends = both.sort_values("phase", kind="stable").drop_duplicates(["holder", "step"], keep="last")
     first = dict(zip(run.table("spheres")["id"], run.table("spheres")["film"], strict=True))
     tables = {"snapshot_films": run.table("films"), "snapshot_wall_films": run.table("wall_films")}
-    tables["retired_film"] = _retired(run)
+    tables["retired_film"], fixed = _retired(run), bodies(run)
     for name, table in tables.items():
         turn = 1 if "id" in table else -1
         rows = table.assign(holder=table["id" if turn > 0 else "triangle"])
-        rows["holder"] = (rows["holder"] if turn > 0 else -1 - rows["holder"]).astype(np.int64)
+        rows["part"] = 1.0 if turn > 0 else fixed.share_of(rows["holder"])
+        rows["holder"] = (rows["holder"] if turn > 0 else -1 - fixed.film_of[rows["holder"]]).astype(np.int64)
         rows = rows.sort_values("step", kind="stable").reset_index(drop=True)
         if not len(rows):
             continue
         found = pd.merge_asof(rows, ends[["holder", "step", "after"]], on="step", by="holder")
-        own = found["after"].fillna(rows["holder"].map(first).fillna(0.0)).to_numpy(float)
+        own = found["after"].fillna(rows["holder"].map(first).fillna(0.0)).to_numpy(float) * rows["part"].to_numpy()
         logged = rows["film"].to_numpy(float)
 
         def suspects(
@@ -221,7 +224,7 @@ def by_events(run: Run, steps: Floats) -> Floats:
     """Liquid that the events alone have brought up to some steps: changes of the films, and of the bridges' volumes."""
     events = run.table("events")
     events = events[events["step"] > run.since]
-    both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
+    both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
     films = both.drop_duplicates(["holder", "phase"])
     sign = np.where(events["kind"].to_numpy() == FORMATION, 1.0, -1.0)
     at = np.concatenate([films["step"], events["step"]])
@@ -260,7 +263,7 @@ def links(run: Run, own: Pair) -> Iterator[Link]:
     """All of these but the lives; `own`: the shares of each event as they should be."""
     events = run.table("events")
     if len(events):
-        both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)))
+        both = sides(events, (events["share_i"].to_numpy(float), events["share_j"].to_numpy(float)), bodies(run))
         yield kept(run, own)
         if "drops" not in run.tables:  # these change films between the events
             yield carried(run, both)

@@ -13,7 +13,7 @@ from reference_impl.diagnosis import diagnosis
 from reference_impl.diagnosis import liquid as links_liquid
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.diagnosis.suspects import factor
-from reference_impl.replay import transfer
+from reference_impl.replay import coverage, transfer
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.io import Run
 
@@ -42,11 +42,13 @@ def _links(run: Run, other: Run, tables: transfer.Tables, failed: list[str]) -> 
 
 def _table(run: Run) -> Link:
     """The table of transfer ratios against the own solution."""
-    where, logged, own, tolerance = transfer.solved_nodes(run)
+    (where, logged, own, tolerance), used = transfer.solved_nodes(run), coverage.law(run, "transfer")
 
     def suspects(rows: Floats) -> Iterator[Suspect]:
         yield Suspect("the transfer ratio is swapped (i gets what j should)", 1.0 - own)
         yield Suspect("the liquid is shared half and half", np.full(len(own), 0.5))
+        for law in transfer.WALL_STRETCH.keys() - {used}:
+            yield Suspect(f"the law is {law}, not {used}", transfer.of_law(run, where, law))
         yield from factor(logged, own, rows)
 
     kinds = {"between spheres": 0, "at large walls": 1, "at wires": 2}

@@ -11,7 +11,7 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.motion import impulses, nearest
 from reference_impl.replay import formations, laws
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.bodies import bodies, pairs
+from reference_impl.replay.bodies import Bodies, bodies, film_areas, pairs
 from reference_impl.replay.io import Run
 from reference_impl.replay.lives import FORMATION, Lives, keys, none
 
@@ -67,19 +67,19 @@ def _grown(run: Run, held: formations.Held, gap: Floats, way: Floats) -> Floats:
     p = pairs(table, fixed)
     thinner = []
     for side, radius in (("i", p.ri), ("j", p.rj)):
-        number = np.where(p.wall & (side == "j"), -1 - table["triangle"], table[side])
-        before = _before_last(table, number)
+        number = np.where(p.wall & (side == "j"), -1 - fixed.film_of[table["triangle"]], table[side])
+        before = _before_last(table, number, fixed)
         film = np.where(np.isfinite(before), before, table[f"film_{side}_before"].to_numpy(float))
-        area = fixed.area[np.where(p.wall, table["triangle"], -1)]
+        area = film_areas(table, p, fixed)
         layer = formations.thickness(np.maximum(film, 0.0), radius)
         thinner.append(np.where(p.wall & (side == "j"), film / area, layer))
     return np.asarray(thinner[0] + thinner[1] - gap - way <= 0.0)
 
 
-def _before_last(table: pd.DataFrame, number: Floats) -> Floats:
+def _before_last(table: pd.DataFrame, number: Floats, fixed: Bodies) -> Floats:
     """What each side had before the event that last changed it; NaN where none did."""
     wall = table["partner_kind"].to_numpy() != laws.SPHERE
-    j = np.where(wall, -1 - table["triangle"], table["j"])
+    j = np.where(wall, -1 - fixed.film_of[table["triangle"]], table["j"])
     both = pd.DataFrame({
         "holder": np.concatenate([table["i"], j]), "step": np.tile(table["step"], 2),
         "film": np.concatenate([table["film_i_before"], table["film_j_before"]]),

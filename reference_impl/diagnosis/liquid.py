@@ -19,7 +19,7 @@ from reference_impl.diagnosis.suspects import Formula, factor, formulas
 from reference_impl.motion import impulses
 from reference_impl.replay import coverage, laws
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.bodies import bodies, of_bridges, pairs
+from reference_impl.replay.bodies import FILMS, Bodies, bodies, film_areas, films, of_bridges, pairs
 from reference_impl.replay.forces import Contacts
 from reference_impl.replay.io import Run
 from reference_impl.replay.liquid import late_ruptures
@@ -29,7 +29,7 @@ from reference_impl.replay.transfer import Tables
 
 @dataclass(frozen=True)
 class Events:
-    """The event log as arrays; at a wall `width` is its half width and `area` that of the triangle."""
+    """The event log as arrays; at a wall `width` is its half width and `area` that of its film."""
 
     table: pd.DataFrame
     pair: Contacts
@@ -39,6 +39,9 @@ class Events:
     area: Floats
     film_i: Floats
     film_j: Floats
+    fixed: Bodies
+    other_areas: dict[str, Floats]
+    """Of the films that a wall would have if these were other parts of it."""
 
     def column(self, name: str) -> Floats:
         """A logged column."""
@@ -66,9 +69,13 @@ def events(run: Run) -> Events:
         table, p.wall, p.ri, p.rj, p.ti, p.tj, table["volume"].to_numpy(float), none, table["separation"].to_numpy(float),
         speed=table["speed"].to_numpy(float), vn=zero, sideways=none, spin=none,
     )  # fmt: skip
-    area = np.where(p.wall, fixed.area[np.where(p.wall, table["triangle"], -1)], 1.0)
-    before = (table[f"film_{side}_before"].to_numpy(float) for side in "ij")
-    return Events(table, pair, table["kind"].to_numpy() == FORMATION, p.kind, p.width, area, *before)
+    area = np.where(p.wall, film_areas(table, p, fixed), 1.0)
+    film_i, film_j = (table[f"film_{side}_before"].to_numpy(float) for side in "ij")
+    other = {of: films(run.tables["triangles"], of)[1] for of in FILMS} if "triangles" in run.tables else {}
+    areas = {of: np.where(p.wall, size[np.where(p.wall, table["triangle"], -1)], 1.0) for of, size in other.items()}
+    return Events(
+        table, pair, table["kind"].to_numpy() == FORMATION, p.kind, p.width, area, film_i, film_j, fixed, areas
+    )
 
 
 def static(run: Run, e: Events, drawn_volume: Floats) -> Link | None:
@@ -146,16 +153,19 @@ def asked(e: Events, **other: Floats) -> tuple[Floats, Floats]:
     """What each event asks of both sides, with some inputs exchanged."""
     kind, ri, rj = other.get("kind", e.kind), other.get("ri", e.pair.ri), other.get("rj", e.pair.rj)
     film_i, film_j, width = other.get("film_i", e.film_i), other.get("film_j", e.film_j), e.width
+    area = other.get("area", e.area)
     with np.errstate(all="ignore"):
         ask_i = laws.drawn_from_sphere(kind, film_i, ri, rj, width)
         of_sphere = laws.drawn_from_sphere(kind, film_j, rj, ri, width)
-        ask_j = np.where(kind == laws.SPHERE, of_sphere, laws.drawn_from_wall(kind, film_j / e.area, ri, width))
+        ask_j = np.where(kind == laws.SPHERE, of_sphere, laws.drawn_from_wall(kind, film_j / area, ri, width))
         return ask_i, np.asarray(ask_j)
 
 
 def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Each its share where more is asked of a film in a step than it holds."""
-    both = links_chain.sides(e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)))
+    both = links_chain.sides(
+        e.table, (np.where(e.formation, asks[0], 0.0), np.where(e.formation, asks[1], 0.0)), e.fixed
+    )
     want = both.groupby(["holder", "step"])["move"].transform("sum").to_numpy()
     with np.errstate(all="ignore"):
         part = np.where(want > both["before"], both["before"] / want, 1.0)
@@ -165,7 +175,7 @@ def granted(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
 
 def one_after_another(e: Events, asks: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Draws of one step in the order of the log, each from what those before it have left."""
-    both = links_chain.sides(e.table, (e.column("share_i"), e.column("share_j")))
+    both = links_chain.sides(e.table, (e.column("share_i"), e.column("share_j")), e.fixed)
     both["move"] = np.where(np.tile(e.formation, 2), both["move"], 0.0)
     taken = both.sort_values("row", kind="stable").groupby(["holder", "step"])["move"].cumsum().sort_index()
     left = both["before"].to_numpy() - (taken - both["move"]).to_numpy()
@@ -188,6 +198,11 @@ def draws(e: Events) -> Iterator[Link]:
         "a wire is treated as a large wall": granted(e, asked(e, kind=np.minimum(e.kind, laws.LARGE_WALL))),
         "a large wall is treated as a wire": granted(e, asked(e, kind=np.where(e.pair.wall, laws.SMALL_WALL, e.kind))),
         "spheres are treated as equal": (granted(e, asked(e, rj=ri))[0], granted(e, asked(e, ri=like_j))[1]),
+        **{
+            f"a wall's film is spread over the {of}": granted(e, asked(e, area=area))
+            for of, area in e.other_areas.items()
+            if not np.array_equal(area, e.area)
+        },
         "the film of the other side is drawn on": granted(e, asked(e, film_i=e.film_j, film_j=e.film_i)),
         "the volume is drawn twice": (2.0 * own[0], 2.0 * own[1]),
         "half the film is drawn": (e.film_i / 2.0, e.film_j / 2.0),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reference_impl.replay import laws
+from reference_impl.replay import io, laws
 from reference_impl.replay.arrays import Floats, Table
 from reference_impl.replay.io import ReplayError, Run, where
 
@@ -24,6 +24,10 @@ class Bodies:
     film: Floats
     """At the start, of spheres."""
     area: Floats
+    film_of: Floats
+    """Of triangles: the first one of those over which liquid is spread together, by whose number their film is held."""
+    film_area: Floats
+    """Of triangles: of all of these together."""
     half_width: Floats
     wall_angle: Floats
     group: Floats
@@ -32,6 +36,10 @@ class Bodies:
     def walls_from(self) -> int:
         """Holders of liquid are numbered: spheres first, triangles from here."""
         return len(self.radius)
+
+    def share_of(self, triangle: Any) -> Floats:
+        """Of a film's liquid the part that is on one of its triangles."""
+        return np.asarray(self.area[triangle] / self.film_area[triangle])
 
     def liquid(self) -> Floats:
         """What every holder has at the start."""
@@ -69,23 +77,37 @@ def bodies(run: Run) -> Bodies:
     if "bodies" not in run.known:
         spheres = run.table("spheres")
         no_walls = pd.DataFrame(
-            {k: np.zeros(0) for k in ("triangle", "area", "part", "half_width", "contact_angle", "part_class")}
+            {k: np.zeros(0) for k in ("triangle", "area", "part", "mesh", "half_width", "contact_angle", "part_class")}
         )
         triangles, parts = run.tables.get("triangles", no_walls), run.tables.get("parts", no_walls)
         angle = {t["type"]: t["contact_angle"] for t in run.meta["types"]}
         number, part = spheres["id"], parts["part"]
+        film_of, film_area = films(triangles, io.scene(run.folder).get("wall_film", "triangle"))
         run.known["bodies"] = Bodies(
             radius=_by_number(number, spheres["radius"].astype(float)),
             type_of=_by_number(number, spheres["type"], -1),
             angle=_by_number(number, spheres["type"].map(angle).astype(float)),
             film=_by_number(number, spheres["film"].astype(float)),
             area=_by_number(triangles["triangle"], triangles["area"].astype(float)),
+            film_of=film_of,
+            film_area=film_area,
             half_width=_by_number(part, parts["half_width"].fillna(np.inf).astype(float)),
             wall_angle=_by_number(part, parts["contact_angle"].astype(float)),
             group=_by_number(part, parts["part_class"], -1),
         )  # fmt: skip
     found: Bodies = run.known["bodies"]
     return found
+
+
+FILMS = {"triangle": "triangle", "part": "part", "wall": "mesh"}
+"""What has a film of one thickness -> the column of the triangles that tells them apart."""
+
+
+def films(triangles: pd.DataFrame, of: str) -> tuple[Floats, Floats]:
+    """By triangle: the first one of those that have a film together, and their area."""
+    groups = triangles.groupby(triangles[FILMS[of]].to_numpy())
+    first = _by_number(triangles["triangle"], groups["triangle"].transform("min"), -1)
+    return first, _by_number(triangles["triangle"], groups["area"].transform("sum").astype(float))
 
 
 def pairs(table: Table, fixed: Bodies) -> Pairs:
@@ -116,7 +138,17 @@ def of_bridges(rows: pd.DataFrame, volume: Floats, run: Run) -> tuple[Floats, Fl
 
 def holders(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> tuple[Floats, Floats]:
     """Whose films an event draws on or gives to: numbers of holders of i's and of j's side."""
-    return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + table["triangle"].to_numpy(), p.sphere_j)
+    return p.i.astype(np.int64), np.where(p.wall, fixed.walls_from + fixed.film_of[_triangles(table, p)], p.sphere_j)
+
+
+def _triangles(table: pd.DataFrame, p: Pairs) -> Floats:
+    """Of bridges at walls; of others the place that no triangle has."""
+    return np.where(p.wall, table["triangle"].to_numpy(), -1)
+
+
+def film_areas(table: pd.DataFrame, p: Pairs, fixed: Bodies) -> Floats:
+    """Area of the wall's film that a bridge draws on; NaN between spheres."""
+    return np.asarray(fixed.film_area[_triangles(table, p)])
 
 
 def within(path: Path, numbers: Floats, there: Floats, what: str, rows: Floats | bool = True) -> None:

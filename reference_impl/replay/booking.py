@@ -15,7 +15,7 @@ import pandas as pd
 from reference_impl.compiled import compiled
 from reference_impl.replay import laws
 from reference_impl.replay.arrays import Floats
-from reference_impl.replay.bodies import Bodies, Pairs, holders, shapes
+from reference_impl.replay.bodies import Bodies, Pairs, film_areas, holders, shapes
 from reference_impl.replay.drops import Falling
 from reference_impl.replay.lives import RETIREMENT, Lives
 from reference_impl.replay.transfer import Tables
@@ -82,7 +82,7 @@ def asks(table: pd.DataFrame, p: Pairs, fixed: Bodies, logged: bool) -> tuple[As
     j = of_spheres(holder_j, p, given[1], p.rj, p.ri)
     # from a wall (E 10, 13)
     part = np.where(p.kind == laws.SMALL_WALL, 2.0 * p.ri * p.width, np.pi / 4.0 * p.ri**2)
-    area = fixed.area[np.where(p.wall, table["triangle"].to_numpy(), -1)]
+    area = film_areas(table, p, fixed)
     j = j._replace(wall=p.wall, factor=np.where(p.wall, part, j.factor), divisor=np.where(p.wall, area, j.divisor))
     return of_spheres(holder_i, p, given[0], p.ri, p.rj), j
 

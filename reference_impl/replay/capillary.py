@@ -72,6 +72,22 @@ def rabinovich_as_printed(
     return neck + _line(r, (ti + tj) / 2.0, phi, ti, tj, sigma)
 
 
+def rabinovich_spheres_as_printed(
+    s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
+) -> Floats:
+    """(E 14) as printed, (E 15) mended."""
+    given = (s, v, ri, rj, wall, ti, tj, sigma)
+    return np.where(wall, rabinovich(*given), rabinovich_as_printed(*given))
+
+
+def rabinovich_walls_as_printed(
+    s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float
+) -> Floats:
+    """(E 14) mended, (E 15, 18) as printed."""
+    given = (s, v, ri, rj, wall, ti, tj, sigma)
+    return np.where(wall, rabinovich_as_printed(*given), rabinovich(*given))
+
+
 def lambert(s: Floats, v: Floats, ri: Floats, rj: Floats, wall: Flags, ti: Floats, tj: Floats, sigma: float) -> Floats:
     """First term of (E 14) alone."""
     r, gap = limit_radius(ri, rj, wall), np.maximum(s, 0.0)
@@ -180,6 +196,8 @@ LAWS: dict[str, Law] = {
         rabinovich,
         rabinovich_small_gap,
         rabinovich_as_printed,
+        rabinovich_spheres_as_printed,
+        rabinovich_walls_as_printed,
         lambert,
         willett,
         willett_simple,

@@ -17,10 +17,12 @@ CLOSED: dict[str, set[str]] = {
     "rupture": set(laws.RUPTURE),
     "dynamic_rupture": {"pitois"},
     "formation": {"shi_mccarthy"},
-    "transfer": {"parabola", "half"},
+    "transfer": {"parabola", "parabola_walls_at_fifth", "parabola_walls_at_tenth", "half"},
     "shedding": {"tate"},
 }
 """Names of the laws in closed form, by effect (for the transfer ratio: the parabola, solved at nodes of the table)."""
+UNNAMED = {"formation": "shi_mccarthy", "transfer": "parabola"}
+"""What histories that name no such law used."""
 SOLVED = {"capillary", "rupture", "transfer"}
 """Effects that have an exact law too."""
 WITHOUT = {
@@ -44,9 +46,8 @@ SAMPLED = {
 def law(run: Run, effect: str) -> str | None:
     """Name of the law of an effect, None where the effect is off."""
     name = run.meta["effects"].get(effect)
-    # histories that name no formation and transfer used the only ones there were
-    if name is None and effect in ("formation", "transfer") and effect not in run.meta["effects"]:
-        return str(next(iter(CLOSED[effect])))
+    if name is None and effect in UNNAMED and effect not in run.meta["effects"]:
+        return UNNAMED[effect]
     return None if name is None else str(name)
 
 

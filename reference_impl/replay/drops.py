@@ -165,7 +165,7 @@ class Falling:
         if d.partner_kind == NOTHING:
             self.left += volume
             return self.left - volume
-        j = d.j if d.partner_kind == laws.SPHERE else self._fixed.walls_from + d.j
+        j = d.j if d.partner_kind == laws.SPHERE else self._fixed.walls_from + int(self._fixed.film_of[d.j])
         before = float(held[j])
         held[j] += volume
         return before

@@ -20,7 +20,7 @@ from reference_impl.motion.touching import near_pairs
 from reference_impl.motion.window import slide_steps, way_of
 from reference_impl.replay import io, laws, retired
 from reference_impl.replay.arrays import Floats, size
-from reference_impl.replay.bodies import bodies, holders, pairs
+from reference_impl.replay.bodies import bodies, film_areas, holders, pairs
 from reference_impl.replay.compare import Quantity, compare
 from reference_impl.replay.io import Run, where
 from reference_impl.replay.lives import FORMATION, Lives, keys
@@ -79,7 +79,7 @@ def films_at_events(run: Run) -> tuple[Floats, Floats, Floats, Floats]:
     """Thicknesses of both films before each event, the separation, and the radius of i."""
     fixed, events = bodies(run), run.table("events")
     p = pairs(events, fixed)
-    area = np.where(p.wall, fixed.area[np.where(p.wall, events["triangle"], -1)], 1.0)
+    area = np.where(p.wall, film_areas(events, p, fixed), 1.0)
     i, j = (np.maximum(events[f"film_{s}_before"].to_numpy(float), 0.0) for s in "ij")
     layer_j = np.where(p.wall, j / area, thickness(j, p.rj))
     return thickness(i, p.ri), layer_j, events["separation"].to_numpy(float), p.ri
@@ -127,7 +127,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
 
 def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that has a corner in common with
-    the event's: at the edge between them both have one closest point, where a sphere has one bridge."""
+    the event's or runs through its triangle: where both have one closest point, a sphere has one bridge."""
     parts, fixed = nearest.parts(run), bodies(run)
     corners, part, own = parts.setup.corners, parts.setup.part, int(event["j"])
     same_wall = (parts.wall[part] == parts.wall[own]) & (part != own)
@@ -136,7 +136,11 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     if not len(others):
         return False
     near = np.reshape(cKDTree(points).query(others)[0], (-1, 3)).min(axis=1) < CORNER
-    beside = np.unique(part[same_wall][near])
+    triangle, boxes = corners[int(event["triangle"])], corners[same_wall]
+    through = (boxes.min(axis=1) <= triangle.max(axis=0) + CORNER) & (
+        boxes.max(axis=1) >= triangle.min(axis=0) - CORNER
+    )
+    beside = np.unique(part[same_wall][near | through.all(axis=1)])
     kind = np.where(fixed.half_width[beside] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
     rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": beside})
     return bool((lives.at(keys(rows), np.full(len(beside), max(look, lives.start)), strictly=False) >= 0).any())
@@ -150,12 +154,12 @@ def _thinnest_beside(run: Run, held: Held, event: pd.Series, look: int) -> float
     apart = np.abs(corners[:, :, None] - corners[triangle][None, None]).max(axis=3)
     beside = np.flatnonzero((apart.min(axis=(1, 2)) < CORNER) & (part == part[triangle]))
     beside = beside[(beside == triangle) | _in_reach(run, event, beside)]
-    film = {n: max(float(held.film[fixed.walls_from + n]), 0.0) for n in beside}
-    before = events[
-        (events["step"] <= look) & (events["partner_kind"] != laws.SPHERE) & events["triangle"].isin(beside)
-    ]
-    film.update(dict(zip(before["triangle"], before["film_j_after"], strict=True)))
-    return min(film[n] / float(fixed.area[n]) for n in beside)
+    film = {n: max(float(held.film[fixed.walls_from + n]), 0.0) for n in fixed.film_of[beside]}
+    before = events[(events["step"] <= look) & (events["partner_kind"] != laws.SPHERE)]
+    before = before.assign(of=fixed.film_of[before["triangle"]])
+    before = before[before["of"].isin(list(film))]
+    film.update(dict(zip(before["of"], before["film_j_after"], strict=True)))
+    return min(film[fixed.film_of[n]] / float(fixed.film_area[n]) for n in beside)
 
 
 def _in_reach(run: Run, event: pd.Series, triangles: Floats) -> Floats:
@@ -197,11 +201,13 @@ def _anew(run: Run) -> Floats:
 def _changed(run: Run, held: Held, step: Floats) -> Floats:
     """The last step before each event in which the liquid on either side changed, -1 for none."""
     fixed, shed = bodies(run), run.shed
-    walls = np.where(shed["partner_kind"] == laws.SPHERE, 0, fixed.walls_from)
-    drops = shed["step"].to_numpy(np.int64)
-    holder = np.concatenate([*sides_of(run.table("events"), run), shed["i"], np.maximum(shed["j"], 0) + walls]).astype(
-        np.int64
+    landed = np.where(
+        shed["partner_kind"] == laws.SPHERE,
+        np.maximum(shed["j"], 0),
+        fixed.walls_from + np.maximum(fixed.film_of.take(shed["j"], mode="clip"), 0),
     )
+    drops = shed["step"].to_numpy(np.int64)
+    holder = np.concatenate([*sides_of(run.table("events"), run), shed["i"], landed]).astype(np.int64)
     change = np.concatenate([step, step, drops, drops])
     order = np.lexsort((change, holder))
     ordered, of = change[order], holder[order]
@@ -246,9 +252,10 @@ def touching(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     # drops come after the formations of their step
     moved = np.concatenate(
         [_place(events["step"], h) for h in sides_of(events, run)]
-        + [_place(shed["step"], np.maximum(shed[s], 0) + n * fixed.walls_from) for s in "ij" for n in (0, 1)]
+        + [_place(shed["step"], np.maximum(shed[s], 0)) for s in "ij"]
+        + [_place(shed["step"], fixed.walls_from + np.maximum(fixed.film_of.take(shed["j"], mode="clip"), 0))]
     )
-    sides = table["i"], np.where(wall, fixed.walls_from + table["triangle"], table["j"])
+    sides = table["i"], np.where(wall, fixed.walls_from + fixed.film_of[table["triangle"]], table["j"])
     busy = [np.isin(_place(step, side), moved) for side in sides]
     return table[~(busy[0] | busy[1])].reset_index(drop=True)
 
@@ -308,14 +315,16 @@ def _in_windows(run: Run, lives: Lives, held: Held) -> pd.DataFrame:
     """The same at the windows' steps at which bridges act, with films and bridges by the event log."""
     if len(run.shed) or not where(run.folder, "window_states").exists():  # drops change films between events
         return NONE.assign(missed=False)
-    places, events, from_here = run.table("window_states"), run.table("events"), bodies(run).walls_from
+    places, events, fixed = run.table("window_states"), run.table("events"), bodies(run)
+    from_here = fixed.walls_from
     frames = _frames(run, places[(places["step"] > 0) & (places["step"] % impulses.every(run) == 0)])
     film, done = held.film.copy(), 0
     for k, until in enumerate(np.searchsorted(events["step"].to_numpy(), frames.step, "right")):
         if until > done:
             keep_films(film, events.iloc[done:until], run)
         done = until
-        frames.film[k], frames.walls[k] = np.maximum(film[frames.ids], 0.0), np.maximum(film[from_here:], 0.0)
+        of_wall = np.maximum(film[from_here + fixed.film_of], 0.0) * fixed.share_of(np.arange(len(fixed.area)))
+        frames.film[k], frames.walls[k] = np.maximum(film[frames.ids], 0.0), of_wall
     table = _touching(run, frames)
     at = lives.at(keys(table), table["step"].to_numpy(np.int64), strictly=False)
 

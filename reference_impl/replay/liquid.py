@@ -96,12 +96,13 @@ def end(run: Run, held: Floats, lives: Lives) -> list[Quantity]:
     films, walls, standing = (at_step(run.table(name), last) for name in ("films", "wall_films", "bridges"))
     mean = total(run) / max(len(films), 1)
     found = []
-    for name, table, holder in (
-        ("spheres", films, films["id"].to_numpy()),
-        ("walls", walls, fixed.walls_from + walls["triangle"].to_numpy()),
+    triangle = walls["triangle"].to_numpy()
+    for name, table, holder, part in (
+        ("spheres", films, films["id"].to_numpy(), 1.0),
+        ("walls", walls, fixed.walls_from + fixed.film_of[triangle], fixed.share_of(triangle)),
     ):
         logged, size = table["film"].to_numpy(), np.full(len(table), mean)
-        found.append(compare(f"final_film_{name}", MEAN, logged, held[holder], size, table))
+        found.append(compare(f"final_film_{name}", MEAN, logged, held[holder] * part, size, table))
     here, mine = keys(standing), lives.standing(last)
     order = np.argsort(mine.key)
     place = order[np.minimum(np.searchsorted(mine.key[order], here), len(order) - 1)] if len(order) else 0 * here

@@ -30,7 +30,9 @@ def films_at_outputs(run: Run, outputs: Floats, shots: Floats) -> list[Quantity]
     fixed, found = bodies(run), []
     for name, number, first in (("films", "id", 0), ("wall_films", "triangle", fixed.walls_from)):
         table = run.table(name)
-        mine = shots[np.searchsorted(outputs, table["step"].to_numpy()), first + table[number].to_numpy()]
+        at = table[number].to_numpy()
+        of, part = (fixed.film_of[at], fixed.share_of(at)) if first else (at, 1.0)
+        mine = shots[np.searchsorted(outputs, table["step"].to_numpy()), first + of] * part
         size = np.full(len(table), float(run.table("spheres")["film"].mean()))
         logged = table["film"].to_numpy(float)
         found.append(compare(f"snapshot_{name}", "mean film of a sphere", logged, mine, size, table))

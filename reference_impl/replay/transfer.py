@@ -32,6 +32,10 @@ EXACT_NODES = 48
 """Nodes solved over all rows of the exact table, at least two of each row."""
 
 
+WALL_STRETCH = {"parabola": 1.0, "parabola_walls_at_fifth": 0.2, "parabola_walls_at_tenth": 0.1}
+"""Law -> separation over the rupture distance at which the parabola is solved at walls; between spheres it is 1."""
+
+
 class Tables:
     """Rows T_i(V*) of history/transfer.parquet, linear between nodes, constant beyond."""
 
@@ -140,13 +144,16 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
     return None
 
 
-def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats) -> Floats:
+def own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: Floats, law: str = "parabola") -> Floats:
     """T_i at increasing V*; NaN where the model has no solution."""
-    return np.array(_own_ratio(kind, ri, rj, ti, tj, tuple(v_star)))
+    stretch = 1.0 if kind == laws.SPHERE else WALL_STRETCH[law]
+    return np.array(_own_ratio(kind, ri, rj, ti, tj, tuple(v_star), stretch))
 
 
 @cache
-def _own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: tuple[float, ...]) -> list[float]:
+def _own_ratio(
+    kind: int, ri: float, rj: float, ti: float, tj: float, v_star: tuple[float, ...], stretch: float
+) -> list[float]:
     if kind == laws.SPHERE and (ri, ti) == (rj, tj):
         return [0.5] * len(v_star)
     size = 2.0 * rj / (ri + rj) if kind == laws.SPHERE else 1.0  # r_eff in units of r_i
@@ -158,7 +165,7 @@ def _own_ratio(kind: int, ri: float, rj: float, ti: float, tj: float, v_star: tu
     for v in v_star:
         volume = v * size**3
         one = np.ones(1)
-        gap = float(
+        gap = stretch * float(
             laws.willett_rupture(volume * one, one, rj / ri * one if not wall[0] else one, wall, ti * one, tj * one)[0]
         )
         start = solve(shape, gap, volume, start)
@@ -230,13 +237,22 @@ def solved_nodes(run: Run) -> tuple[pd.DataFrame, Floats, Floats, float]:
             mine = np.full(len(nodes), 0.5)
         else:
             at = np.unique(np.linspace(first, len(nodes) - 1, 40).astype(int))
-            mine = own_ratio(kind, ri, rj, ti, tj, nodes[at])
+            mine = own_ratio(kind, ri, rj, ti, tj, nodes[at], str(coverage.law(run, "transfer")))
         for n, v in zip(at, mine, strict=True):
             if solved or np.isfinite(v):
                 rows.append({"partner_kind": kind, "type_i": i, "other": other, "v_star": float(nodes[n])})
                 logged.append(values[n])
                 own.append(v)
     return pd.DataFrame(rows), np.array(logged), np.array(own), EXACT_TOLERANCE if solved else TABLE_TOLERANCE
+
+
+def of_law(run: Run, where: pd.DataFrame, law: str) -> Floats:
+    """T_i of some nodes, as `solved_nodes` names them, by another law; NaN where it has no solution."""
+    found, of = np.full(len(where), np.nan), bodies_of_rows(run)
+    for _, rows in where.groupby(["partner_kind", "type_i", "other"]):
+        kind, i, other = (int(rows[name].iloc[0]) for name in ("partner_kind", "type_i", "other"))
+        found[rows.index] = own_ratio(kind, *of[kind, i, other], rows["v_star"].to_numpy(float), law)
+    return found
 
 
 def check(run: Run) -> list[Quantity]:

@@ -37,6 +37,11 @@ def of_run(folder: Path) -> dict[str, Any] | None:
     return dict(found)
 
 
+def reading(config: Mapping[str, Any], key: str, default: str) -> str:
+    """How a place of the paper that is left open is read (docs/readings.md)."""
+    return str((config["settings"].get("readings") or {}).get(key, default))
+
+
 def number(group: Mapping[str, Any], key: str) -> float:
     """The value of an entry."""
     entry = group[key]
@@ -65,6 +70,8 @@ def screen(config: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def width_m(config: Mapping[str, Any]) -> float:
-    """Side or diameter of the sieve [m]; a square one has whole pitches."""
-    wished, pitch = 1e-3 * number(config["scale"], "width_mm"), pitch_m(config)
+    """Side or diameter of the sieve [m]; a square one has whole pitches, a round one without a width is the feed's."""
+    own = config["scale"].get("width_mm") is not None
+    wide = number(config["scale"], "width_mm") if own else number(config["materials"]["feed"], "sieve_diameter_mm")
+    wished, pitch = 1e-3 * wide, pitch_m(config)
     return wished if config["scale"]["shape"] == "cylinder" else max(1, round(wished / pitch)) * pitch

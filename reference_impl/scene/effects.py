@@ -17,6 +17,17 @@ PRESETS = {
     "exact": {**PAPER, "capillary": "young_laplace", "rupture": "young_laplace", "transfer": "young_laplace"},
 }
 """docs/laws.md: the laws of each preset."""
+PRINTED = {
+    ("mended", "mended"): "rabinovich",
+    ("as_printed", "mended"): "rabinovich_spheres_as_printed",
+    ("mended", "as_printed"): "rabinovich_walls_as_printed",
+    ("as_printed", "as_printed"): "rabinovich_as_printed",
+}
+"""docs/readings.md: capillary_spheres and capillary_walls -> law."""
+AT_WALLS = {
+    "at_rupture": "parabola", "at_fifth": "parabola_walls_at_fifth", "at_tenth": "parabola_walls_at_tenth",
+}  # fmt: skip
+"""The same: wall_transfer -> law."""
 SWITCHED = ("capillary", "viscous_normal", "viscous_tangential", "dynamic_rupture")
 NEEDED = ("rupture", "formation", "transfer")
 DRIPPING = "tate"
@@ -31,6 +42,7 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
         **preset,
         **{kind: law for kind, law in chosen.items() if kind not in ("preset", "reference") and law is not None},
     }
+    laws = as_read(laws, config["settings"].get("readings") or {})
     by_number = asked.get("decide", "preset") == "tolerance"
     moist = float(config["case"]["liquid_percent"]) > 0.0
     by_hand = {
@@ -58,6 +70,14 @@ def expected(config: Mapping[str, Any]) -> dict[str, Any]:
     found["liquid_weight"] = by_hand.get("liquid_weight", False)
     found["shedding"] = laws.get("shedding", DRIPPING) if by_hand.get("shedding") else None
     return {name: value for name, value in found.items() if value is not None or name not in _TRUTHS}
+
+
+def as_read(laws: Mapping[str, str], readings: Mapping[str, Any]) -> dict[str, str]:
+    """The laws where equations of the paper's are read in another way; other laws are what they are."""
+    capillary = PRINTED[readings.get("capillary_spheres", "mended"), readings.get("capillary_walls", "mended")]
+    transfer = AT_WALLS[readings.get("wall_transfer", "at_rupture")]
+    read = {"capillary": capillary, "transfer": transfer}
+    return {**laws, **{kind: law for kind, law in read.items() if laws[kind] == PAPER[kind]}}
 
 
 _TRUTHS = ("bridges", "rolling", "tangential_history", "gravity", "wall_films", "liquid_weight")

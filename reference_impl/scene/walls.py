@@ -152,7 +152,8 @@ def _parts(wall: Mapping[str, Any], corners: Floats, plan: Plan) -> list[Held]:
         found.append(Held("wires, parts that are one bar", len(pairs), len(given), "each wire is one part"))
     for k, width in enumerate(given):
         own = corners[part == k]
-        want = 0.5 * plan.wire if name == "wires" else stl.half_width(own, upright=name in ("slide", "impact_plate"))
+        upright = name in ("slide", "impact_plate")
+        want = plan.small_half_width if name == "wires" else stl.half_width(own, upright)
         found.append(
             Held(f"walls.{name}.part_half_width_m[{k}]", width, want, "half the shorter side of the part", room=ROOM)
         )

@@ -71,6 +71,14 @@ def rabinovich_as_printed(s, v, ri, rj, ti, tj, sigma):
     return first + 2 * pi * sigma * r * sin(t) * sin(t + phi)
 
 
+def rabinovich_spheres_as_printed(s, v, ri, rj, *rest):
+    return (rabinovich if isinf(rj) else rabinovich_as_printed)(s, v, ri, rj, *rest)
+
+
+def rabinovich_walls_as_printed(s, v, ri, rj, *rest):
+    return (rabinovich_as_printed if isinf(rj) else rabinovich)(s, v, ri, rj, *rest)
+
+
 def lambert(s, v, ri, rj, ti, tj, sigma):
     s, r = gap_of(s), harmonic(ri, rj)
     d = (-s + sqrt(s * s + 2 * v / (pi * r))) / 2
@@ -186,6 +194,13 @@ LAWS: list[tuple[str, str, str, Callable, list[str], str]] = [
         rabinovich_as_printed,
         CAPILLARY,
         "E 14-18 as printed",
+    ),
+    *(
+        ("capillary", law.__name__, law.__name__, law, CAPILLARY, source)
+        for law, source in (
+            (rabinovich_spheres_as_printed, "E 14 as printed, 15 mended"),
+            (rabinovich_walls_as_printed, "E 14 mended, 15 as printed"),
+        )
     ),
     ("capillary", "lambert", "lambert", lambert, CAPILLARY, "E 14 first term"),
     ("capillary", "willett", "willett", willett, CAPILLARY, "E 19 20 with Willett's coefficients"),

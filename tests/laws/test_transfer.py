@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from pywet.errors import PywetError
+from pywet.laws import registry
 from pywet.laws.rupture import willett_unequal
 from pywet.laws.transfer import V_STAR_GRID, Bridge, Pair, solve, transfer_table
 from pywet.schema import LARGE_WALL, SMALL_WALL, SPHERE
@@ -164,3 +165,19 @@ def test_interpolation_is_within_its_stated_error(theta: int, theta_wall: int) -
         table = transfer_table(5e-3, size_j, theta * DEG, angle * DEG, kind)
         exact = transfer_table(5e-3, size_j, theta * DEG, angle * DEG, kind, between)
         assert np.abs(np.interp(between, V_STAR_GRID, table) - exact).max() < 1.2e-3
+
+
+@pytest.mark.parametrize("law", ["parabola_walls_at_fifth", "parabola_walls_at_tenth"])
+def test_below_the_rupture_distance_walls_share_as_section_4_says(law: str) -> None:
+    """Figs. 7c, d: with V*, T_i rises where θ_i < θ_w and falls where θ_i > θ_w; at S_rup (35) to (43) give the opposite.
+    From V* = 0.1, as for smaller V* the system has the trend at S = 0 alone. Between spheres the law is the parabola."""
+    wide, low = math.radians(40.0), math.radians(10.0)
+    grid = np.array([0.1, 0.3, 0.5])
+    for ti, tw, sign in ((low, wide, 1.0), (wide, low, -1.0)):
+        turned, at_rupture = (
+            sign * np.diff(registry.transfer_model(name)(1.5e-3, math.inf, ti, tw, LARGE_WALL, grid))
+            for name in (law, "parabola")
+        )
+        assert turned.sum() > 0.015 and at_rupture.max() < 0.0
+    pair = (2e-3, 1e-3, wide, wide, SPHERE, grid)
+    assert np.array_equal(registry.transfer_model(law)(*pair), registry.transfer_model("parabola")(*pair))

@@ -24,7 +24,7 @@ from pywet.errors import EngineError, PywetError
 from pywet.laws import registry
 from pywet.laws.batch import batch
 from pywet.laws.kinds import KINDS
-from pywet.scene import Scene, WallMesh
+from pywet.scene import WALL_FILMS, Scene, WallMesh
 from pywet.schema import SPHERE
 
 SLOTS = {
@@ -81,6 +81,7 @@ class Plugin:
             self._set_transfer(tables)
         films = _doubles(spheres["film"] if moist else np.zeros(len(spheres)))
         groups = wall_groups(scene) if moist and scene.effects.wall_films else {}
+        self._library.pywet_set_wall_film(WALL_FILMS.index(scene.wall_film))
         for k, wall in enumerate(scene.walls):
             if groups or wall.prisms:
                 self._add_mesh(wall, nodes[wall.name], groups)

@@ -81,7 +81,7 @@ SEQUENTIAL = """std::unordered_map<int, double> taken, taken_wall;
     if (e.kind == FORMATION) {
       if (planted("draws one after another")) {
         double &i = taken[e.i], &j = e.partner_kind == SPHERE ? taken[e.j] : taken_wall[e.triangle];
-        const double held_j = e.partner_kind == SPHERE ? films_.of(e.j) : films_.wall[e.triangle];
+        const double held_j = e.partner_kind == SPHERE ? films_.of(e.j) : films_.at_wall(e.triangle);
         if (films_.of(e.i) > 0) e.share_i *= 1 - i / films_.of(e.i);
         if (held_j > 0) e.share_j *= 1 - j / held_j;
         i += e.share_i;

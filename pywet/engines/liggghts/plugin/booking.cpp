@@ -40,23 +40,23 @@ std::vector<Booking::AtWall> Booking::of_walls(const std::function<double(const 
   std::vector<AtWall> sums;
   if (!at_walls_) return sums;
   place_.resize(films_.wall.size(), -1);
-  const auto add = [&](int triangle, double volume) {
-    if (place_[triangle] < 0) {
-      place_[triangle] = int(sums.size());
-      sums.push_back(AtWall{triangle, 0.0});
+  const auto add = [&](int film, double volume) {
+    if (place_[film] < 0) {
+      place_[film] = int(sums.size());
+      sums.push_back(AtWall{film, 0.0});
     }
-    sums[place_[triangle]].volume += volume;
+    sums[place_[film]].volume += volume;
   };
   const auto taken = [&] {
-    for (const AtWall &sum : sums) place_[sum.triangle] = -1;
+    for (const AtWall &sum : sums) place_[sum.film] = -1;
     return std::move(sums);
   };
   for (const Event &e : events)
-    if (e.partner_kind != SPHERE && mine(e)) add(e.triangle, part(e));
+    if (e.partner_kind != SPHERE && mine(e)) add(world_.walls.film_of[e.triangle], part(e));
   if (world_.ranks.alone()) return taken();
   const std::vector<AtWall> all = world_.ranks.gathered(taken());
   sums.clear();
-  for (const AtWall &sum : all) add(int(sum.triangle), sum.volume);
+  for (const AtWall &sum : all) add(int(sum.film), sum.volume);
   return taken();
 }
 
@@ -76,11 +76,11 @@ void Booking::grant() {
   std::unordered_map<int, double> granted, granted_wall;  // from the films at the start of the step
   for (const auto &[id, volume] : asked) granted[id] = part_of(films_.of(id), volume);
   for (const AtWall &sum : of_walls([](const Event &e) { return e.kind == FORMATION ? e.share_j : 0.0; }))
-    granted_wall[int(sum.triangle)] = part_of(films_.wall[sum.triangle], sum.volume);
+    granted_wall[int(sum.film)] = part_of(films_.wall[sum.film], sum.volume);
   for (Event &e : events)
     if (e.kind == FORMATION) {
       e.share_i *= granted[e.i];
-      e.share_j *= e.partner_kind == SPHERE ? granted[e.j] : granted_wall[e.triangle];
+      e.share_j *= e.partner_kind == SPHERE ? granted[e.j] : granted_wall[world_.walls.film_of[e.triangle]];
       e.volume = e.share_i + e.share_j;
     }
 }
@@ -113,7 +113,7 @@ void Booking::book_ruptures() {
 }
 
 void Booking::book_all() {
-  auto other_film = [&](const Event &e) { return e.partner_kind == SPHERE ? films_.of(e.j) : films_.wall[e.triangle]; };
+  auto other_film = [&](const Event &e) { return e.partner_kind == SPHERE ? films_.of(e.j) : films_.at_wall(e.triangle); };
   for (Event &e : events) {
     e.film_i_before = films_.of(e.i);
     e.film_j_before = other_film(e);
@@ -127,7 +127,7 @@ void Booking::book_all() {
     films_.add(e.i, sign(e) * e.share_i);
     if (e.partner_kind == SPHERE) films_.add(e.j, sign(e) * e.share_j);
   }
-  for (const AtWall &sum : gained) films_.add_to_wall(int(sum.triangle), sum.volume);
+  for (const AtWall &sum : gained) films_.add_to_wall(int(sum.film), sum.volume);
   for (Event &e : events) {
     e.film_i_after = films_.of(e.i);
     e.film_j_after = other_film(e);

@@ -34,10 +34,10 @@ class Booking {
 
   bool mine(const Event &e) const;       // decided and written here
   struct AtWall {
-    int64_t triangle;
+    int64_t film;
     double volume;
   };
-  std::vector<int> place_;               // of a triangle in the sums that are made; -1: in none
+  std::vector<int> place_;               // of a wall's film in the sums that are made; -1: in none
   // A part of the events at walls, of all ranks together; every rank takes part.
   std::vector<AtWall> of_walls(const std::function<double(const Event &)> &part);
   void grant();                          // what formations draw

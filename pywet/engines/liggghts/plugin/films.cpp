@@ -38,7 +38,7 @@ void Films::mark() {
   thickness_then = thickness_;
   std::fill(part_thickness_.begin(), part_thickness_.end(), 0.0);
   for (size_t k = 0; k < wall.size(); k++)
-    if (wall[k] > 0) {
+    if (at_wall(int(k)) > 0) {
       double &widest = part_thickness_[world_.walls.part_of[k]];
       widest = std::max(widest, on_triangle(int(k)));
     }
@@ -74,10 +74,11 @@ void Films::look_at(int a) {
 }
 
 void Films::add_to_wall(int triangle, double more) {
-  const int part = world_.walls.part_of[triangle];
-  wall[triangle] += more;
-  part_thickness_[part] = std::max(part_thickness_[part], on_triangle(triangle));
-  wall_thicker = std::max(wall_thicker, part_thickness_[part] - part_thickness_then[part]);
+  wall[world_.walls.film_of[triangle]] += more;
+  for (int part : world_.walls.sharing(world_.walls.part_of[triangle])) {
+    part_thickness_[part] = std::max(part_thickness_[part], on_triangle(triangle));
+    wall_thicker = std::max(wall_thicker, part_thickness_[part] - part_thickness_then[part]);
+  }
 }
 
 double Films::thickest_part() const {

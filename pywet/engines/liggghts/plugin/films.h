@@ -1,5 +1,5 @@
-// Films: the liquid on spheres of this rank and their ghosts, and on wall triangles; how thick it is, how much it has grown since
-// pairs were last looked for. A wall triangle reaches through the domains of many ranks and has one film: all know all of these.
+// Films: the liquid on spheres of this rank and their ghosts, and on walls (their triangles, parts, or whole); how thick it is, how much it has grown since
+// pairs were last looked for. A wall reaches through the domains of many ranks and its films with it: all know all of these.
 #pragma once
 #include <vector>
 
@@ -17,7 +17,7 @@ struct Given {
 class Films {
  public:
   std::vector<Given> given;              // by sphere id, until `begin`
-  std::vector<double> wall;              // index: triangle [m3]
+  std::vector<double> wall;              // index: number of a film, see Walls [m3]
   double initial = 0;                    // what all spheres had together at the start
   double left = 0;                       // liquid that fell on nothing
   double retired = 0;                    // films of spheres that were taken out; known to all ranks
@@ -37,7 +37,8 @@ class Films {
   double reach(int a) const { return radius(a) + thickness_[a]; }
   double part_thickness(int part) const { return part_thickness_[part]; }  // the largest of its triangles', or more
   double thickest_part() const;
-  double on_triangle(int triangle) const { return wall[triangle] / world_.walls.area[triangle]; }
+  double at_wall(int triangle) const { return wall[world_.walls.film_of[triangle]]; }  // of the whole film there
+  double on_triangle(int triangle) const { return at_wall(triangle) / world_.walls.film_area[world_.walls.film_of[triangle]]; }
 
  private:
   const World &world_;

@@ -114,8 +114,8 @@ void Logs::snapshot() {
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++)
     if (!world_.spheres.is_retired(at.tag[a])) film_.write(Film{now, at.tag[a], 0, films_.volume(a)});
-  for (size_t k = 0; k < films_.wall.size() && world_.ranks.first(); k++)
-    if (films_.wall[k] > 0) wall_film_.write(Film{now, int32_t(k), 0, films_.wall[k]});
+  for (int k = 0; k < int(films_.wall.size()) && world_.ranks.first(); k++)
+    if (films_.at_wall(k) > 0) wall_film_.write(Film{now, k, 0, world_.walls.share_of(k) * films_.at_wall(k)});
   flush();
 }
 

@@ -241,7 +241,7 @@ void NearPairs::propose_walls(std::vector<Event> &events) {
       continue;
     }
     const Closest near = walls.closest(Vec(at.x[pair.a]), pair.site);
-    const double w = held(films_.wall[near.triangle]) / walls.area[near.triangle];
+    const double w = held(films_.at_wall(near.triangle)) / walls.film_area[walls.film_of[near.triangle]];
     if (near.distance >= films_.reach(pair.a) + w) {
       wall_rest_[c] = rest(pair, near.distance);
       continue;

@@ -126,6 +126,9 @@ EXPORT const char *pywet_add_mesh(const char *name, int n, const double *nodes, 
   });
 }
 
+// Over what liquid is spread on walls: 0 a triangle, 1 a part, 2 a mesh.
+EXPORT void pywet_set_wall_film(int of) { state->world.walls.film = pywet::WallFilm(of); }
+
 // A wire of the mesh added last; wall, triangle: its name in logs; section: n corners, see prisms.h.
 EXPORT void pywet_add_prism(int wall, int triangle, int axis, double low, double high, int n, const double *section) {
   state->wires.prisms.push_back(pywet::Prism(int(state->world.walls.meshes.size()) - 1, wall, triangle, axis, low, high, n, section));

@@ -112,7 +112,7 @@ void Shedding::fall(std::vector<double> &now, Drop &d) {
     d.film_j_before = films_.left;
     films_.left += d.volume;
   } else {
-    d.film_j_before = films_.wall[d.j];
+    d.film_j_before = films_.at_wall(d.j);
     films_.add_to_wall(d.j, d.volume);
   }
   film_i -= d.volume;

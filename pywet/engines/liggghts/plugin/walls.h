@@ -71,10 +71,16 @@ struct Closest {
   int triangle = -1;
 };
 
+// Over what the liquid of a wall is spread at once, so that it has one thickness there.
+enum WallFilm { OF_TRIANGLE = 0, OF_PART = 1, OF_WALL = 2 };
+
 class Walls {
  public:
   std::vector<Triangle> triangles;
   std::vector<double> area;
+  WallFilm film = OF_TRIANGLE;
+  std::vector<int> film_of;             // a film's number is that of its first triangle
+  std::vector<double> film_area;        // by that number
   std::vector<int> part_of;
   std::vector<Part> parts;
   std::vector<Mesh> meshes;
@@ -89,7 +95,19 @@ class Walls {
     for (size_t p = 0; p < parts.size(); p++) bound(int(p));
     for (size_t k = 0; k < triangles.size(); k++)
       area[k] = 0.5 * norm(cross(triangles[k].b - triangles[k].a, triangles[k].c - triangles[k].a));
+    join_films();
   }
+
+  // The parts that have a film in common with one of them.
+  std::vector<int> sharing(int part) const {
+    std::vector<int> all{part};
+    for (size_t p = 0; film == OF_WALL && p < parts.size(); p++)
+      if (int(p) != part && parts[p].mesh == parts[part].mesh) all.push_back(int(p));
+    return all;
+  }
+
+  // Of a film's liquid the part that is on one of its triangles.
+  double share_of(int triangle) const { return area[triangle] / film_area[film_of[triangle]]; }
 
   Site site_at(int part) const { return Site(part, parts[part].mesh); }
 
@@ -147,6 +165,17 @@ class Walls {
     site.reference = y;
     site.distance_then = least;
     site.second = site.others.empty() ? std::numeric_limits<double>::infinity() : site.others[0].near.distance;
+  }
+
+  void join_films() {
+    film_of.resize(triangles.size());
+    film_area.assign(triangles.size(), 0.0);
+    for (size_t k = 0; k < triangles.size(); k++) film_of[k] = int(k);
+    if (film != OF_TRIANGLE)
+      for (const Part &part : parts)
+        for (int k : part.triangles)
+          film_of[k] = film == OF_PART ? *std::min_element(part.triangles.begin(), part.triangles.end()) : meshes[part.mesh].first;
+    for (size_t k = 0; k < triangles.size(); k++) film_area[film_of[k]] += area[k];
   }
 
   void bound(int p) {

@@ -1,0 +1,76 @@
+"""How a text that leaves something open is read: one key for each reading, the default is what runs without it.
+
+What the paper says at each place, and what a reading changes: docs/readings.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from pywet.laws.kinds import PRESETS
+from pywet.scene import WallFilm
+from pywet.strict import Strict
+
+As = Literal["mended", "as_printed"]
+RABINOVICH = {
+    ("mended", "mended"): "rabinovich",
+    ("as_printed", "mended"): "rabinovich_spheres_as_printed",
+    ("mended", "as_printed"): "rabinovich_walls_as_printed",
+    ("as_printed", "as_printed"): "rabinovich_as_printed",
+}
+"""Readings of (14) between spheres and of (15) at walls -> the capillary law."""
+
+
+PARABOLA = {
+    "at_rupture": "parabola",
+    "at_fifth": "parabola_walls_at_fifth",
+    "at_tenth": "parabola_walls_at_tenth",
+}
+
+
+class Readings(Strict):
+    """The readings of Elskamp & Kruggel-Emden (2018) that a run is made with."""
+
+    capillary_spheres: As = "mended"
+    """Equation (14): sin φ, or sin θ_m as printed, in its second term. Of preset `paper`, where no capillary law is named."""
+    capillary_walls: As = "mended"
+    """Equations (15) and (18): the limit of (14) at a wall, or as printed. Likewise."""
+
+    small_wall: Literal["wire_radius", "half_facet"] = "wire_radius"
+    """Half width r_w of a wire in (11) to (13): its radius, or half the side of a facet of its polygon."""
+    wall_film: WallFilm = "triangle"
+    """Over what the liquid of a wall is spread at once: the triangle touched, its part (wire, face), or all of the wall."""
+    wall_transfer: Literal["at_rupture", "at_fifth", "at_tenth"] = "at_rupture"
+    """Separation at which (35) to (43) are solved at walls: that of rupture, a fifth or a tenth of it."""
+    liquid_amount: Literal["full", "less_residual"] = "full"
+    """Liquid on the spheres at the start: `liquid_percent` of a case, or that less `residual_liquid_percent` of its material."""
+    sphere_mass: Literal["density", "weighed"] = "density"
+    """Mass of a sphere, and so their number in a class: density times volume, or `mass_g` as weighed (table 1)."""
+    amplitude: Literal["zero_to_peak", "peak_to_peak"] = "zero_to_peak"
+    """What the amplitudes of `motion.strokes` in materials.yaml are: the sine's own, or its full stroke."""
+
+    @property
+    def laws(self) -> dict[str, str]:
+        """Kind of law -> the law that the readings make of the preset `paper`'s, where it is another."""
+        read = {
+            "capillary": RABINOVICH[self.capillary_spheres, self.capillary_walls],
+            "transfer": PARABOLA[self.wall_transfer],
+        }
+        return {kind: law for kind, law in read.items() if law != PRESETS["paper"][kind]}
+
+    @property
+    def stroke_share(self) -> float:
+        """Amplitude of the sine over the one that is given."""
+        return 0.5 if self.amplitude == "peak_to_peak" else 1.0
+
+    def small_half_width(self, radius_m: float, sides: int) -> float:
+        """Half width [m] of a wire of this radius and so many facets."""
+        return radius_m * math.sin(math.pi / sides) if self.small_wall == "half_facet" else radius_m
+
+    @property
+    def lines(self) -> list[str]:
+        """A line for each reading that is not the default, for the plan."""
+        fields = type(self).model_fields
+        changed = [(key, value, fields[key].default) for key, value in self if value != fields[key].default]
+        return [f"reading: readings.{key} is {value} (default {default})" for key, value, default in changed]
