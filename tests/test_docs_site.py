@@ -37,7 +37,7 @@ def test_the_notebook_printed_what_it_shows(site: Path) -> None:
     text = (site / "first-steps.html").read_text()
     assert "tangential_history" in text and ".png" in text
     angle = re.search(r"angle of the bed (\d+) ± (\d+)°", text)
-    assert angle is not None and 20 < int(angle[1]) < 90  # wet beads in a drum: steeper than dry ones, no ring along the wall
+    assert angle is not None and 20 < int(angle[1]) < 90  # wet beads: steeper than dry ones, no ring along the wall
     assert "has a turning wall; expected a heap at rest around an upright axis: use drum_angle()" in text
 
 
