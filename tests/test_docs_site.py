@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -35,6 +36,9 @@ def test_the_notebook_printed_what_it_shows(site: Path) -> None:
     """The plan's table and a drawing are in the page: its blocks were executed."""
     text = (site / "first-steps.html").read_text()
     assert "tangential_history" in text and ".png" in text
+    angle = re.search(r"angle of the bed (\d+) ± (\d+)°", text)
+    assert angle is not None and 20 < int(angle[1]) < 90  # wet beads: steeper than dry ones, no ring along the wall
+    assert "has a turning wall; expected a heap at rest around an upright axis: use drum_angle()" in text
 
 
 def test_every_key_of_the_configuration_is_in_the_reference(site: Path) -> None:

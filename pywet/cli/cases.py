@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 SEEDS = Range(1, 1000, whole=True)
+WIDTH_MM = Range(40, 500)
 CONFIG = Path("config")
 
 
@@ -250,15 +251,18 @@ def side_by_side(
 def plot(
     run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="CASE and CASE-SEED: one curve, a band.")],
     to: Annotated[Path, typer.Option("--out", metavar="FILE", help="Figure: .pdf, .svg or .png.")] = Path("curves.pdf"),
+    width: Annotated[
+        float, number("--width", WIDTH_MM, "Width in print [mm]: 84 a journal's column, 150 A4 text")
+    ] = 150.0,
 ) -> None:
     """Draw fraction retained, partition and liquid of runs, as far as they have them.
 
-    Example: pywet plot results/smoke/case02* --out fig.pdf"""
+    Example: pywet plot results/smoke/case02* --out fig.pdf --width 84"""
     from pywet.report import bands
 
     for folder in run_dirs:
         showing.need_run(folder)
-    tell(bands.write(to, bands.grouped(run_dirs)))
+    tell(bands.write(to, bands.grouped(run_dirs), width))
 
 
 @app.command()

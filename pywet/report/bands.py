@@ -22,8 +22,22 @@ from pywet.runs.rundir import RunDir
 Floats = NDArray[np.float64]
 DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 FORMATS = (".pdf", ".svg", ".png")
-THESIS: Any = {**STYLE, "legend.fontsize": 9, "savefig.dpi": 300, "pdf.fonttype": 42}
-"""Text of a PDF stays text."""
+THESIS: Any = {
+    **STYLE,
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 7,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+}
+"""Sizes of letters are those in print, since the figure has the width in which it is printed; text of PDF and SVG stays text."""
+WIDTH, LEAST, HEIGHT, FEW = 150.0, 65.0, 65.0, 4
+"""Width of a figure, that of the text of a thesis on A4; least width of a panel, its height [mm]; the most curves whose legend is
+inside the panel."""
+INCH = 25.4
 LIQUID = ("coarse_material", "fines", "films", "bridges", "walls", "wires", "left")
 """Liquid reservoirs that are drawn, of those that a run has; of custom scenes every class and wall."""
 
@@ -57,7 +71,7 @@ def panels_of(groups: Mapping[str, Sequence[Path]]) -> list[Panel]:
     """The panels for which the runs have tables; refused where a run has none of them."""
     retained = Panel("time since the slide opened [s]", "fraction retained [-]")
     liquid = Panel("time [s]", "share of the liquid put in [-]")
-    partition = Panel("diameter [mm]", "partition: share retained at the end [-]")
+    partition = Panel("diameter [mm]", "partition: share retained [-]")
     for group, folders in groups.items():
         for folder in folders:
             run = RunDir(Path(folder))
@@ -127,18 +141,19 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
     return at, values.mean(0), quantile * values.std(0, ddof=1) / np.sqrt(len(curves))
 
 
-def write(path: Path, groups: Mapping[str, Sequence[Path]]) -> Path:
-    """Draw the groups into a PDF, SVG or PNG file."""
+def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:
+    """Draw the groups into a PDF, SVG or PNG file of this width; panels are beside each other as far as they have LEAST."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise PywetError(f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}")
     shown = panels_of(groups)
     with plt.rc_context(THESIS):
-        figure, axes = panels(len(shown), len(shown), (4.6, 3.6))
-        for one, panel in zip(axes, shown, strict=True):
+        columns = max(1, min(len(shown), int(width_mm // LEAST)))
+        figure, axes = panels(len(shown), columns, (width_mm / columns / INCH, HEIGHT / INCH))
+        for one, panel in zip(axes, shown, strict=False):  # the last row may have spare axes
             _draw(one, panel, list(groups))
         if any(len(runs) > 1 for runs in groups.values()):
-            figure.supxlabel("bands: 95 % confidence interval of the mean over the seeds", fontsize=9, color=INK)
+            figure.supxlabel("bands: 95 % confidence interval of the mean over the seeds", fontsize=7, color=INK)
         with atomic_write(path) as temporary:
             stamp = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(path.suffix.lower())
             figure.savefig(temporary, format=path.suffix.lower()[1:], metadata=stamp)
@@ -160,4 +175,5 @@ def _draw(axes: Axes, panel: Panel, groups: list[str]) -> None:
             axes.fill_between(x, mean - half, mean + half, color=style["color"], alpha=0.2, linewidth=0)
     axes.set_xlabel(panel.x)
     axes.set_ylabel(panel.y)
-    axes.legend()
+    many = len(panel.curves) > FEW
+    axes.legend(**({"loc": "upper center", "bbox_to_anchor": (0.5, -0.22), "ncols": 2} if many else {}))

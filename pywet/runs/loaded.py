@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,9 +11,10 @@ import pandas as pd
 
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_json
-from pywet.runs.rundir import Floats, RunDir
+from pywet.runs.measures import bed_angle, heap_angle, passed_mass, steady_rate, upward
+from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
-from pywet.scene import Scene
+from pywet.scene import Rotation, Scene
 from pywet.schema import CODES, meanings
 
 
@@ -65,10 +65,6 @@ class Run:
     wall_films = _kept("history/wall_films", "Film on every wet triangle of the walls at the outputs.")
     ledger = _kept("history/ledger", "Where all liquid is at the outputs: films, bridges, walls, left.")
     energy = _kept("history/energy", "Energies at the outputs, and the works since the start.")
-    fraction_retained = _kept(
-        "results/fraction_retained",
-        "Of a screening case, at the outputs: mass that is not in the collecting bin over the mass put in, of all and by class.",
-    )
     contact_statistics = _kept(
         "results/contact_statistics",
         "Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds.",
@@ -81,11 +77,92 @@ class Run:
         there = [name for name in named if (self.path / f"{name}.parquet").exists()]
         return self._table(there[0] if there else named[0])
 
+    @cached_property
+    def fraction_retained(self) -> pd.DataFrame:
+        """Of a case: mass not in the collecting bin over the mass put in, of all and by size class, at the outputs."""
+        if not self.has("results/fraction_retained.parquet"):
+            raise PywetError(
+                f"{self.path} has no fraction retained; expected the finished run of a case: a custom scene has no collecting bin"
+            )
+        return self._table("results/fraction_retained")
+
     def angle_of_repose(self) -> float:
-        """Slope [deg] of the heap around the z axis at the end, see `heap_angle`; of one that has come to rest."""
+        """Slope [deg] of the heap around the z axis at the end, see `heap_angle`; of one that has come to rest.
+
+        Raises
+        ------
+        PywetError
+            In a drum, whose bed has no upright axis: there `drum_angle` is the measure.
+        """
+        if self._turning():
+            raise PywetError(
+                f"{self.path} has a turning wall; expected a heap at rest around an upright axis: use drum_angle()"
+            )
         radius = {c.type: c.radius_m for c in self.scene.classes}
         last = self.trajectory[self.trajectory["step"] == self.trajectory["step"].max()]
         return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), last["type"].map(radius).to_numpy(dtype=float))
+
+    def drum_angle(self, from_s: float | None = None) -> float:
+        """Dynamic angle of repose [deg] of the bed in a drum, the mean over the outputs from a time on, see `bed_angle`.
+
+        Parameters
+        ----------
+        from_s : float, optional
+            Start of the mean [s]; default: half of the run.
+        """
+        up, line = upward(self.scene.gravity_m_per_s2), self._run.timeline
+        drums = [w for w in self._turning() if abs(np.dot(w.axis, up)) < 0.5 * float(np.linalg.norm(w.axis))]
+        if not drums:
+            raise PywetError(
+                f"{self.path} has no wall that turns about a lying axis; expected a drum: use angle_of_repose()"
+            )
+        drum = drums[0]
+        start = 0.5 * self.scene.duration_s if from_s is None else from_s
+        steps = line.steps[line.times >= start]
+        if not len(steps):
+            raise PywetError(
+                f"from_s = {start:g} is after the last output, {line.times[-1]:g} s; expected an earlier time"
+            )
+        mass = {c.type: c.mass_kg for c in self.scene.classes}
+        chosen = self.trajectory[self.trajectory["step"].isin(steps)]
+        angles = [
+            bed_angle(at[[*"xyz"]].to_numpy(dtype=float), np.asarray(at["type"].map(mass), dtype=float), drum, up)
+            for _, at in chosen.groupby("step")
+        ]
+        return float(np.mean(angles))
+
+    def discharge(self, height_m: float | None = None) -> pd.DataFrame:
+        """Dry mass that has passed a level plane until each output: `time_s`, `passed_kg`.
+
+        Parameters
+        ----------
+        height_m : float, optional
+            Height of the plane against gravity [m]; default: of a case that of the collecting bin.
+        """
+        if height_m is None and not self.has("results/fraction_retained.parquet"):
+            raise PywetError(
+                f"{self.path} has no collecting bin; expected height_m, the height of a plane below the outlet [m]"
+            )
+        height = self.scene.bin_z_m if height_m is None else height_m
+        line, up = self._run.timeline, upward(self.scene.gravity_m_per_s2)
+        along = self.trajectory[["step", "id"]].assign(at=self.trajectory[[*"xyz"]].to_numpy(dtype=float) @ up)
+        at = (
+            along.pivot_table(index="step", columns="id", values="at")
+            .reindex(index=line.steps, columns=line.ids)
+            .to_numpy()
+        )
+        table = pd.DataFrame({"time_s": line.times, "passed_kg": passed_mass(at < height, line.mass)})
+        table.attrs["units"] = {"time_s": "s", "passed_kg": "kg"}
+        return table
+
+    def discharge_rate(self, height_m: float | None = None) -> float:
+        """Steady rate of discharge [kg/s] through that plane: the slope where 10 to 90 % of what passes in all has passed."""
+        table = self.discharge(height_m)
+        return steady_rate(table["time_s"].to_numpy(), table["passed_kg"].to_numpy())
+
+    def _turning(self) -> list[Rotation]:
+        motions = (self.scene.motion_of(wall) for wall in self.scene.walls)
+        return [motion for motion in motions if isinstance(motion, Rotation)]
 
     def _table(self, name: str) -> pd.DataFrame:
         if name.startswith("history/") and not self._run.moist:
@@ -96,23 +173,6 @@ class Run:
         table.attrs["meanings"] = {c: told[c][1] for c in table.columns if c in told}
         table.attrs["codes"] = {c: CODES[c] for c in table.columns if c in CODES}
         return table
-
-
-def heap_angle(at: Floats, radius: Floats) -> float:
-    """Slope [deg] of the surface of a heap of spheres around its own upright axis.
-
-    The surface is the top of the highest sphere of each ring, two radii wide; a straight line is put through it from the second
-    ring on, as far as the heap is higher than a layer. A heap of fewer than three such rings has no slope (NaN).
-    """
-    size = float(radius.max())
-    away = np.hypot(*(at[:, :2] - np.median(at[:, :2], axis=0)).T)
-    ring = (away // (2.0 * size)).astype(int)
-    top = pd.Series(at[:, 2] + radius).groupby(ring).max()
-    flank = top[(top - float((at[:, 2] - radius).min()) > 2.5 * size) & (top.index > 0)]
-    if len(flank) < 3:
-        return math.nan
-    slope = np.polyfit(2.0 * size * (flank.index.to_numpy(dtype=float) + 0.5), flank.to_numpy(dtype=float), 1)[0]
-    return math.degrees(math.atan(-float(slope)))
 
 
 UNITS = {"_m_per_s": "m/s", "_m3": "m3", "_kg": "kg", "_s": "s", "_m": "m"}

@@ -60,7 +60,7 @@ print(int(((pixels[..., 0] > 180) & (pixels[..., 2] < 120)).sum()))
 
 
 def test_bridges_are_seen_in_a_large_bed(run: Path) -> None:
-    """From 16 times as far the cuboids of the synthetic run alone cover one pixel; with edges of two pixels more than five."""
+    """Seen from 16 times as far: the cuboids of the synthetic run cover one pixel, with edges two pixels wide over five."""
     environment = {**os.environ, "VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}
     command = [sys.executable, "-c", FAR, str(run)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)

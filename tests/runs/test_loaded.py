@@ -1,4 +1,4 @@
-"""What is measured of a loaded run: the slope of a heap."""
+"""What is measured of a loaded run: the slope of a heap, the angle of a drum's bed, the rate of discharge."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pywet.runs.loaded import Run, heap_angle, unit
+from pywet import stages
+from pywet.errors import PywetError
+from pywet.runs.loaded import Run, unit
+from pywet.runs.measures import bed_angle, heap_angle, steady_rate
+from pywet.scene import Rotation
 from tests.screening import synthetic
 
 
@@ -41,3 +45,59 @@ def test_a_table_that_is_loaded_tells_its_units(tmp_path: Path) -> None:
     events, places = run.events.attrs, run.trajectory.attrs["units"]
     assert (events["units"]["volume"], places["vx"], places["id"]) == ("m3", "m/s", "-")
     assert "volume" in events["meanings"] and "kind" in events["codes"]
+
+
+DRUM = Rotation(origin_m=(0.01, 0.0, 0.02), axis=(0.0, 2.0, 0.0), period_s=2.0)
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0, 40.0])
+def test_a_segment_has_the_angle_of_its_surface(angle: float) -> None:
+    """Points on a lattice of 0.5 % of the radius below a plane through the drum: the lattice's edge allows 0.3 degrees."""
+    x, z = np.mgrid[-1:1:0.005, -1:1:0.005].reshape(2, -1)
+    slope = math.tan(math.radians(angle))
+    inside = (x * x + z * z < 1.0) & (z < slope * x - 0.2 * math.hypot(1.0, slope))
+    at = 0.05 * np.column_stack([x, np.ones_like(x), z])[inside] + np.array(DRUM.origin_m)
+    up = np.array([0.0, 0.0, 1.0])
+    assert bed_angle(at, np.ones(len(at)), DRUM, up) == pytest.approx(angle, abs=0.3)
+
+
+def test_a_steady_flow_has_its_rate() -> None:
+    """2 g/s between a slow start and a slow end, of which the slope of the middle knows nothing."""
+    time = np.linspace(0.0, 2.0, 201)
+    passed = np.clip(2e-3 * (time - 0.5), 0.0, 2e-3)
+    assert steady_rate(time, passed) == pytest.approx(2e-3, rel=1e-9)
+    with pytest.raises(PywetError, match="no sphere has passed"):
+        steady_rate(time, np.zeros(201))
+    with pytest.raises(PywetError, match="expected three"):
+        steady_rate(time[::100], passed[::100])
+
+
+def test_the_synthetic_case_has_its_fraction_retained_and_discharge(tmp_path: Path) -> None:
+    """Two spheres of 2 mm (4/3 π r³ 1400 kg/m³ = 46.9 mg each) are below the bin's height, one from each later output on."""
+    run = Run(synthetic.make(tmp_path / "run"))
+    with pytest.raises(PywetError, match="has no collecting bin; expected height_m"):
+        run.discharge()
+    stages.results(tmp_path / "run")
+    table = run.fraction_retained
+    assert table.attrs["units"]["fraction_retained"] == "-" and table.attrs["units"]["time_s"] == "s"
+    assert table["fraction_retained"].iloc[0] == 1.0
+    one = 4 / 3 * math.pi * 2e-3**3 * 1400
+    assert run.discharge()["passed_kg"].tolist() == pytest.approx([0.0, one, 2 * one], rel=1e-12)
+    assert run.discharge(0.015)["passed_kg"].iloc[0] == pytest.approx(one + 4 / 3 * math.pi * 4e-3**3 * 1400, rel=1e-12)
+    assert run.discharge().attrs["units"]["passed_kg"] == "kg"
+
+
+def test_what_a_scene_does_not_have_is_refused(tmp_path: Path) -> None:
+    """No fraction retained without a bin; no heap in a drum, no drum without a turning wall; each names the other measure."""
+    run = Run(synthetic.make(tmp_path / "run"))
+    with pytest.raises(PywetError, match="has no fraction retained; expected the finished run of a case"):
+        _ = run.fraction_retained
+    with pytest.raises(PywetError, match=r"expected a drum: use angle_of_repose\(\)"):
+        run.drum_angle()
+    walls = tuple(w.model_copy(update={"motion": "turns"}) for w in run.scene.walls)
+    run.scene = run.scene.model_copy(update={"walls": walls, "rotation": DRUM})
+    with pytest.raises(PywetError, match=r"has a turning wall; .* use drum_angle\(\)"):
+        run.angle_of_repose()
+    with pytest.raises(PywetError, match="is after the last output"):
+        run.drum_angle(from_s=9.0)
+    assert 0.0 < run.drum_angle() < 180.0

@@ -1,0 +1,84 @@
+"""`pywet plot`: figures in the width in which they are printed, with the panels that the runs have and seeds as bands."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from pywet import stages
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.files import read_table, write_table
+from pywet.report import bands
+from tests.screening import synthetic
+
+MM = 72.0 / 25.4
+"""Points of a PDF."""
+
+
+@pytest.fixture(scope="module")
+def seeds(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Three seeds of a case, whose fraction retained at the end differs by hand: 0.4, 0.5, 0.6."""
+    folder, runs = tmp_path_factory.mktemp("seeds"), []
+    for name, end in (("case02", 0.4), ("case02-8", 0.5), ("case02-9", 0.6)):
+        run = synthetic.make(folder / name)
+        stages.results(run)
+        table = read_table(run / "results" / "fraction_retained.parquet")
+        table.loc[table.index[-1], "fraction_retained"] = end
+        write_table(table, run / "results" / "fraction_retained.parquet")
+        runs.append(run)
+    return runs
+
+
+@pytest.mark.parametrize("width", [84, 150])
+def test_the_figure_has_the_width_it_is_printed_in(seeds: list[Path], tmp_path: Path, width: int) -> None:
+    """MediaBox of the PDF in points of 1/72 inch, pixels of the PNG at 300 dpi; letters have their size in print: 8 points."""
+    words = [*map(str, seeds), "--width", str(width), "--out"]
+    for end in ("pdf", "png", "svg"):
+        assert CliRunner().invoke(app, ["plot", *words, str(tmp_path / f"f.{end}")]).exit_code == 0
+    box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+)", (tmp_path / "f.pdf").read_bytes())
+    assert box is not None and float(box[1]) == pytest.approx(width * MM, abs=0.1)
+    assert Image.open(tmp_path / "f.png").width == pytest.approx(width / 25.4 * 300, abs=1)
+    drawn = ElementTree.parse(tmp_path / "f.svg").getroot()
+    said = [" ".join("".join(t.itertext()).split()) for t in drawn.iter("{http://www.w3.org/2000/svg}text")]
+    labels = (
+        "fraction retained [-]",
+        "partition: share retained [-]",
+        "share of the liquid put in [-]",
+        "diameter [mm]",
+    )
+    assert [label for label in labels if label not in said] == []
+    assert any("95 % confidence interval" in text for text in said) and said.count("case02") == 2
+    assert "font-size: 8px" in (tmp_path / "f.svg").read_text()
+
+
+def test_the_band_is_students_interval(seeds: list[Path]) -> None:
+    """0.5 ± 4.303 × 0.1/√3 at the end; a partition of the two sizes that the run has."""
+    groups = bands.grouped(seeds)
+    assert list(groups) == ["case02"]
+    retained, partition, liquid = bands.panels_of(groups)
+    _, mean, half = bands.mean_and_band(retained.curves["case02", ""])
+    assert half is not None and (mean[-1], half[-1]) == pytest.approx((0.5, 4.303 * 0.1 / np.sqrt(3)), rel=1e-3)
+    assert partition.curves["case02", ""][0][0] == pytest.approx([4.0, 8.0])  # diameters [mm]
+    assert ("case02", "wires") in liquid.curves
+
+
+def test_what_cannot_be_drawn_is_refused(seeds: list[Path], tmp_path: Path) -> None:
+    """Another format, a width that is no paper's, and a run with nothing to draw, each in a sentence that names the way out."""
+    with pytest.raises(
+        PywetError, match=r"fig\.bmp was given for a figure; expected a name that ends in \.pdf, \.svg, \.png"
+    ):
+        bands.write(tmp_path / "fig.bmp", bands.grouped(seeds))
+    done = CliRunner(env={"COLUMNS": "300"}).invoke(app, ["plot", str(seeds[0]), "--width", "2"])
+    assert done.exit_code != 0 and "40 to 500" in done.output
+    dry = synthetic.make(tmp_path / "dry", moist=False)
+    with pytest.raises(
+        PywetError, match="neither a fraction retained nor liquid to plot; expected a finished screening"
+    ):
+        bands.write(tmp_path / "fig.pdf", bands.grouped([dry]))
