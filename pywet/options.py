@@ -43,3 +43,4 @@ ConfigDir = Annotated[Path, typer.Option("--config", help="Folder of the configu
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Run directory, such as results/smoke/case02.")]
 JsonFile = Annotated[Path, typer.Argument(metavar="FILE", help="JSON description; the answer is JSON as well.")]
 Trust = Annotated[bool, typer.Option("--trust", help="Run the Python files of laws that it names; read them first.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Print all that details.txt of the run holds.")]

@@ -6,6 +6,7 @@ files, decks or engines. It is written to `scene.json` in every run directory an
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -68,7 +69,7 @@ class SphereClass(Strict):
 
     @property
     def mass_kg(self) -> float:
-        return self.density_kg_per_m3 * 4.0 / 3.0 * 3.141592653589793 * self.radius_m**3
+        return self.density_kg_per_m3 * 4.0 / 3.0 * math.pi * self.radius_m**3
 
 
 class ContactPair(Strict):

@@ -18,9 +18,9 @@ from pywet import shipped
 from pywet.errors import PywetError
 
 ROOT = Path(__file__).parent.parent
-SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow")
+SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow", "benchmarks/wet")
 BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
-BUILD = "import os; from setuptools import build_meta; os.mkdir('out'); build_meta.build_wheel('out')"
+BUILD = "import os, sys; from setuptools import build_meta; os.mkdir('out'); getattr(build_meta, sys.argv[1])('out')"
 TRY = """
 import os, pywet
 from pywet.cli.app import app
@@ -42,20 +42,23 @@ def call(*command: str, folder: Path, **environment: str) -> str:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel of a copy of the checkout, which building would litter."""
-    folder = tmp_path_factory.mktemp("wheel")
+    """A wheel of the source distribution of a copy of the checkout, which building would litter."""
+    folder, source = tmp_path_factory.mktemp("wheel"), tmp_path_factory.mktemp("source")
     for name in SOURCES:
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in BESIDE:
         shutil.copy(ROOT / name, folder)
-    call(sys.executable, "-c", BUILD, folder=folder)
-    return next((folder / "out").glob("*.whl"))
+    call(sys.executable, "-c", BUILD, "build_sdist", folder=folder)
+    shutil.unpack_archive(next((folder / "out").glob("*.tar.gz")), source)
+    (unpacked,) = source.iterdir()
+    call(sys.executable, "-c", BUILD, "build_wheel", folder=unpacked)
+    return next((unpacked / "out").glob("*.whl"))
 
 
 @pytest.fixture(scope="module")
 def unpacked(wheel: Path) -> Path:
     """The wheel's content in a folder."""
-    folder = wheel.parent.parent / "unpacked"
+    folder = wheel.parent.parent.parent / "unpacked"
     zipfile.ZipFile(wheel).extractall(folder)
     return folder
 
@@ -123,6 +126,7 @@ def test_an_installed_wheel_does_what_the_checkout_does(wheel: Path, tmp_path: P
     assert '"force_N"' in pywet("bridge", str(ROOT / "examples" / "bridge.json"))
     assert '"e_n"' in pywet("collide", "wall", str(ROOT / "examples" / "wall_wet.json"))
     assert '"outcome"' in pywet("collide", "spheres", str(ROOT / "examples" / "three_equal_spheres.json"))
+    assert "quantity" in pywet("score", "viscous_pull", "--template")
     pywet("init", "study")
     assert "fraction retained" in pywet("run", "1", folder=tmp_path / "study")
     pywet("scene", "pull", "--seconds", "0.02", folder=tmp_path / "study")  # with the plugin

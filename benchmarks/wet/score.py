@@ -16,6 +16,8 @@ import argparse
 import csv
 import json
 import math
+import os
+import stat
 import sys
 from pathlib import Path
 
@@ -32,8 +34,22 @@ UNITS = (1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 100.0, 0.01, 180.0 / math.pi, math.pi 
 """Factors by which answers in another unit (mN, mm, per cent, radian) are off."""
 
 
+MOST_B = 200_000_000
+"""Largest file of answers that is read."""
+LARGEST = 1e100
+"""Largest number of an answer: squares of it are numbers as well."""
+WORDS = 200
+"""Longest piece of an input that a message repeats."""
+
+
 class Refused(Exception):
     """What was given cannot be scored."""
+
+
+def said(given: object) -> str:
+    """What was given as a message can hold it: on one line, printable, not long."""
+    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(given))
+    return text if len(text) <= WORDS else f"{text[:WORDS]}…"
 
 
 def problems() -> list[str]:
@@ -44,7 +60,7 @@ def problems() -> list[str]:
 def load(problem: str) -> dict:
     """Answers of a problem."""
     if problem not in problems():
-        raise Refused(f"problem {problem} was given; expected one of {', '.join(problems())}")
+        raise Refused(f"problem {said(problem)} was given; expected one of {', '.join(problems())}")
     return json.loads((HERE / problem / "answers.json").read_text())
 
 
@@ -56,21 +72,32 @@ def template(problem: str) -> str:
 
 def read(path: Path) -> list[dict]:
     """Rows of a CSV file of answers; a value that is left empty counts as not answered."""
+    expected = f"expected a CSV file with {', '.join(COLUMNS)}"
     try:
+        found = os.stat(path)
+        if not stat.S_ISREG(found.st_mode) or found.st_size > MOST_B:
+            what = f"has {found.st_size} bytes" if stat.S_ISREG(found.st_mode) else "is no regular file"
+            raise Refused(f"{said(path)} {what}; {expected}, of at most {MOST_B // 10**6} MB")
         with open(path, newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file)
-            if not set(COLUMNS) <= set(table.fieldnames or []):
-                raise Refused(f"{path} has the columns {table.fieldnames}; expected {', '.join(COLUMNS)}")
+            table = csv.DictReader(file, strict=True)
+            names = table.fieldnames or []
+            if not all(names.count(column) == 1 for column in COLUMNS):
+                raise Refused(
+                    f"{said(path)} has the columns {said(', '.join(names)) or 'none'}; expected {', '.join(COLUMNS)}, each once"
+                )
             rows = [row for row in table if (row["value"] or "").strip()]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise Refused(f"{path} cannot be read ({error}); expected a CSV file with {', '.join(COLUMNS)}") from None
+    except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
+        raise Refused(f"{said(path)} cannot be read ({said(error)}); {expected}") from None
     for number, row in enumerate(rows, 2):
+        where = f"{said(path)}, row {number}"
         try:
-            row["at"], row["value"] = float(row["at"]), float(row["value"])
+            at, value = float(row["at"]), float(row["value"])
         except (TypeError, ValueError):
-            raise Refused(f"{path}, row {number}: at {row['at']!r}, value {row['value']!r}; expected numbers") from None
-        if not (math.isfinite(row["at"]) and math.isfinite(row["value"])):
-            raise Refused(f"{path}, row {number}: {row['value']} at {row['at']}; expected finite numbers")
+            given = f"at {said(repr(row['at']))}, value {said(repr(row['value']))}"
+            raise Refused(f"{where}: {given}; expected numbers") from None
+        if not (abs(at) <= LARGEST and abs(value) <= LARGEST):  # nor is NaN
+            raise Refused(f"{where}: {value} at {at}; expected finite numbers, at most {LARGEST:g}")
+        row["at"], row["value"] = at, value
     return rows
 
 
@@ -113,15 +140,15 @@ def _matched(problem: str, asked: list[dict], rows: list[dict]) -> dict:
     values: dict = {}
     for row in rows:
         name = row["case"], row["quantity"]
-        said = f"case {row['case']}, quantity {row['quantity']}"
+        what = f"case {said(row['case'])}, quantity {said(row['quantity'])}"
         if name not in places:
-            raise Refused(f"{said} is not asked for by {problem}: see --template")
+            raise Refused(f"{what} is not asked for by {problem}: see --template")
         at = min(places[name], key=lambda place: abs(place - row["at"]))
         if abs(at - row["at"]) > SAME * abs(at) + 1e-15:
             where = ", ".join(f"{place:g}" for place in places[name])
-            raise Refused(f"{said} at {row['at']:g} is not asked for by {problem}; expected at {where}")
+            raise Refused(f"{what} at {row['at']:g} is not asked for by {problem}; expected at {where}")
         if (*name, at) in values:
-            raise Refused(f"{said} at {row['at']:g} is answered twice; expected one row for each")
+            raise Refused(f"{what} at {row['at']:g} is answered twice; expected one row for each")
         values[(*name, at)] = row["value"]
     return values
 
@@ -171,11 +198,9 @@ def verdict(problem: str, lines: list[dict], within: float) -> str:
     answered, asked = (sum(line[key] for line in lines) for key in ("answered", "asked"))
     worst = max((line["largest"] for line in lines if line["answered"]), default=None)
     off = "" if worst is None else f", largest deviation {100 * worst:.2g} %"
-    said = "solved" if solved(lines, within) else "not solved"
+    how = "solved" if solved(lines, within) else "not solved"
     place = rank(problem, lines)
-    return (
-        f"{problem}: {said} within {100 * within:g} %; {answered} of {asked} answered{off}{'; ' * bool(place)}{place}"
-    )
+    return f"{problem}: {how} within {100 * within:g} %; {answered} of {asked} answered{off}{'; ' * bool(place)}{place}"
 
 
 def show(problem: str, lines: list[dict], within: float) -> None:
@@ -204,7 +229,7 @@ def everything(folder: Path, within: float, as_json: bool) -> int:
     files = {problem: folder / f"{problem}.csv" for problem in problems()}
     there = {problem: path for problem, path in files.items() if path.exists()}
     if not there:
-        raise Refused(f"{folder} holds no answers; expected files such as {next(iter(files.values()))}")
+        raise Refused(f"{said(folder)} holds no answers; expected files such as {next(iter(files.values()))}")
     scores = {problem: scored(problem, read(path)) for problem, path in there.items()}
     count = sum(solved(lines, within) for lines in scores.values())
     if as_json:
@@ -232,11 +257,20 @@ def main(given: list[str] | None = None) -> int:
     parser.add_argument("--within", type=float, default=WITHIN, help="tolerance of a solved problem, a share (0.1)")
     parser.add_argument("--version", action="version", version=f"score.py {VERSION}")
     options = parser.parse_args(given)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a terminal without UTF-8
     try:
+        if not 0 <= options.within < math.inf:
+            raise Refused(f"--within is {options.within}; expected a share from 0, such as {WITHIN}")
         return _asked(options)
     except Refused as refusal:
         print(refusal, file=sys.stderr)
-        return 2
+    except BrokenPipeError:  # who read the answer has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, MemoryError) as error:
+        print(f"{said(error) or 'no memory'}; expected files that can be read and memory for them", file=sys.stderr)
+    return 2
 
 
 def _asked(options: argparse.Namespace) -> int:

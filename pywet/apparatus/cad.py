@@ -15,6 +15,8 @@ EXPORT_ROUNDING_M = 1e-6
 """Vertices this near are one vertex, rounded by an export, where the surface is open without it."""
 APART_M = 2e-6
 """By how much a body is drawn back from an edge or corner that it shares with another one."""
+FARTHEST_M = 1e6
+"""Coordinates beyond it are no part of a plant but damage of the file."""
 HEAD = 84
 """Bytes of a binary file before its triangles."""
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -30,9 +32,10 @@ def read_cad(
     """
     corners, changes = _parsed(path)
     corners = corners * unit_m - (np.zeros(3) if origin_m is None else origin_m)
-    if not np.isfinite(corners).all() or not len(corners):
+    if not len(corners) or not np.abs(corners).max() <= FARTHEST_M:  # of NaN neither
         raise PywetError(
-            f"{path} holds {len(corners)} triangles, expected at least four with finite corners; export it again"
+            f"{path} holds {len(corners)} triangles, expected at least four with corners at most {FARTHEST_M:g} m from the "
+            "origin; export it again"
         )
     mesh = _Mesh(path, corners, changes)
     mesh.weld(SAME_POINT_M)
@@ -52,7 +55,7 @@ def read_cad(
 def _parsed(path: Path) -> tuple[Floats, list[str]]:
     """Corners as they are in the file, and what had to be passed over to read them."""
     if not path.is_file():
-        raise PywetError(f"no STL file at {path}; give the path of a surface mesh")
+        raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
     data, changes = path.read_bytes(), []
     count = int.from_bytes(data[HEAD - 4 : HEAD], "little") if len(data) >= HEAD else 0
     size = HEAD + RECORD.itemsize * count

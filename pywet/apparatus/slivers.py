@@ -18,7 +18,8 @@ SHORTEST_M = 2e-6
 """Triangles with a shorter edge are not divided, so that no corners come so near to each other that the engine merges them."""
 MOST_ROUNDS = 60
 """Each round halves the longest sharp triangles; 2^60 is beyond any mesh."""
-MOST_TRIANGLES = 200_000
+MOST_TRIANGLES = 20_000
+"""More are not made: it would take minutes, and no wall that can be meant needs them."""
 Edge = tuple[int, int]
 
 
@@ -36,8 +37,11 @@ def divided(points: Floats, triangles: Ints, face: Ints) -> tuple[Floats, Ints, 
 
     Triangles of one face that lie in a plane exchange their common edge where that makes them less sharp; then edges of what
     is still too sharp are halved, in both triangles of an edge, so that the surface stays closed. A point of a face that is
-    itself sharper than the limit stays as it is.
+    itself sharper than the limit stays as it is, and so does all where too many triangles would follow.
     """
+    least = angles_deg(points[triangles]).min(axis=1)
+    if (SMALLEST_ANGLE_DEG / np.maximum(least[least < SMALLEST_ANGLE_DEG], 1e-30)).sum() > MOST_TRIANGLES:
+        return points, triangles, face
     mesh = _Mesh(points, triangles, face)
     for _ in range(MOST_ROUNDS):
         mesh.flip()

@@ -28,6 +28,10 @@ LARGE_HALF_WIDTH_M = 0.005
 """A flat part whose smaller half side reaches this, the largest sphere's radius, is a large wall (Elskamp 2.2.1)."""
 
 
+LARGEST_M = 100.0
+"""Single precision, in which the engine reads a wall, ends there at 8 um."""
+
+
 @dataclass(frozen=True)
 class Surface:
     """One wall mesh: `vertices` (n, 3) [m], `triangles` (m, 3), `part` (m,) and the half width of each part [m].
@@ -109,10 +113,16 @@ def make_surface(
     Triangles sharper than the engine takes are divided.
     """
     corners = np.concatenate([c for c, _ in parts]).astype(np.float32).astype(np.float64)
+    across = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) if corners.size else 0.0
+    if across > LARGEST_M:
+        raise PywetError(
+            f"surface {name} is {across:.4g} m large, expected at most {LARGEST_M:g} m: are its lengths in another unit?"
+        )
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3).astype(np.int64)
     part = np.repeat(np.arange(len(parts)), [len(c) for c, _ in parts]).astype(np.int64)
     if len(triangles) and np.isfinite(vertices).all() and angles_deg(corners).min() < SMALLEST_ANGLE_DEG:
+        _check_edges(name, vertices, triangles)  # what is not closed cannot be divided
         vertices, triangles, part = divided(vertices, triangles, part)
     surface = Surface(
         name=name,
@@ -137,7 +147,7 @@ def check_surface(surface: Surface) -> None:
     """Raise `PywetError` unless the surface is closed, oriented outward, free of slivers, its parts in order."""
     _check_parts(surface)
     _check_shape(surface)
-    _check_edges(surface)
+    _check_edges(surface.name, surface.vertices, surface.triangles)
     count, body = surface.components()
     for k in range(count):
         own, others = surface.corners[body == k], surface.corners[body != k]
@@ -181,15 +191,15 @@ def _check_shape(surface: Surface) -> None:
         )
 
 
-def _check_edges(surface: Surface) -> None:
+def _check_edges(name: str, vertices: Floats, triangles: Ints) -> None:
     """Every directed edge must occur once, and once the other way round."""
-    start, end = surface.triangles.ravel(), np.roll(surface.triangles, -1, axis=1).ravel()
-    n = len(surface.vertices)
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    n = len(vertices)
     forward, there = np.unique(start * n + end, return_counts=True)
     backward = np.unique(end * n + start)
     open_edges = len(np.setxor1d(forward, backward))
     if open_edges or (there > 1).any():
         raise PywetError(
-            f"surface {surface.name}: it is not closed and oriented ({open_edges} open or turned edges, "
+            f"surface {name}: it is not closed and oriented ({open_edges} open or turned edges, "
             f"{int((there > 1).sum())} used twice in one direction); mend the mesh so that it bounds a solid"
         )

@@ -12,7 +12,7 @@ import typer
 from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
-from pywet.options import JsonFile, Ranks, Trust, number
+from pywet.options import JsonFile, Ranks, Trust, Verbose, number
 from pywet.ranges import SCENE
 
 app = typer.Typer()
@@ -60,8 +60,10 @@ def run_scene(
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
     trust: Trust = False,
+    verbose: Verbose = False,
 ) -> None:
     """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
+    from pywet.cli import ending
     from pywet.config.loading import placed_laws
     from pywet.own_scene import commands
 
@@ -69,15 +71,12 @@ def run_scene(
     if trust:
         placed_laws(description.laws, description.folder, trust)
     folder = out_dir or Path("results") / "scenes" / file.stem
-    for line in commands.plan(description).table:
-        tell(line)
-    objections = commands.finish(description, folder, ranks, progress=True)
-    picture = commands.view(folder)
-    showing.show_run(folder)
-    said = f"tables, time series for ParaView and {picture.name} are in {folder}"
-    tell(f"{said}; the report is {folder / 'report.html'}")
-    if objections:
-        raise PywetError(f"{'; '.join(objections)}; all results are in {folder} and marked")
+    if verbose:
+        for line in commands.plan(description).table:
+            tell(line)
+    commands.finish(description, folder, ranks, progress=True)
+    commands.view(folder)
+    ending.show([folder], verbose)
 
 
 @app.command()

@@ -13,7 +13,20 @@ from pywet import run_folder
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
-from pywet.options import PORT, SPHERE, STEP, AnyCase, CaseNumber, ConfigDir, Ranks, RunFolder, ScaleName, Trust, number
+from pywet.options import (
+    PORT,
+    SPHERE,
+    STEP,
+    AnyCase,
+    CaseNumber,
+    ConfigDir,
+    Ranks,
+    RunFolder,
+    ScaleName,
+    Trust,
+    Verbose,
+    number,
+)
 from pywet.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
@@ -79,9 +92,11 @@ def run(
         str | None, typer.Option("--preset", help="paper or exact, in place of the laws of config.yaml.")
     ] = None,
     trust: Trust = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Run one case: build, simulate, results, replay; with --seeds several times, for the spread."""
+    """Run one case: build, simulate, results, replay, report; with --seeds several times, for the spread."""
     from pywet import stages
+    from pywet.cli import ending
     from pywet.engines.choice import chosen
 
     chosen(engine, ranks)
@@ -95,12 +110,11 @@ def run(
     for k in range(seeds):
         folders.append(folder if k == 0 else folder.with_name(f"{folder.name}-{first + k}"))
         _run(loaded.with_seed(first + k), case, name, folders[-1], engine, ranks)
-    if seeds > 1:
-        showing.show_seeds(folders)
+    ending.show(folders, verbose)
 
 
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
-    """One run of a case, unless its folder holds it already; what it says of itself."""
+    """One run of a case, unless its folder holds it already."""
     from pywet import stages
     from pywet.runs import second
     from pywet.screening import cases, identity
@@ -121,7 +135,6 @@ def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks:
             showing.stage(folder, "simulate", lambda: stages.simulate(folder, ranks, progress=True, engine=engine))
             showing.stage(folder, "results", lambda: stages.results(folder))
             showing.stage(folder, "replay", lambda: stages.replay(folder))
-    showing.show_summary(folder)
 
 
 @app.command()
@@ -199,6 +212,17 @@ def view(
     picture = run_dir / "picture.png"
     how = render.write(run_dir, picture, step)
     tell(f"{picture} (drawn by {how})")
+
+
+@app.command()
+def report(run_dir: RunFolder) -> None:
+    """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders beside it, or of a scene.
+
+    Example: pywet report results/smoke/case02"""
+    from pywet.own_scene import page
+
+    showing.need_run(run_dir)
+    tell(page.of_run(run_dir))
 
 
 @app.command("app")

@@ -7,11 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from pywet.errors import PywetError
-from pywet.files import read_if_there, read_json
 from pywet.notices import bar
 
 if TYPE_CHECKING:
@@ -95,95 +92,11 @@ def stage(folder: Path, stage: str, work: Any) -> None:
         raise PywetError(f"stage {status.failed_at} failed: {status.reason}")
 
 
-def show_summary(folder: Path) -> None:
-    """A few lines on a run; exit code 1 when its checks, ledger or replay object."""
-    from pywet.runs.shapes import Summary
-    from pywet.screening import verdict
-
-    summary = read_json(folder / "summary.json", shape=Summary)
-    out.print(
-        f"{folder}: {sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s",
-        markup=False,
-    )
-    end, coarse = summary["fraction_retained_end"], summary["coarse_share"]
-    out.print(f"fraction retained at the end {end:.3f} (share that cannot pass {coarse:.3f})")
-    if summary["ledger_error"] is not None:
-        out.print(f"liquid ledger off by {summary['ledger_error']:.1e} of the liquid put in")
-    show_findings(folder)
-    if objections := verdict.objections(folder):
-        raise PywetError("; ".join(objections))
-
-
-def show_seeds(folders: list[Path]) -> None:
-    """What several seeds of a case say together: mean, spread and range of the fraction retained at the end."""
-    from statistics import mean, stdev
-
-    from pywet.runs.shapes import Summary
-
-    ends = [read_json(folder / "summary.json", shape=Summary)["fraction_retained_end"] for folder in folders]
-    out.print(
-        f"{len(ends)} seeds: fraction retained at the end {mean(ends):.3f} ± {stdev(ends):.3f} (standard deviation of a run), "
-        f"from {min(ends):.3f} to {max(ends):.3f}",
-        soft_wrap=True,
-    )
-
-
-def show_run(folder: Path) -> None:
-    """The same of a scene of one's own, which has been judged already."""
-    from pywet.runs.shapes import RunSummary
-
-    summary = read_json(folder / "summary.json", shape=RunSummary)
-    out.print(f"{sum(summary['spheres'].values())} spheres, {summary['steps']} steps in {summary['wall_s']:.1f} s")
-    for name, volume in summary["liquid_end_m3"].items():
-        out.print(f"liquid at the end, {name:<24}{1e9 * volume:10.4g} mm3", markup=False)
-    show_findings(folder)
-
-
-def show_findings(run_dir: Path) -> None:
-    """The laws of a run by kind (of one in a file the file's name), its effects, and what the replay found."""
-    from pywet.runs.shapes import Replay
-    from pywet.scene import Scene
-
-    if laws := Scene.read(run_dir / "scene.json").effects.laws:
-        tell("laws: " + ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items()))
-    show_audit(run_dir)
-    if replayed := read_if_there(run_dir / "replay.json", shape=Replay):
-        show_agreement(replayed)
-
-
-def show_audit(run_dir: Path) -> None:
+def show_audit(run_dir: Path, to: Console = out) -> None:
     """What each effect contributed against the effect plan, where the run has both."""
     from pywet.planning import audit
 
     if rows := audit.read(run_dir):
-        out.print("effects, plan against replay:")
+        to.print("effects, plan against replay:")
         for line in audit.lines(rows):
-            out.print(line, soft_wrap=True, highlight=False)
-
-
-def show_agreement(replay_json: dict[str, Any]) -> None:
-    """Agreement table; exit code 1 when a quantity is beyond its tolerance."""
-    from pywet.screening import verdict
-    from reference_impl.replay import whole
-
-    table = Table("quantity", "values", "largest", "median", "", box=None, header_style="bold")
-    rows = verdict.agreement(replay_json)
-    for row in rows:
-        said = "[green]agrees" if row.ok else "[red]disagrees"
-        table.add_row(escape(row.quantity), str(row.count), f"{row.largest:.1e}", f"{row.median:.1e}", said)
-    out.print(table)
-    if "compared" in replay_json:
-        out.print(whole.said(replay_json["compared"]), soft_wrap=True)
-        for sentence in replay_json["not_checked"]:
-            tell(f"not checked: {sentence}")
-        for kind, function in (replay_json.get("second") or {}).items():
-            tell(f"{kind}: held against {Path(function).name}, a second function of yours")
-        for sentence in verdict.unchecked_laws(replay_json):
-            tell(f"not checked: {sentence}", style="yellow")
-    bad = [row.quantity for row in rows if not row.ok]
-    if bad:
-        for finding in (replay_json.get("diagnosis") or {}).get("findings", []):
-            tell(finding["sentence"])
-        raise PywetError(
-            f"the replay disagrees on {', '.join(bad)}; its worst records are in replay.json; pywet replay asks again"
-        )
+            to.print(line, soft_wrap=True, highlight=False)

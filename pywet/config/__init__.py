@@ -5,7 +5,7 @@ Reading and checking only. What is built from it is in `pywet.screening.cases`; 
 
 from pywet.config.cases import Case
 from pywet.config.command_line import REPLACED, chosen
-from pywet.config.loading import FILES, Config, load, twins
+from pywet.config.loading import FILES, Config, load, of_run, twins
 from pywet.config.materials import Materials
 from pywet.config.scales import Scale
 from pywet.config.settings import EffectSettings, LawSettings
@@ -21,5 +21,6 @@ __all__ = [
     "Scale",
     "chosen",
     "load",
+    "of_run",
     "twins",
 ]

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
+from typing_extensions import TypedDict
 from yaml.constructor import ConstructorError
 
 from pywet.config import cases as cases_module
@@ -23,7 +24,7 @@ from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError, PywetError, one_line
-from pywet.files import read_bytes
+from pywet.files import AGAIN, read_bytes, read_json
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
 
@@ -157,6 +158,33 @@ def load(config_dir: Path, trust: bool = False) -> Config:
     wrong.keep(lambda: _check_references(config))
     wrong.say()
     return config
+
+
+class Resolved(TypedDict):
+    """config.json of a run, see `Config.resolved`: its materials hold the case's liquid alone."""
+
+    case: dict[str, Any]
+    scale: dict[str, Any]
+    apparatus: dict[str, Any]
+    materials: dict[str, Any]
+    settings: dict[str, Any]
+
+
+def of_run(run_dir: Path) -> tuple[Config, int, str]:
+    """The configuration that a run of a case was made from, as its config.json holds it, the case's number and the scale."""
+    path = Path(run_dir) / "config.json"
+    where, data = str(path), read_json(path, AGAIN, Resolved)
+    name = str(data["scale"].get("name", ""))
+    scale = {key: value for key, value in data["scale"].items() if key != "name"}
+    case = parse(Case, {**data["case"], "liquid": None}, where)
+    config = Config(
+        Path(run_dir),
+        parse(Settings, {**data["settings"], "cases": [case.case], "scale": name}, where),
+        parse(Materials, data["materials"], where),
+        parse(Scales, {"apparatus": data["apparatus"], "scales": {name: scale}}, where),
+        {case.case: case},
+    )
+    return config, case.case, name
 
 
 class Mistakes:

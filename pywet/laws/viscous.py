@@ -8,14 +8,15 @@ from pywet.laws import contact
 from pywet.laws.force_law import force_law, helper
 
 reduced_radius = helper(contact.reduced_radius)
+S_MIN = contact.S_MIN
 
 
 @helper
 def lubricated_gap(separation: float, radius_i: float, radius_j: float) -> float:
     """max(S, 0) + S_min with S_min = 0.001 r_eff [m] (Elskamp & Kruggel-Emden 2018, after 29; r_eff = r_i at a wall)."""
     if math.isinf(radius_j):
-        return max(separation, 0.0) + 1e-3 * radius_i
-    return max(separation, 0.0) + 2e-3 * radius_i * radius_j / (radius_i + radius_j)
+        return max(separation, 0.0) + S_MIN * radius_i
+    return max(separation, 0.0) + 2.0 * S_MIN * radius_i * radius_j / (radius_i + radius_j)
 
 
 @helper

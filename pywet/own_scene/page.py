@@ -1,32 +1,50 @@
-"""The report of a run of a scene of one's own: one page with what was run, what came out, and whether it may be believed."""
+"""The page of one run: what was run, what came out, and whether it was checked.
+
+A case with its configuration gets the screening report; a custom scene, and a case without, the page that is made here.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from matplotlib.axes import Axes
+import pandas as pd
 
-from pywet.files import AGAIN, read_json
+from pywet.errors import PywetError
+from pywet.files import AGAIN, read_if_there
 from pywet.own_scene.walls import word_of
-from pywet.report import page
+from pywet.report import page, render, report
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.runs.loaded import Run
 from pywet.screening import verdict
+from pywet.shipped import place
 
 NOT_WALLS = ("step", "time_s", "total_m3", "initial_m3", "standing_bridges_m3", "left_m3")
 """Columns of liquid_by_wall that are no holder's."""
 CURVES = {
-    "per sphere": ("contacts_per_sphere", "bridges_per_sphere"),
-    "overlap / radius": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
+    "number per sphere [-]": ("contacts_per_sphere", "bridges_per_sphere"),
+    "overlap over the radius [-]": ("mean_overlap", "largest_overlap", "largest_wall_overlap"),
     "speed [m/s]": ("mean_speed_m_per_s", "largest_speed_m_per_s"),
 }
+GREY = "#7d8994"
 DEEP = 0.05
 """Overlap over the radius from which on springs are said to be soft."""
 
 
+def of_run(folder: Path) -> Path:
+    """Write `report.html` into the folder of a finished run, with a picture as new as its results; returns its path."""
+    picture, summary = folder / "picture.png", folder / "summary.json"
+    if not summary.exists():
+        raise PywetError(f"no summary.json in {folder}; expected a finished run of a case or of a scene: run it again")
+    if not picture.exists() or picture.stat().st_mtime_ns < summary.stat().st_mtime_ns:
+        render.write(folder, picture)
+    if (folder / "config.json").exists():
+        return report.write_run(folder, place("workflow") / "report", picture)
+    return write(folder, picture)
+
+
 def write(folder: Path, picture: Path) -> Path:
-    """Write `report.html` into a run's folder, with its picture; returns its path."""
+    """Write `report.html` of a custom scene into a run's folder, with its picture; returns its path."""
     run = Run(folder)
     standing = verdict.standing(folder)
     sections = [
@@ -34,9 +52,10 @@ def write(folder: Path, picture: Path) -> Path:
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
         ),
         *_sizes(run),
+        *_retained(run),
         page.Section("Where the liquid is", _liquid(run), "Liquid"),
-        page.Section("Contacts and speeds", _contacts(run), "Contacts"),
-        page.Section("Which effects were simulated", _effects(run), "Effects"),
+        *_contacts(run),
+        *([page.Section("Which effects were simulated", _effects(run), "Effects")] if run.has("plan.json") else []),
         page.Section("The independent replay", _replay(run), "Replay"),
         page.Section("The liquid ledger and energies", _ledger(run), "Ledger"),
         page.Section("Files", _files(folder), "Files"),
@@ -75,21 +94,32 @@ def _sizes(run: Run) -> list[page.Section]:
     return [page.Section("Masses in whole spheres", table, "Sizes")]
 
 
+def _retained(run: Run) -> list[page.Section]:
+    """The fraction retained over time, where a run has it."""
+    if not run.has("results/fraction_retained.parquet"):
+        return []
+    table = run.fraction_retained
+    columns = [c for c in table.columns if str(c).startswith("fraction_retained") and c != "fraction_retained_spheres"]
+    names = {str(c): str(c).removeprefix("fraction_retained").replace("_", " ").strip() or "all" for c in columns}
+    drawn = _drawn(table, {"fraction retained Y": names})
+    return [page.Section("Fraction retained", drawn, "Retained")]
+
+
 def _liquid(run: Run) -> str:
     table = run.liquid
     holders = [c for c in table.columns if c not in NOT_WALLS]
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
-    walls = read_json(run.path / "description.json", AGAIN)["walls"]
-    names = {word_of(wall["name"]): wall["name"] for wall in walls}
-    with plt.rc_context(STYLE):
-        figure, (axes,) = panels(1, 1, (8.5, 3.4))
-        for name in sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max()):
-            axes.plot(table["time_s"], 1e9 * table[name], label=_holder(name, names))
-        if run.scene.is_fed:
-            axes.plot(table["time_s"], 1e9 * table["initial_m3"], ":", color="#888888", label="put in until then")
-        _finish(axes, "liquid [mm³]")
-        drawn = page.picture(figure, "Standing bridges are shared between their ends, as if they broke then.")
+    description = read_if_there(run.path / "description.json", AGAIN) or {"walls": []}
+    names = {word_of(wall["name"]): wall["name"] for wall in description["walls"]}
+    order = sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max())
+    shown = {str(c): _holder(str(c), names) for c in order}
+    in_mm3 = table.assign(**{c: 1e9 * table[c] for c in [*order, "initial_m3"]})
+    if run.scene.is_fed:
+        shown["initial_m3"] = "put in until then"
+    drawn = _drawn(in_mm3, {"liquid [mm³]": shown}) + page.paragraph(
+        "Active bridges are divided between their ends as if they ruptured now.", soft=True
+    )
     last = {str(c): float(v) for c, v in table.iloc[-1].items()}
     share = {c: last[c] / last["initial_m3"] for c in [*holders, "left_m3"]}
     rows = [[_holder(c, names), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
@@ -102,15 +132,15 @@ def _holder(column: str, names: dict[str, str]) -> str:
     return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
 
 
-def _contacts(run: Run) -> str:
+def _contacts(run: Run) -> list[page.Section]:
+    if not run.has("results/contact_statistics.parquet"):
+        return []
     table = run.contact_statistics
-    with plt.rc_context(STYLE):
-        figure, axes = panels(len(CURVES), len(CURVES), (3.6, 2.8))
-        for one, (label, columns) in zip(axes, CURVES.items(), strict=True):
-            for column in columns:
-                one.plot(table["time_s"], table[column], label=column.removesuffix("_m_per_s").replace("_", " "))
-            _finish(one, label)
-        drawn = page.picture(figure, "A sphere has one contact with a wall, at the wall's closest point.")
+    names = {
+        axis: {c: c.removesuffix("_m_per_s").replace("_", " ") for c in columns} for axis, columns in CURVES.items()
+    }
+    drawn = _drawn(table, names)
+    drawn += page.paragraph("A sphere has one contact with a wall, at the wall's closest point.", soft=True)
     deepest = float(table["largest_overlap"].max())
     into, through = (100 * float(table[f"largest_wall_{c}"].max()) for c in ("overlap", "penetration"))
     text = (
@@ -119,13 +149,23 @@ def _contacts(run: Run) -> str:
     )
     if deepest > DEEP:
         text += " That is deep: stiffer springs (`stiffness_N_per_m`) would be nearer to hard spheres."
-    return "".join(page.paragraph(s) for s in (text, *run.summary.get("warnings", []))) + drawn
+    body = "".join(page.paragraph(s) for s in (text, *run.summary.get("warnings", []))) + drawn
+    return [page.Section("Contacts and speeds", body, "Contacts")]
 
 
-def _finish(axes: Axes, label: str) -> None:
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(label)
-    axes.legend()
+def _drawn(table: pd.DataFrame, panels_of: dict[str, dict[str, str]]) -> str:
+    """Drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
+    drawn = []
+    with plt.rc_context(STYLE):
+        for k, (label, columns) in enumerate(panels_of.items()):
+            figure, (axes,) = panels(1, 1, (4.2, 3.3))
+            for column, name in columns.items():
+                put_in: Any = {"color": GREY, "linestyle": ":"} if column == "initial_m3" else {}
+                axes.plot(table["time_s"], table[column], label=name, **put_in)
+            axes.set(xlabel="time [s]", ylabel=label)
+            axes.legend()
+            drawn.append(page.curves(figure, f"{word_of(label)}{k}"))
+    return f'<div class="panels">{"".join(drawn)}</div>'
 
 
 def _effects(run: Run) -> str:

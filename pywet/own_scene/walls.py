@@ -36,6 +36,8 @@ def _given(direction: Vector) -> Vector:
 
 Direction = Annotated[Vector, AfterValidator(_given)]
 Sides = Annotated[int, Field(ge=3, le=96)]
+BAR_DEG, MOST_FACETS = 1.1, 200_000
+"""Least angle of a bar's triangles, and how many triangles bars may have."""
 ORDER = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
 """Coordinates of a solid drawn along z, put along another axis."""
 
@@ -156,6 +158,8 @@ class Bars(Excusable):
             raise ValueError(
                 f"pitch_mm more than diameter_mm ({self.pitch_mm:g} is not more than {self.diameter_mm:g})"
             )
+        if self.count * self.sides * self.length_mm * math.tan(math.radians(BAR_DEG)) > MOST_FACETS * self.diameter_mm:
+            raise ValueError(f"fewer, thicker or shorter bars, which take at most {MOST_FACETS} triangles")
         return self
 
     def parts(self) -> list[Part]:
@@ -169,7 +173,7 @@ class Bars(Excusable):
             for point in (start, end):
                 point[1 - along] += (k - 0.5 * (self.count - 1)) * MM * self.pitch_mm
             radius = 0.5 * MM * self.diameter_mm
-            found.append((wire(start, end, radius, self.sides, 1.1), radius))
+            found.append((wire(start, end, radius, self.sides, BAR_DEG), radius))
         return found
 
 

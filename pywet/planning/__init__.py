@@ -15,7 +15,7 @@ from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import PywetError
 from pywet.laws import registry
 from pywet.laws.kinds import NEEDED, PRESETS, SWITCHED
-from pywet.planning.costs import measured_costs
+from pywet.planning import costs
 from pywet.planning.numbers import Number, class_groups, effect_numbers
 from pywet.planning.shares import WITHIN, predicted_shares
 from pywet.planning.size_distribution import Amount, lines
@@ -67,19 +67,17 @@ class EffectRow:
     def short(self) -> str:
         """The row in 80 columns: on or off, number and tolerance, share, cost, law; without quantity and reason."""
         share = "-" if self.predicted_share is None else _percent(self.predicted_share).strip()
-        cost = "-" if self.cost is None else f"{100 * self.cost:+.0f} %"
         state, law = ("on", (self.law or "").rpartition("/")[2]) if self.on else ("off", "")
         number = f"{self.number:.2g}"
-        return f"{self.effect:<19}{state:<5}{number:>9}{self.threshold:>11g}{share:>8}{cost:>8}  {law}".rstrip()
+        return f"{self.effect:<19}{state:<5}{number:>9}{self.threshold:>11g}{share:>8}{costs.shown(self.cost):>8}  {law}".rstrip()
 
     @property
     def line(self) -> str:
         state = "on " if self.on else "off"
         law = f" [{self.law}]" if self.on and self.law else ""
         share = "    -" if self.predicted_share is None else _percent(self.predicted_share)
-        cost = "    -" if self.cost is None else f"{100 * self.cost:+4.0f} %"
         number = f"{self.quantity} = {self.number:.2g} (tolerance {self.threshold:g})"
-        return f"{self.effect:<19}{state}  share {share}  cost {cost}  {number}: {self.why}{law}"
+        return f"{self.effect:<19}{state}  share {share}  cost {costs.shown(self.cost):>6}  {number}: {self.why}{law}"
 
 
 @dataclass(frozen=True)
@@ -142,14 +140,14 @@ def plan(
         _row("liquid_weight", bridges.on, numbers["liquid_weight"], settings),
         _row("shedding", bridges.on and falls, numbers["shedding"], settings, named["shedding"]),
     ]
-    counts, costs = [c.count for c in classes if c.count > 0], measured_costs()
+    counts, added = [c.count for c in classes if c.count > 0], costs.measured_costs()
     shares = predicted_shares(class_groups(classes, pairs, liquid, speed_m_per_s, s), counts, s)
     rows = [
         replace(
             row,
             predicted_share=shares.get(row.effect),
             predicted_within=WITHIN.get(row.effect, 3.0),
-            cost=costs.get(row.effect),
+            cost=added.get(row.effect),
         )
         for row in _together(rows, settings)
     ]

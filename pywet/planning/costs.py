@@ -15,3 +15,11 @@ def measured_costs() -> dict[str, float]:
     """Effect -> processor time it adds, over that of the same run without it; median over the scenes that use it."""
     added: dict[str, float] = read_json(STORED)["added"]
     return added
+
+
+def shown(cost: float | None) -> str:
+    """A cost in per cent; one within the scatter between packings is neither a cost nor a saving."""
+    if cost is None:
+        return "-"
+    scatter: float = read_json(STORED)["scatter"]
+    return f"{100 * cost:+.0f} %" if abs(cost) > scatter else f"<{100 * scatter:.0f} %"

@@ -9,6 +9,7 @@ from typing import Literal
 
 from pywet.errors import PywetError
 from pywet.laws.contact import S_MIN, film_volume
+from pywet.laws.viscous import lian_translation
 from pywet.scene import ContactPair, Liquid, SphereClass
 
 GRAVITY = 9.81
@@ -116,7 +117,6 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
     film = film_volume(h, r)
     volume = 2.0 * BRIDGE_SHARE * film
     r_red = 0.5 * r
-    slide = 6.0 * math.pi * eta * r_red * (8.0 / 15.0 * math.log(r_red / (S_MIN * r)) + 0.9588)
     return Groups(
         radius=r,
         mass=m,
@@ -131,7 +131,7 @@ def groups(c: SphereClass, pairs: Sequence[ContactPair], liquid: Liquid | None, 
         surface_force=abs(2.0 * math.pi * r * sigma * math.cos(c.contact_angle_rad)) if h > 0 else 0.0,
         rupture=(1.0 + 0.5 * c.contact_angle_rad) * volume ** (1.0 / 3.0),
         normal_drag_gap=6.0 * math.pi * eta * r_red**2 if h > 0 else 0.0,
-        tangential_drag=slide if h > 0 else 0.0,
+        tangential_drag=lian_translation(0.0, r, r, eta) if h > 0 else 0.0,
         capillary_number=speed * eta / sigma if sigma > 0 and h > 0 else 0.0,
         liquid_mass=film * liquid.density_kg_per_m3 if liquid is not None else 0.0,
         surface_tension=sigma,

@@ -16,11 +16,10 @@ from scipy import stats
 
 from pywet.errors import PywetError
 from pywet.files import atomic_write
-from pywet.report.pictures import GREEN, INK, NAVY, ORANGE, RED, SKY, STYLE, VIOLET, panels, plt
+from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
 
 Floats = NDArray[np.float64]
-COLOURS = (NAVY, ORANGE, GREEN, SKY, VIOLET, RED)
 DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
 FORMATS = (".pdf", ".svg", ".png")
 THESIS: Any = {**STYLE, "legend.fontsize": 9, "savefig.dpi": 300, "pdf.fonttype": 42}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,10 +16,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import jinja2
+import numpy as np
 from matplotlib.figure import Figure
 
 from pywet.files import atomic_write
-from pywet.report.pictures import DPI, plt
+from pywet.report.pictures import DPI, inline, plt, svg
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 Grade = Literal["good", "fair", "bad", "none", ""]
@@ -104,6 +106,24 @@ def picture(figure: Figure, caption: str, vector: bool = True) -> str:
     figure.savefig(buffer, format="svg" if vector else "png", bbox_inches="tight", dpi=DPI)
     plt.close(figure)
     return _figure(buffer.getvalue(), "svg" if vector else "png", caption)
+
+
+def curves(figure: Figure, name: str, caption: str = "") -> str:
+    """A figure of one panel as SVG text with its caption, and its lines as JSON, which the page offers as CSV; it is closed."""
+    (axes,) = figure.axes
+    lines = [
+        {"label": str(line.get_label()), "x": np.asarray(line.get_xdata(), float).tolist(),
+         "y": np.asarray(line.get_ydata(), float).tolist()}
+        for line in axes.get_lines()
+    ]  # fmt: skip
+    with plt.rc_context({"svg.fonttype": "none"}):
+        drawn = inline(svg(figure, transparent=True), name)
+    said = html.escape(caption or axes.get_ylabel())
+    data = json.dumps(lines).replace("<", "\\u003c")
+    below = f"<figcaption>{said}</figcaption>" if caption else ""
+    return (
+        f'<figure role="img" aria-label="{said}">{drawn}<script type="application/json">{data}</script>{below}</figure>'
+    )
 
 
 def picture_file(path: Path, caption: str) -> str:

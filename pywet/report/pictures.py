@@ -10,12 +10,14 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 __all__ = ["plt"]
 INK, GRID = "#27323d", "#dfe4e9"
 NAVY, SKY, ORANGE, GREEN, VIOLET, RED = "#0b3c78", "#4a9bd4", "#d98032", "#5d8a3a", "#8b5fa5", "#c0392b"
+COLOURS = (NAVY, ORANGE, GREEN, SKY, VIOLET, RED)
 """Colours of lines, in the order in which they are taken."""
 DPI = 130
 STYLE: Any = {
@@ -25,6 +27,7 @@ STYLE: Any = {
     "axes.labelcolor": INK,
     "axes.grid": True,
     "axes.spines.top": False,
+    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.spines.right": False,
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
@@ -34,7 +37,7 @@ STYLE: Any = {
     "grid.color": GRID,
     "grid.linewidth": 0.7,
     "legend.frameon": False,
-    "legend.fontsize": 8,
+    "legend.fontsize": 9,
     "xtick.color": INK,
     "ytick.color": INK,
     "svg.hashsalt": "pywet",

@@ -90,7 +90,7 @@ def apart(sheet: Sheet, name: str) -> list[dict[str, str]]:
     found = []
     with plt.rc_context({**STYLE, "svg.fonttype": "none", "path.simplify": False}):
         for k, (heading, group) in enumerate(sheet.panels):
-            figure, (axes,) = panels(1, 1, (4.6, 3.5 if sheet.draw is not _draw_liquid else 4.6))
+            figure, (axes,) = panels(1, 1, (4.2, 3.3 if sheet.draw is not _draw_liquid else 4.5))
             _panel(axes, sheet, heading, group)
             if sheet.draw is _draw_liquid:
                 _legend_below(figure, 2)

@@ -12,12 +12,13 @@ from typing import Any
 import jinja2
 
 import pywet
-from pywet.config import Config
+from pywet.config import Config, of_run
 from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.report import answer, browser, contributed, page, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
 from pywet.runs.rundir import RunDir
+from pywet.runs.spread import with_interval
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 
 TEMPLATE = "report.html.j2"
@@ -49,8 +50,28 @@ def write(
         presets.shown(usual[number], collect_run(folder / name, config.case(number)), preset)
         for name, (number, preset) in (twins or {}).items()
     ]
+    _render(config, scale, results, template_dir, picture, out, pairs)
+
+
+def write_run(run_dir: Path, template_dir: Path, picture: Path | None) -> Path:
+    """Write the report on one run of a case into its own folder, from the configuration that was stored with it."""
+    config, number, scale = of_run(run_dir)
+    out = run_dir / "report.html"
+    _render(config, scale, [collect_run(run_dir, config.case(number))], template_dir, picture, out)
+    return out
+
+
+def _render(
+    config: Config,
+    scale: str,
+    results: Sequence[CaseResult],
+    template_dir: Path,
+    picture: Path | None,
+    out: Path,
+    pairs: Sequence[dict[str, Any]] = (),
+) -> None:
     environment = page.templates(template_dir)
-    environment.filters.update({"sig": _significant, "power": _power})
+    environment.filters.update({"sig": _significant, "power": _power, "interval": with_interval})
     try:
         text = environment.get_template(TEMPLATE).render(
             {
@@ -99,10 +120,18 @@ FILES = {
 
 def _files(report: Path, results: Sequence[CaseResult]) -> list[tuple[int, list[tuple[str, str]]]]:
     """Of each case the files that are there, as links from the report's folder."""
+    below = report.parent.resolve()
     return [
-        (r.case.case, [(f"{r.folder.name}/{name}", text) for name, text in FILES.items() if (r.folder / name).exists()])
+        (
+            r.case.case,
+            [
+                ((r.folder / name).resolve().relative_to(below).as_posix(), text)
+                for name, text in FILES.items()
+                if (r.folder / name).exists()
+            ],
+        )
         for r in results
-        if r.folder is not None and r.folder.parent.resolve() == report.parent.resolve()
+        if r.folder is not None and r.folder.resolve().is_relative_to(below)
     ]
 
 
@@ -116,10 +145,11 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "passed": passed,
         "answer": answer.sentence(passed),
         "proof": proof[0],
-        "proven": proof[1],
+        "agrees": proof[1],
         "laws": answer.laws(results),
         "unchecked": answer.unchecked(results),
         "own": sum(bool(r.unchecked) for r in moist),
+        "seeds": any(r.seeds for r in results),
         "results": results,
         "moist": moist,
         "done": sum(r.done for r in results),
@@ -129,7 +159,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         ),
         "replay_ok": all(a.ok for r in replayed for a in r.agreement),
         "replayed": replayed,
-        "worst_ledger": max((r.summary["ledger_error"] for r in moist if r.summary), default=None),
+        "worst_ledger": max((e for r in moist if (e := r.ledger_error) is not None), default=None),
         "wall_s": sum(r.summary["wall_s"] for r in results if r.summary),
         "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
         "ledger_tolerance": LEDGER_TOLERANCE,

@@ -36,6 +36,10 @@ class Run:
         self._run = RunDir(self.path)
         self.scene: Scene = self._run.scene
 
+    def has(self, name: str) -> bool:
+        """Whether the run has a file of this name, such as `results/fraction_retained.parquet`."""
+        return (self.path / name).exists()
+
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What was run, how fast, the liquid at the end, the checks."""
@@ -61,6 +65,10 @@ class Run:
     wall_films = _kept("history/wall_films", "Film on every wet triangle of the walls at the outputs.")
     ledger = _kept("history/ledger", "Where all liquid is at the outputs: films, bridges, walls, left.")
     energy = _kept("history/energy", "Energies at the outputs, and the works since the start.")
+    fraction_retained = _kept(
+        "results/fraction_retained",
+        "Of a screening case, at the outputs: mass that is not in the collecting bin over the mass put in, of all and by class.",
+    )
     contact_statistics = _kept(
         "results/contact_statistics",
         "Of a scene of one's own, at the outputs: contacts and bridges per sphere, overlaps, speeds.",

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pywet.errors import PywetError
 from pywet.files import AGAIN, read_if_there, read_parts, read_table
 from pywet.scene import Scene
-from pywet.schema import FORMATION, SPHERE
+from pywet.schema import FORMATION, INTEGER, NUMBER, SPHERE, TABLES
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -83,7 +83,11 @@ class RunDir:
 
     @cached_property
     def triangles(self) -> pd.DataFrame:
-        """history/triangles.parquet in the order of triangle numbers."""
+        """history/triangles.parquet in the order of triangle numbers; a scene without walls has no such file and no triangle."""
+        if not self.scene.walls:
+            kinds = {INTEGER: "int64", NUMBER: "float64"}
+            columns = TABLES["history/triangles"].items()
+            return pd.DataFrame({name: pd.Series(dtype=kinds.get(holds, "object")) for name, holds in columns})
         return self.table("history/triangles").sort_values("triangle", ignore_index=True)
 
     @cached_property

@@ -77,9 +77,30 @@ def standing(run_dir: Path) -> Standing:
     return Standing("yes", "good", "Its checks, its liquid ledger and the independent replay agree.")
 
 
+def nothing_compared(replay: dict[str, Any]) -> list[str]:
+    """A sentence for each kind that the scene has and of which the replay compared nothing."""
+    return [str(sentence) for sentence in replay.get("nothing_compared", ())]
+
+
 def not_checked(replay: dict[str, Any]) -> list[str]:
-    """A sentence for everything that the replay took as logged, or checked on a sample only."""
-    return [str(sentence) for sentence in replay.get("not_checked", ())]
+    """A sentence for each kind of which nothing was compared, and for what the replay took as logged or checked on a sample."""
+    nothing = [f"nothing compared: {sentence}" for sentence in nothing_compared(replay)]
+    return [*nothing, *(str(sentence) for sentence in replay.get("not_checked", ()))]
+
+
+def recomputed(run_dir: Path) -> str:
+    """What was compared, in numbers: quantities and values of the replay, the largest deviation, the error of the ledger."""
+    replay = read_if_there(run_dir / "replay.json", AGAIN, Replay)
+    summary = read_if_there(run_dir / "summary.json", AGAIN, RunSummary)
+    rows = agreement(dict(replay)) if replay else []
+    parts = []
+    if rows:
+        exact = [r.largest for r in rows if r.limit <= REPLAY_TOLERANCE]
+        largest = f", largest deviation {max(exact):.1g}" if exact else ""
+        parts.append(f"{len(rows)} quantities in {sum(r.count for r in rows)} values recomputed{largest}")
+    if summary and summary["ledger_error"] is not None:
+        parts.append(f"liquid ledger off by {summary['ledger_error']:.1g} of the liquid put in")
+    return "; ".join(parts) or "nothing of it could be replayed"
 
 
 def objections(run_dir: Path) -> list[str]:

@@ -24,15 +24,21 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
     try:
         if not folder.is_dir():
             raise io.ReplayError(f"{folder} is no folder; expected the folder of a run")
+        io.refuse_special(folder)
         forget(folder, out)
         if nothing_to_replay(folder):
             reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"
             return {**where, "status": "dry", "reason": reason}
         result = replay(folder, out, functions)
     except io.ReplayError as error:
-        return {**where, "status": "unreadable", "reason": str(error)}
+        return {**where, "status": "unreadable", "reason": _shown(error)}
     agrees = "in part" if result["nothing_compared"] else "agrees"
     return {**where, "status": agrees if result["ok"] else "disagrees", "reason": None, **result}
+
+
+def _shown(error: io.ReplayError) -> str:
+    """A sentence without control characters, which a file may hold in the name of a column."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(error))[:2000]
 
 
 def forget(folder: Path, out: Path | None = None) -> None:

@@ -25,7 +25,7 @@ from typer.testing import CliRunner
 
 from pywet import config, stages
 from pywet.bench import bridge_query
-from pywet.cli import showing
+from pywet.cli import ending, showing
 from pywet.cli.app import app
 from pywet.collisions.spheres import command as spheres
 from pywet.collisions.spheres import simulate
@@ -251,7 +251,8 @@ def readers(bench: Bench, run: Path) -> list[Callable[[], Any]]:
     return [
         lambda: read_all(run),
         lambda: stages.judge([run]),
-        lambda: showing.show_summary(run),
+        lambda: list(ending.lines([run], None)),
+        lambda: ending.details(run, showing.out),
         lambda: report.context(bench.config, "smoke", [collect.collect_run(run, bench.config.case(2))], None),
         lambda: quantities.read_run(run),
         lambda: digest.check(digest.load(bench.folder / "digest.json"), run),

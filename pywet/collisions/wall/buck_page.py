@@ -34,7 +34,7 @@ ITEMS = {
     ),
     "fig10": Item(
         "Fig. 10: oblique, dry and wet",
-        "γ-Al2O3, dry and on 100 µm Tween 20, over the impact angle: sliding at small angles, a minimum, rolling beyond.",
+        "γ-Al2O3, dry and on 100 µm Tween 20, over the collision angle: rolling at small angles, a minimum, sliding beyond.",
         curves.oblique, lambda table: figures.over_angle(table, ("e_n", "e_t", "omega_out")),
     ),
     "fig11": Item(
@@ -42,7 +42,7 @@ ITEMS = {
         curves.spinning, figures.over_angle,
     ),
     "fig12": Item(
-        "Fig. 12: sliding and rolling", "The same at −961 rad/s: five regimes; dashed lines are their edges.",
+        "Fig. 12: sliding and rolling", "The same at −961 rad/s: five regimes, each shaded.",
         curves.spinning, figures.regimes,
     ),
     "fig13": Item(

@@ -6,25 +6,37 @@ from pathlib import Path
 
 import numpy as np
 
+from pywet.errors import FileError, shown
+
 HEAD_B = 104
 """Bytes before the number of spheres."""
+COUNT = np.dtype("<i8")
 SPHERE = np.dtype([("id", "<i8"), ("place", "<f8", (2,)), ("rest", "<f8", (9,))])
 
 
 def count(state: Path) -> int:
     """Number of spheres that are in the engine from the checkpoint on."""
-    return int(np.fromfile(state, "<i8", 1, offset=HEAD_B)[0])
+    return int(_numbers(state, HEAD_B, 1)[0])
 
 
 def places(state: Path) -> np.ndarray:
     """Position of these spheres in the plan view, (n, 2)."""
-    n = count(state)
-    spheres = np.memmap(state, SPHERE, "r", HEAD_B + 8, (n,)) if n else np.zeros(0, SPHERE)
-    return np.asarray(spheres["place"])
+    return np.asarray(_numbers(state, HEAD_B + 8, count(state), SPHERE)["place"])
 
 
 def retired(state: Path) -> np.ndarray:
     """Numbers of all spheres retired until the checkpoint and at it, in order."""
     start = HEAD_B + 8 + count(state) * SPHERE.itemsize
-    n = int(np.fromfile(state, "<i8", 1, offset=start)[0])
-    return np.fromfile(state, "<i8", n, offset=start + 8)
+    return _numbers(state, start + 8, int(_numbers(state, start, 1)[0]))
+
+
+def _numbers(state: Path, start: int, n: int, kind: np.dtype = COUNT) -> np.ndarray:
+    """So many records from a byte on; a sentence where the file does not hold them."""
+    there = (state.stat().st_size - start) // kind.itemsize
+    if not 0 <= n <= there:
+        raise FileError(
+            f"{shown(state)} says that it holds {n} records where there is room for {max(there, 0)}; expected a whole "
+            "checkpoint: remove engine.partial and call again",
+            path=state,
+        )
+    return np.memmap(state, kind, "r", start, (n,)) if n else np.zeros(0, kind)

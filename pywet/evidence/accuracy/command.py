@@ -46,7 +46,7 @@ def plan(config: Config, case: int, scale: str, accuracy: str, wanted: list[str]
     seconds, load = cost.predict(edit.changed(config, scale, changed), case, scale, machine, known)
     before, _ = cost.predict(config, case, scale, machine, known)
     lines = _shown(share, groups, moist, table)
-    lines += [f"  {KNOBS[knob].title:<22}{edit.shown(knob, level)}" for knob, level in changed.items()]
+    lines += [f"  {KNOBS[knob].title:<23} {edit.shown(knob, level)}" for knob, level in changed.items()]
     counted = (f"{g} {100 * e:.2g} %" if e > 0.0 else f"{g} none resolved" for g, e in chosen.error.items())
     lines += [f"  errors counted: {', '.join(counted)}"]
     if longer >= cases.WORTH_SAYING and changed["integration"] == "explicit":

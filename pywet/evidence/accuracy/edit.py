@@ -103,7 +103,7 @@ def put_into(folder: Path, values: Mapping[str, Any]) -> None:
                 continue
             entry, (*above, last) = content, path.split()
             for key in above:
-                entry = entry.setdefault(key, {})
+                entry = entry[int(key)] if isinstance(entry, list) else entry.setdefault(key, {})
             entry.pop(last, None) if value is None else entry.update({last: value})
         with atomic_write(folder / file) as temporary:
             yaml.dump(content, temporary)

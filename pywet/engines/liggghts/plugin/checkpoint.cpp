@@ -40,11 +40,37 @@ void put(std::vector<char> &out, const T *from, size_t n) {
   out.insert(out.end(), bytes, bytes + n * sizeof(T));
 }
 
-template <class T>
-void take(const char *&from, T *to, size_t n) {
-  if (n) std::memcpy(to, from, n * sizeof(T));  // of nothing there is no address
-  from += n * sizeof(T);
+void need(bool good, const std::string &file) {
+  if (!good)
+    throw std::runtime_error("the checkpoint " + file +
+                             " is damaged or of another scene; expected one of this run: remove engine.partial and call again");
 }
+
+// What a state file holds, one after the other; numbers that the file says of itself never lead out of it.
+class Reader {
+ public:
+  Reader(const char *from, const char *end, const std::string &file) : from_(from), end_(end), file_(file) {}
+
+  template <class T>
+  const T *next(int64_t n) {
+    need(n >= 0 && n <= int64_t((end_ - from_) / sizeof(T)), file_);
+    const T *at = reinterpret_cast<const T *>(from_);
+    from_ += n * sizeof(T);
+    return at;
+  }
+  int64_t count() { return *next<int64_t>(1); }
+  template <class T>
+  void all(std::vector<T> &numbers) {
+    const int64_t n = count();
+    const T *at = next<T>(n);
+    numbers.assign(at, at + n);
+  }
+  bool ended() const { return from_ == end_; }
+
+ private:
+  const char *from_, *end_;
+  const std::string &file_;
+};
 
 }  // namespace
 
@@ -119,22 +145,16 @@ void Checkpoint::resume(const std::string &state_file) {
     std::memcpy(&sum, file_.get() + size, sizeof(sum));
     if (sum == check_sum(file_.get(), size)) std::memcpy(&head, file_.get(), sizeof(head));
   }
-  if (std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) != 0 || head.spheres > world_.spheres.count ||
-      head.triangles != int64_t(films_.wall.size()))
-    throw std::runtime_error("the checkpoint " + state_file + " is damaged or of another scene");
-  const char *from = file_.get() + sizeof(Head);
-  auto take_all = [&](auto &numbers) {
-    int64_t n = 0;
-    take(from, &n, 1);
-    numbers.resize(n);
-    take(from, numbers.data(), numbers.size());
-  };
-  take(from, &count_, 1);
-  spheres_ = reinterpret_cast<const SphereState *>(from);
-  from += count_ * sizeof(SphereState);
-  take_all(world_.spheres.retired);
-  Sums sums;
-  take(from, &sums, 1);
+  const size_t ids = world_.spheres.ids(), triangles = films_.wall.size();
+  need(std::memcmp(head.magic, MAGIC, sizeof(MAGIC)) == 0 && head.spheres <= world_.spheres.count &&
+           head.triangles == int64_t(triangles), state_file);
+  Reader from(file_.get() + sizeof(Head), file_.get() + size, state_file);
+  const auto exists = [&](int64_t id) { return id > 0 && id < int64_t(ids) && world_.spheres.exists(size_t(id)); };
+  count_ = from.count();
+  spheres_ = from.next<SphereState>(count_);
+  from.all(world_.spheres.retired);
+  for (int64_t id : world_.spheres.retired) need(exists(id), state_file);
+  const Sums sums = *from.next<Sums>(1);
   if (world_.ranks.first()) {
     energy_.sums = sums;
     energy_.formed = head.formed;
@@ -142,21 +162,32 @@ void Checkpoint::resume(const std::string &state_file) {
     standing_.formations = head.formations;
     standing_.ruptures = head.ruptures;
   }
-  take_all(films_.wall);
+  from.all(films_.wall);
+  need(films_.wall.size() == triangles, state_file);
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {
     const SphereState &sphere = of(at.tag[a]);
+    need(&sphere < spheres_ + count_ && sphere.id == at.tag[a], state_file);
     at.liquid[a][FILM] = sphere.film;
     at.liquid[a][LOAD] = sphere.load;
     at.liquid[a][WEIGHED] = sphere.weighed;
   }
-  standing_.expect({file_, reinterpret_cast<const Told *>(from)}, head.bridges);
-  from += head.bridges * sizeof(Told);
+  const Told *bridges = from.next<Told>(head.bridges);
+  for (const Told *b = bridges; b < bridges + head.bridges; b++) {
+    const bool wall = b->kind == LARGE_WALL || b->kind == SMALL_WALL;
+    need(exists(b->i) && (wall ? b->j >= 0 && b->j < int64_t(world_.walls.parts.size()) : b->kind == SPHERE && exists(b->j)), state_file);
+  }
+  standing_.expect({file_, bridges}, head.bridges);
   std::vector<WireSpring> springs;
-  take_all(springs);
+  from.all(springs);
   wires_.take_up(springs);
   if (world_.rules.weighs) weight_.taken_up();
-  if (world_.laws.shed_drop) shedding_.keep(take_all);
+  if (world_.laws.shed_drop)
+    shedding_.keep([&](std::vector<double> &numbers) {
+      from.all(numbers);
+      need(numbers.empty() || numbers.size() == 3 * ids, state_file);
+    });
+  need(from.ended(), state_file);
   world_.clock.now = head.step;
   films_.initial = head.initial;
   films_.left = head.left;

@@ -1,4 +1,4 @@
-// Records of the logs. Layout = pywet/schema.py, packed, little endian; a test compares the sizes.
+// Records of the logs. Layout = pywet/schema.py, packed, little endian; a test compares them field by field.
 #pragma once
 #include <cstdint>
 #include <cstdio>

@@ -1,0 +1,167 @@
+"""What a finished run prints: at most ten lines, the answer first; all numbers are in details.txt, and printed with --verbose."""
+
+from __future__ import annotations
+
+import io
+import shlex
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from statistics import mean
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from pywet.cli.showing import err, out, show_audit, tell
+from pywet.errors import PywetError, one_line
+from pywet.files import atomic_write, read_if_there, read_json
+from pywet.runs.shapes import Replay, RunSummary, Summary
+from pywet.runs.spread import with_interval
+
+DETAILS = "details.txt"
+WIDE = 160
+"""Columns of details.txt."""
+LISTED, LARGEST = 2, 3
+"""Sentences on what was not checked that are printed, and liquid reservoirs; further sentences are counted."""
+
+
+def show(folders: Sequence[Path], verbose: bool = False) -> None:
+    """End `pywet run` and `run-scene`: `folders` holds the run, then those of further seeds; raises where a check objects."""
+    from pywet.screening import verdict
+
+    report = _report(folders[0])
+    for folder in folders:
+        _write_details(folder)
+        if verbose:
+            details(folder, out)
+    for line in lines(folders, report):
+        tell(line)
+    wrong = {folder: verdict.objections(folder) for folder in folders}
+    named = len(folders) > 1
+    if said := [f"{folder}: {s}" if named else s for folder, all_of in wrong.items() for s in all_of]:
+        raise PywetError(f"{'; '.join(said)}; all results are written and marked")
+
+
+def lines(folders: Sequence[Path], report: Path | None) -> Iterator[str]:
+    """The lines: what was run, the answer, liquid, whether it was checked, files, the next command."""
+    from pywet.screening import verdict
+
+    folder = folders[0]
+    said = read_json(folder / "summary.json", shape=RunSummary)
+    seeds = f", {len(folders)} seeds" if len(folders) > 1 else ""
+    yield f"{folder}: {sum(said['spheres'].values())} spheres, {said['steps']} steps in {said['wall_s']:.1f} s{seeds}"
+    yield from _retained(folders)
+    yield from _liquid(folders)
+    standings = [(verdict.standing(f), f) for f in folders]
+    worst, where = min(standings, key=lambda s: ("no", "in part", "–", "yes").index(s[0].word))
+    of = f" ({where.name})" if len(folders) > 1 else ""
+    word = "nothing" if worst.word == "–" else worst.word
+    yield f"checked: {word}{of}: {verdict.recomputed(where)}"
+    if worst.word == "no":
+        yield f"  {worst.sentence}"
+    else:
+        left = verdict.not_checked(dict(read_if_there(where / "replay.json", shape=Replay) or {}))
+        yield from (f"  {one if one.startswith('nothing') else f'not checked: {one}'}" for one in left[:LISTED])
+        if len(left) > LISTED:
+            yield f"  and {len(left) - LISTED} more not checked: {where / DETAILS}"
+    tables = ("fraction_retained", "liquid_by_holder", "liquid_by_wall", "contact_statistics")
+    there = [f"{name}.csv" for name in tables if (folder / "results" / f"{name}.csv").exists()]
+    yield f"files: {folder}/: {DETAILS}, summary.json; results/: {', '.join(there)}"
+    if report is not None:
+        yield f"report: {report}"
+    yield f"next: {_next(folders, worst.word)}"
+
+
+def _next(folders: Sequence[Path], word: str) -> str:
+    runs = shlex.join(map(str, folders))
+    return f"pywet replay {runs}" if word == "no" else f"pywet plot {runs} --out curves.pdf"
+
+
+def _retained(folders: Sequence[Path]) -> Iterator[str]:
+    """The fraction retained at the end, over seeds as mean and 95 % interval of the mean; nothing of a custom scene."""
+    if not (folders[0] / "results" / "fraction_retained.parquet").exists():
+        return
+    read = [read_json(folder / "summary.json", shape=Summary) for folder in folders]
+    ends = [s["fraction_retained_end"] for s in read]
+    coarse = read[0]["coarse_share"]
+    passed = (1.0 - mean(ends)) / (1.0 - coarse)
+    spread = f" (95 % interval of the mean over {len(ends)} seeds)" if len(ends) > 1 else ""
+    yield (
+        f"fraction retained at the end {with_interval(ends)}{spread}; share that cannot pass {coarse:.3f}, "
+        f"so {100 * passed:.0f} % of what can pass has passed"
+    )
+
+
+def _liquid(folders: Sequence[Path]) -> Iterator[str]:
+    """Where most of the liquid is at the end, and the bridges; nothing of a dry run."""
+    read = [read_json(folder / "summary.json", shape=RunSummary) for folder in folders]
+    if not read[0]["initial_liquid_m3"]:
+        return
+    names = filter(_reservoir, read[0]["liquid_end_m3"])
+    shares = {n: [100.0 * s["liquid_end_m3"].get(n, 0.0) / s["initial_liquid_m3"] for s in read] for n in names}
+    largest = sorted(shares.items(), key=lambda entry: -mean(entry[1]))[:LARGEST]
+    text = ", ".join(f"{with_interval(share)} % {name.replace('_', ' ')}" for name, share in largest)
+    events = [s["events"] for s in read if s["events"]]
+    counts = [with_interval([e[kind] for e in events]) for kind in ("formations", "ruptures")] if events else []
+    bridges = f"; {counts[0]} bridges formed, {counts[1]} ruptured" if counts else ""
+    yield f"liquid at the end: {text}{bridges}"
+
+
+def _reservoir(name: str) -> bool:
+    """Whether a volume of liquid_end_m3 is a reservoir by itself, neither a sum nor a class of spheres of one."""
+    parts = ("coarse_material_", "fines_")
+    return name not in ("total", "standing_bridges") and not name.startswith(parts)
+
+
+def _report(folder: Path) -> Path | None:
+    """The run's page, made again; where it cannot be made, a sentence on standard error and no page."""
+    from pywet.own_scene import page
+
+    try:
+        return page.of_run(folder)
+    except PywetError as error:
+        err.print(f"no report: {one_line(str(error))}", soft_wrap=True, markup=False)
+        return None
+
+
+def _write_details(folder: Path) -> None:
+    text = io.StringIO()
+    details(folder, Console(file=text, width=WIDE, highlight=False, no_color=True))
+    with atomic_write(folder / DETAILS) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8")
+
+
+def details(folder: Path, to: Console) -> None:
+    """Liquid at the end, the laws by kind (of one in a file the file's name), the effects, and what the replay found."""
+    from pywet.scene import Scene
+
+    said = read_json(folder / "summary.json", shape=RunSummary)
+    for name, volume in said["liquid_end_m3"].items():
+        to.print(f"liquid at the end, {name:<32}{1e9 * volume:10.4g} mm3", markup=False)
+    if laws := Scene.read(folder / "scene.json").effects.laws:
+        to.print("laws: " + ", ".join(f"{kind} {law.rpartition('/')[2]}" for kind, law in laws.items()), markup=False)
+    show_audit(folder, to)
+    if replayed := read_if_there(folder / "replay.json", shape=Replay):
+        _agreement(replayed, to)
+
+
+def _agreement(replay: dict[str, Any], to: Console) -> None:
+    """The agreement table, what was not checked, and what the diagnosis of a disagreement found."""
+    from pywet.screening import verdict
+    from reference_impl.replay import whole
+
+    table = Table("quantity", "values", "largest", "median", "allowed", "", box=None, header_style="bold")
+    for row in verdict.agreement(replay):
+        said = "[green]agrees" if row.ok else "[red]disagrees"
+        numbers = (f"{row.largest:.1e}", f"{row.median:.1e}", f"{row.limit:.0e}")
+        table.add_row(escape(row.quantity), str(row.count), *numbers, said)
+    to.print(table)
+    sentences = [whole.said(replay["compared"])] if "compared" in replay else []
+    sentences += [s if s.startswith("nothing") else f"not checked: {s}" for s in verdict.not_checked(replay)]
+    for kind, function in (replay.get("second") or {}).items():
+        sentences.append(f"{kind}: compared with {Path(function).name}, a reference implementation of the user")
+    sentences += [f"not checked: {sentence}" for sentence in verdict.unchecked_laws(replay)]
+    sentences += [finding["sentence"] for finding in (replay.get("diagnosis") or {}).get("findings", [])]
+    for sentence in sentences:
+        to.print(sentence, soft_wrap=True, markup=False)

@@ -1,0 +1,100 @@
+"""What `pywet run` and `run-scene` print at their end: ten lines at most, the answer, what was checked, the next command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from pywet import config, stages
+from pywet.cli import ending
+from pywet.cli.app import app
+from pywet.errors import PywetError
+from pywet.files import write_json
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parents[2]
+NOT_CHECKED = ["forces: steps outside the windows", "scene: sizes", "results: versions", "VTK: no files"]
+REPLAY = {
+    "quantities": {
+        "bridge_volume": {"scale": "itself", "count": 3, "largest": 2e-12, "median": 1e-16, "tolerance": 1e-9},
+        "capillary": {"scale": "itself", "count": 40, "largest": 3e-13, "median": 1e-16, "tolerance": 1e-9},
+    },
+    "nothing_compared": [],
+    "not_checked": NOT_CHECKED,
+}
+RETAINED = 0.75
+"""Of the synthetic run; its own number is asserted in tests/screening."""
+
+
+def finished(folder: Path, retained: float = RETAINED, **replay: object) -> Path:
+    """The synthetic case with results, a fraction retained, a replay and the configuration that it came from."""
+    run = synthetic.make(folder)
+    stages.results(run)
+    write_json(run / "replay.json", {**REPLAY, **replay})
+    summary = json.loads((run / "summary.json").read_text())
+    write_json(run / "summary.json", {**summary, "fraction_retained_end": retained, "coarse_share": 0.5})
+    Image.new("RGB", (8, 8)).save(run / "picture.png")  # as new as the results: none is drawn
+    write_json(run / "config.json", config.load(ROOT / "config").resolved(2, "smoke"))
+    return run
+
+
+def test_ten_lines_of_a_case(tmp_path: Path) -> None:
+    """(1 − 0.75)/(1 − 0.5) of what can pass has passed; two of four sentences on what was not checked, the others counted."""
+    run = finished(tmp_path / "case02")
+    said = list(ending.lines([run], run / "report.html"))
+    assert len(said) == 10
+    assert "0.75; share that cannot pass 0.500, so 50 % of what can pass has passed" in said[1]
+    assert "4 bridges formed, 2 ruptured" in said[2]
+    assert "checked: in part: 2 quantities in 43 values recomputed, largest deviation 2e-12" in said[3]
+    assert said[4].strip() == f"not checked: {NOT_CHECKED[0]}" and "and 2 more not checked" in said[6]
+    assert said[7].endswith("results/: fraction_retained.csv, liquid_by_holder.csv")
+    assert said[8] == f"report: {run / 'report.html'}" and said[9] == f"next: pywet plot {run} --out curves.pdf"
+
+
+def test_what_was_not_compared_at_all_comes_first(tmp_path: Path) -> None:
+    """A kind of the scene without a single value is worse than a window: it heads the list."""
+    run = finished(tmp_path / "case02", nothing_compared=["bridges: none formed or ruptured in the run"])
+    said = list(ending.lines([run], None))
+    assert said[3].startswith("checked: in part")
+    assert said[4].strip() == "nothing compared: bridges: none formed or ruptured in the run"
+    assert "and 3 more" in said[6]
+
+
+def test_seeds_are_a_mean_with_its_interval(tmp_path: Path) -> None:
+    """Student's t for three seeds is 4.303: 4.303 × 0.01/√3 = 0.025."""
+    runs = [finished(tmp_path / f"case02{end}", y) for end, y in (("", 0.74), ("-8", 0.75), ("-9", 0.76))]
+    said = list(ending.lines(runs, None))
+    assert "fraction retained at the end 0.750 ± 0.025 (95 % interval of the mean over 3 seeds)" in said[1]
+    assert said[-1] == f"next: pywet plot {' '.join(map(str, runs))} --out curves.pdf"
+
+
+def test_an_objection_is_the_end_and_the_next_command_asks_again(tmp_path: Path) -> None:
+    """The worst of several seeds is named, and everything is written before the command ends in its sentence."""
+    row = {**REPLAY["quantities"]["capillary"], "largest": 0.1}  # type: ignore[index]
+    runs = [finished(tmp_path / "case02"), finished(tmp_path / "case02-8", quantities={"capillary": row})]
+    said = list(ending.lines(runs, None))
+    assert any(line.startswith("checked: no (case02-8)") for line in said) and "pywet replay" in said[-1]
+    with pytest.raises(PywetError, match=r"case02-8: the replay disagrees on capillary: 0\.1"):
+        ending.show(runs)
+    assert all("capillary" in (run / "details.txt").read_text() for run in runs)
+
+
+def test_the_report_of_a_run_has_its_links(tmp_path: Path) -> None:
+    """From the run's own folder, on files that exist; its configuration is the one that was stored with it."""
+    run = finished(tmp_path / "case02")
+    done = CliRunner().invoke(app, ["report", str(run)])
+    assert done.exit_code == 0, done.output
+    text = (run / "report.html").read_text()
+    assert 'href="results/fraction_retained.csv"' in text and "5/7/10" in text and "Scale smoke" in text
+
+
+def test_a_damaged_configuration_is_one_sentence(tmp_path: Path) -> None:
+    run = finished(tmp_path / "case02")
+    data = json.loads((run / "config.json").read_text())
+    write_json(run / "config.json", {**data, "materials": {}})
+    done = CliRunner(env={"COLUMNS": "500"}).invoke(app, ["report", str(run)])
+    assert done.exit_code == 1 and "config.json" in done.output and "Traceback" not in done.output

@@ -1,0 +1,77 @@
+"""Every reader on damaged files: a sound reading or one printable sentence, never another exception, within a time limit.
+
+Sound files are damaged by `mangled`, from a seed that a failure names; some in `make test`, ten thousand for each reader among
+the slow tests: `pytest -m slow tests/reliability/test_fuzzed_files.py -s`, which prints how many were read and how many refused.
+"""
+
+from __future__ import annotations
+
+import signal
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.reliability.mangled import mangled
+from tests.reliability.readers import READERS
+
+FEW, MANY = 100, 10_000
+"""Files to each reader."""
+LIMIT_S = 30
+"""Within which a reader must end: a hundred times as long as the slowest sound file takes."""
+
+
+class TooLong(BaseException):
+    """Raised in a reader that does not end; none of its handlers catches it."""
+
+
+@contextmanager
+def limited(seconds: int) -> Iterator[None]:
+    def stop(*_: object) -> None:
+        raise TooLong
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def tried(name: str, folder: Path, seeds: range) -> Counter[str]:
+    """How many damaged files were read, and how many refused; whatever else happens names the seed."""
+    reader = READERS[name]
+    sound = {path: path.read_bytes() for path in reader.make(folder)}
+    for path in sound:
+        reader.read(path)  # as it is; compiles what is to be compiled
+    paths, ends = sorted(sound), Counter[str]()
+    for seed in seeds:
+        path = paths[seed % len(paths)]
+        path.write_bytes(mangled(sound[path], seed, path.suffix))
+        try:
+            with limited(LIMIT_S), warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("ignore")
+                reader.read(path)
+            ends["read"] += 1
+        except reader.refusals as error:
+            said = str(error)  # `errors.border` shortens it and shows control characters as escapes
+            assert 10 < len(said) < 5000, (seed, said)
+            ends["refused"] += 1
+        except BaseException as error:
+            raise AssertionError(f"{name}, seed {seed}, {path.name}: {type(error).__name__} {error}") from error
+        path.write_bytes(sound[path])
+    return ends
+
+
+@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", READERS)
+def test_a_damaged_file_is_read_or_refused_in_a_sentence(name: str, count: int, tmp_path: Path) -> None:
+    ends = tried(name, tmp_path, range(count))
+    print(f"{name}: {count} damaged files, {ends['read']} read, {ends['refused']} refused")
+    assert sum(ends.values()) == count
+    assert ends["refused"] or not READERS[name].refusals  # or nothing was damaged
