@@ -110,6 +110,9 @@ def test_readings_that_are_not_the_default_are_in_the_plan(folder: Path) -> None
         "reading: readings.sphere_mass is weighed (default density)",
     ]
     assert "reading" not in call(["plan", "2"])
+    assert json.loads(call(["plan", "2", "--config", str(folder), "--json"]))["readings"][0].endswith(
+        "(default wire_radius)"
+    )
 
 
 def test_weighed_spheres_are_as_many_as_their_masses_say(folder: Path) -> None:

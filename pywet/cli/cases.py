@@ -68,7 +68,7 @@ def plan(
     made = cases.ingredients(loaded, case, name)
     table = made.plan.lines if why else made.plan.table
     chosen = [*table, *made.retirement.lines, *loaded.readings]
-    lines = [json.dumps(cases.planned(made), indent=1)] if as_json else chosen
+    lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)] if as_json else chosen
     if accuracy is not None:
         from pywet.evidence.accuracy import command
 

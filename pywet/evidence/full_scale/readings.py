@@ -1,7 +1,8 @@
 """What each reading of the paper changes: `python -m pywet.evidence.full_scale.readings run OUT CASE…` runs cases at the smoke
 scale once with every reading, `store RUN…` keeps their figures, `table` prints them as docs/readings.md has them.
 
-A look at the size of each reading's effect with one seed, not a judgement: statements are judged at full scale.
+Three seconds of screening with the trials' time step. A look at the size of each reading's effect with one seed, not a
+judgement: statements are judged at full scale.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pywet.errors import border
 from pywet.evidence.accuracy import edit
 from pywet.evidence.accuracy.sieve import of_curve
 from pywet.evidence.full_scale.kept import DIGITS
+from pywet.evidence.full_scale.trials import LONG, SCALE
 from pywet.files import write_csv
 from pywet.runs.rundir import RunDir
 
@@ -60,10 +62,10 @@ def run(
     for name in (n for n in ALTERNATIVES if only in n):
         folder = out / f"settings-{name}"
         if not folder.exists():
-            edit.write(config, folder, "smoke", {}, ALTERNATIVES[name])
+            edit.write(config, folder, SCALE, {"fraction": 0.1}, {**LONG, **ALTERNATIVES[name]})
         for case in cases:
-            command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", str(case), "--scale", "smoke"]
-            subprocess.run([*command, "--config", str(folder), "--out", str(out / f"{name}-{case}")], check=False)
+            command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", str(case), "--scale", SCALE]
+            subprocess.run([*command, "--config", str(folder), "--out", str(out / f"{name}-{case}")], check=True)
 
 
 @app.command()
