@@ -42,7 +42,7 @@ def test_the_drawing_leaves_out_what_a_longer_way_says() -> None:
 def test_the_drawing_is_that_of_the_code() -> None:
     wanted = mermaid(rooms(GRAPH))
     assert f"```mermaid\n{wanted}\n```" in PAGE, f"put this into docs/ARCHITECTURE.md:\n{wanted}"
-    assert f"{len(rooms(GRAPH))} rooms, no circle" in PAGE
+    assert f"{len(rooms(GRAPH))} packages, no cycle" in PAGE
 
 
 @pytest.mark.parametrize(("file", "name"), HOMES)
