@@ -12,6 +12,7 @@ from pywet import config as settings
 from pywet.errors import PywetError
 from pywet.evidence.full_scale import kept, rigs
 from pywet.evidence.full_scale.judging import fingerprint
+from pywet.evidence.full_scale.quantities import through
 from pywet.evidence.full_scale.statements import STATEMENTS
 from pywet.screening import cases
 
@@ -54,3 +55,15 @@ def test_the_table_holds_what_a_rig_decides() -> None:
         run = found[rig][1][0]
         by_hand = run.times[(run.undersize < 0.01).argmax()]
         assert float(cells[rig]) == pytest.approx(by_hand, abs=0.11)
+
+
+def test_the_page_is_made_of_the_stored_tables() -> None:
+    """docs/rig.md, and the times that its first lines name."""
+    found = kept.variants(ROOT / rigs.DATA)
+    assert (ROOT / rigs.PAGE).read_text() == rigs.text(found)
+    for rig, said in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
+        passed = through({1: found[rig][1][0]}, 1, 0.01)
+        assert (
+            f"**{rig.removeprefix('sieve')} mm** after {passed:.1f} s" in " ".join(rigs.HEAD.split())
+            and said in rigs.HEAD
+        )
