@@ -32,10 +32,11 @@ TIMES_S, WEDGED_S = (1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0), (2.0, 7.0, 15.0
 """After the opening of the slide."""
 HEAD = """# Which rig was it?
 
-The paper gives no diameter of its sieve, and it decides the pace of passage. With the same feed on **200 mm** all undersize has
-passed after 6 s in case 1, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper says about
-15 s. Below 200 mm the amplitude of 0.8 mm becomes slower than 1 mm after 5 s (statement 2), as the paper says and the default
-does not show. No diameter confirms both statements: 180 mm the first, 185 and 190 mm the second. Dry glass pegs more than POM here.
+The paper gives no diameter of its sieve, and it decides the pace of passage. With the same feed on **200 mm** all undersize
+has passed after 6 s in case 1, on **190 mm** after 7.3 s, on **185 mm** after 9.1 s, on **180 mm** after 10.4 s; the paper
+says about 15 s. Below 200 mm the amplitude of 0.8 mm becomes slower than 1 mm after 5 s (statement 2), as the paper says and
+the default does not show. No diameter confirms both statements: 180 mm the first, 185 and 190 mm the second. Dry glass pegs
+more than POM here.
 
 One seed each, settings of the [campaign](full_scale.md) (springs a tenth of the paper's), spheres that have passed are taken out;
 `stiff`: the paper's springs. The search itself: [search](search.md). Which other readings there are: [readings](readings.md).
