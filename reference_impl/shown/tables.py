@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 CASES = {
     "steps": ("steps",), "wall s": ("wall_s",), "Y at end": ("fraction_retained_end",), "cannot pass": ("coarse_share",),
@@ -74,7 +73,7 @@ def retained_end(folder: Path, number: int, data: Mapping[str, Any]) -> float:
     """Fraction retained at the end, the mean over the case's seeds: its own folder and those named caseNN-SEED."""
     pattern = f"case{number:02d}-*/results/fraction_retained.parquet"
     seeds = [path for path in folder.glob(pattern) if path.parts[-3].partition("-")[2].isdigit()]
-    further = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in seeds]
+    further = [float(plain(path)["fraction_retained"].iloc[-1]) for path in seeds]
     return (float(data["fraction_retained_end"]) + sum(further)) / (1 + len(further))
 
 
