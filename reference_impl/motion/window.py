@@ -16,7 +16,7 @@ import pandas as pd
 
 from reference_impl.replay import retired
 from reference_impl.replay.arrays import Floats, vectors
-from reference_impl.replay.io import ReplayError, masses, plain
+from reference_impl.replay.io import ReplayError, masses, parquet_table
 from reference_impl.replay.io import scene as read_scene
 
 TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
@@ -127,7 +127,7 @@ def read(run_dir: Path) -> Setup:
     """Everything but the motion."""
     folder = Path(run_dir)
     scene = read_scene(folder)
-    spheres = plain(folder / "history" / "spheres.parquet").sort_values("id")
+    spheres = parquet_table(folder / "history" / "spheres.parquet").sort_values("id")
     kind = spheres["type"].to_numpy()
     mass_of, radius_of = masses(scene), {c["type"]: c["radius_m"] for c in scene["classes"]}
     mass, radius = (np.array([of[t] for t in kind]) for of in (mass_of, radius_of))
@@ -186,7 +186,7 @@ def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Float
     path = folder / "history" / "triangles.parquet"
     if not path.exists():
         return (), np.zeros((0, 3, 3)), np.zeros(0, dtype=int)
-    table = plain(path).sort_values("triangle")
+    table = parquet_table(path).sort_values("triangle")
     corners = np.stack([vectors(table, f"v{k}") for k in range(3)], axis=1)
     walls, names = [], table["mesh"].to_numpy()
     for wall in scene["walls"]:
@@ -228,7 +228,7 @@ def slide_steps(scene: dict[str, Any]) -> dict[str, tuple[int, int]]:
 
 def windows(setup: Setup, carried: Callable[[Floats], Floats] | None = None) -> list[Window]:
     """The recorded windows: runs of consecutive steps; `carried`: liquid on the spheres in steps [m3], shape (steps, spheres)."""
-    table = plain(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
+    table = parquet_table(setup.folder / "history" / "window_states.parquet").sort_values(["step", "id"])
     steps = np.unique(table["step"].to_numpy())
     there = steps[:, None] <= setup.leaves
     if not np.array_equal(table["id"].to_numpy(), np.broadcast_to(setup.ids, there.shape)[there]):
@@ -286,7 +286,7 @@ def springs(setup: Setup, name: str) -> pd.DataFrame:
         return pd.DataFrame({k: np.zeros(0) for k in ("step", "a", "b", "sx", "sy", "sz")}).astype(
             {"step": int, "a": int, "b": int}
         )
-    table = plain(path)
+    table = parquet_table(path)
     a = np.searchsorted(setup.ids, table["i"].to_numpy())
     if name == "wall_springs":
         first = np.array([w.first for w in setup.walls])

@@ -118,7 +118,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
 def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = None) -> pd.DataFrame:
     """One table, complete."""
     with readable(path):
-        found = plain(path, filters=filters)
+        found = parquet_table(path, filters=filters)
     complete(path, found, NEEDED[name])
     return numbers(path, found)
 
@@ -167,7 +167,7 @@ def names(path: Path) -> list[str]:
         return list(parquet.read_schema(path).names)
 
 
-def plain(path: Path, **how: Any) -> pd.DataFrame:
+def parquet_table(path: Path, **how: Any) -> pd.DataFrame:
     """A Parquet table, `how` as pyarrow takes it; an index that pandas has noted is a column as others."""
     table: pd.DataFrame = parquet.read_table(path, **how).to_pandas(ignore_metadata=True)
     return table
@@ -179,7 +179,7 @@ def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
         raise ReplayError(f"{path} is missing; expected all tables of a finished run: run the case again")
     with readable(path, "one of a finished run"):
         complete(path, parquet.read_schema(path).names, names)
-        return numbers(path, plain(path, columns=list(names)))
+        return numbers(path, parquet_table(path, columns=list(names)))
 
 
 SCENE: dict[str, type | tuple[type, ...]] = {

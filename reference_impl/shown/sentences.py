@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reference_impl.replay.io import plain
+from reference_impl.replay.io import parquet_table
 from reference_impl.shown import tables
 from reference_impl.shown.tables import Told
 
@@ -108,7 +108,7 @@ def _end(cases: Cases, number: int, name: str, column: str, suffix: str = "") ->
     path = cases.folder / f"case{number:02d}{suffix}" / "results" / f"{name}.parquet"
     if not path.exists():
         return None
-    table = plain(path)
+    table = parquet_table(path)
     return float(table[column].iloc[-1]) if column in table else None
 
 
@@ -265,7 +265,7 @@ def _retained(cases: Cases, number: int, suffix: str) -> float | None:
     name = f"case{number:02d}{suffix}"
     seeds = [folder for folder in cases.folder.glob(f"{name}-*") if folder.name.removeprefix(f"{name}-").isdigit()]
     paths = [folder / "results" / "fraction_retained.parquet" for folder in (cases.folder / name, *seeds)]
-    ends = [float(plain(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
+    ends = [float(parquet_table(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
     return sum(ends) / len(ends) if ends else None
 
 

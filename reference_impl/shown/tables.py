@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from reference_impl.replay.io import parquet_table
+
 CASES = {
     "steps": ("steps",), "wall s": ("wall_s",), "Y at end": ("fraction_retained_end",), "cannot pass": ("coarse_share",),
     "formations": ("events", "formations"), "ruptures": ("events", "ruptures"),
@@ -73,7 +75,7 @@ def retained_end(folder: Path, number: int, data: Mapping[str, Any]) -> float:
     """Fraction retained at the end, the mean over the case's seeds: its own folder and those named caseNN-SEED."""
     pattern = f"case{number:02d}-*/results/fraction_retained.parquet"
     seeds = [path for path in folder.glob(pattern) if path.parts[-3].partition("-")[2].isdigit()]
-    further = [float(plain(path)["fraction_retained"].iloc[-1]) for path in seeds]
+    further = [float(parquet_table(path)["fraction_retained"].iloc[-1]) for path in seeds]
     return (float(data["fraction_retained_end"]) + sum(further)) / (1 + len(further))
 
 
