@@ -18,6 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from pywet import ending
+
 
 class PywetError(Exception):
     """A mistake the user can mend; its text is one sentence, shown without a traceback."""
@@ -112,9 +114,9 @@ def border(
 ) -> Iterator[None]:
     """Let a command end in a sentence and an exit code, whatever it raises; `given`: as it was called, where not by `sys.argv`.
 
-    Exit code 1 for what the user can fix: a `PywetError`, what the operating system refuses, memory that ran out. Every other
-    exception but those `passed` is a fault of pywet: the exit code is `FAULT`, and the traceback is in a file that the sentence
-    names.
+    Exit code 1 for what the user can fix: a `PywetError`, what the operating system refuses, memory that ran out; 128 and its
+    number for a signal. Every other exception but those `passed` is a fault of pywet: the exit code is `FAULT`, and the traceback
+    is in a file that the sentence names.
     """
     given = given or shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     quiet: tuple[type[BaseException], ...] = (BrokenPipeError, *passed)
@@ -126,6 +128,10 @@ def border(
         lines = _lines(given, error)
         say("\n".join(one_line(LONG_WORD.sub(r"\1…\2", line), 2000) for line in lines))
         raise SystemExit(1) from None
+    except KeyboardInterrupt as stop:
+        sentence, code = ending.said(one_line(given), stop)
+        say(sentence)
+        raise SystemExit(code) from None
     except Exception as error:
         say(fault(given, error))
         raise SystemExit(FAULT) from None

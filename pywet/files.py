@@ -256,13 +256,14 @@ def read_table(path: Path, cure: str = AGAIN, columns: Collection[str] = (), ste
     `step`: only the rows of this step. A sentence where it is missing, damaged, lacks a column, or holds in it anything but
     finite numbers (integers).
     """
-    import pandas as pd
+    from pyarrow import parquet
 
     path = Path(path)
     with _readable(path, cure):
         _bounded(path)
         filters = None if step is None else [("step", "==", step)]
-        table = pd.read_parquet(path, page_checksum_verification=True, filters=filters)
+        table = parquet.read_table(path, page_checksum_verification=True, filters=filters)
+        table = table.to_pandas(ignore_metadata=True)  # an index that pandas has noted is a column as others
     _check_table(table, path, cure, columns, empty=None if step is None else False)
     return table
 
@@ -276,12 +277,12 @@ def read_parts(path: Path, columns: Sequence[str], cure: str = AGAIN, rows: int 
     with _readable(path, cure):
         regular(path, cure)
         file = parquet.ParquetFile(path, page_checksum_verification=True)
-        none = file.schema_arrow.empty_table().to_pandas()
+        none = file.schema_arrow.empty_table().to_pandas(ignore_metadata=True)
     _check_table(none, path, cure, columns, empty=file.metadata.num_rows == 0)
     with _readable(path, cure):
         for group in range(file.num_row_groups):  # a reader keeps what it has read of the groups it was asked for
             for batch in file.iter_batches(rows, row_groups=[group], columns=list(columns)):
-                part = pa.Table.from_batches([batch]).to_pandas()
+                part = pa.Table.from_batches([batch]).to_pandas(ignore_metadata=True)
                 _check_values(part, path, cure)
                 yield part
     if not file.metadata.num_rows:

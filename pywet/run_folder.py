@@ -1,4 +1,4 @@
-"""The run directory: who may work in it, which of its files pywet wrote, and every deletion in it.
+"""The run directory: which of its files pywet wrote, and every deletion in it. Who may work in it is in run_lock.py.
 
 `.pywet-run` in a run directory lists what pywet wrote there, a line each: `+ path` written, `- path` removed, a folder that is
 pywet's with all it holds with a slash at its end. Nothing else in a run directory is deleted or overwritten, and a folder
@@ -8,13 +8,11 @@ without such a list only becomes one while it is empty. What of the disk each mo
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
+import re
 import shutil
 import stat
-import threading
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 
 from pywet.errors import FileError, PywetError, shown
@@ -35,9 +33,10 @@ FOLDERS = (
 """Folders of a run, none of which may be a symbolic link."""
 DEEPEST = 4
 """Folders between a run directory and its deepest file."""
-Key = tuple[int, int, str]
-_held: dict[Key, int] = {}
-"""Locks of this process by process, thread and folder: a stage within a call that holds the folder needs none of its own."""
+TEMPORARY = re.compile(r"\..+\.(\d+)\.[0-9a-f]{8}\.partial(\.[^.]*)?")
+"""Name of a file that is being written, with the number of the process that does so (`files.atomic_write`)."""
+TORN = "\0"
+"""Ends a line of the list of which a full disk took only the beginning."""
 
 
 def root(path: Path) -> Path | None:
@@ -55,7 +54,7 @@ def claim(run_dir: Path) -> None:
             return
         _refuse_strangers(run_dir)
         run_dir.mkdir(parents=True, exist_ok=True)
-        os.close(_open(run_dir / LIST, os.O_CREAT | os.O_WRONLY))
+        os.close(open_own(run_dir / LIST, os.O_CREAT | os.O_WRONLY))
     except OSError as error:
         raise FileError(
             f"the run directory {shown(run_dir)} could not be written ({error.strerror}); expected a writable folder with "
@@ -70,7 +69,8 @@ def _refuse_strangers(run_dir: Path) -> None:
         if found:
             raise FileError(
                 f"{shown(run_dir)} holds {shown(Path(folder, found[0]).relative_to(run_dir))} and no list of what a run wrote "
-                f"({LIST}); expected a new or empty folder, or that of an earlier run: name another",
+                f"({LIST}); expected a new or empty folder, or that of an earlier run: name another, or, where a version of "
+                "pywet without such lists made it, move it away and run it again",
                 path=run_dir,
             )
 
@@ -85,76 +85,7 @@ def refuse_links(run_dir: Path) -> None:
             )
 
 
-@contextmanager
-def hold(run_dir: Path, shared: bool = False) -> Iterator[None]:
-    """Lock the run directory; `shared` with others that only evaluate a finished run. It is made where it is missing.
-
-    Raises `PywetError` at once where another call holds it, before anything in it is written. The lock ends with the process,
-    also when that is killed.
-    """
-    run_dir, key = Path(run_dir), _key(run_dir)
-    if key in _held or (shared and not any((run_dir / name).exists() for name in (LIST, "scene.json"))):
-        yield
-        return
-    refuse_links(run_dir)
-    if not shared:
-        claim(run_dir)
-    lock = _locked(run_dir, LOCK, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
-    _held[key] = lock
-    try:
-        yield
-    finally:
-        del _held[key]
-        os.close(lock)
-
-
-@contextmanager
-def hold_part(run_dir: Path, name: str) -> Iterator[None]:
-    """Lock one output of a run, such as `vtk`, that two evaluations would both replace."""
-    lock = _locked(Path(run_dir), f".{name}.lock", fcntl.LOCK_EX)
-    try:
-        yield
-    finally:
-        os.close(lock)
-
-
-def _locked(run_dir: Path, name: str, how: int) -> int:
-    try:
-        lock = _open(run_dir / name, os.O_RDWR | os.O_CREAT)
-    except OSError as error:
-        raise FileError(
-            f"{shown(run_dir / name)} could not be opened ({error.strerror}); expected a writable folder with free space",
-            path=run_dir / name,
-        ) from error
-    try:
-        fcntl.flock(lock, how | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        os.close(lock)
-        raise PywetError(f"another run is at work in {shown(run_dir)}; wait for it or stop it") from error
-    return lock
-
-
-def check_held(run_dir: Path) -> None:
-    """Raise where the folder that this process holds is no longer where it was."""
-    lock = _held.get(_key(run_dir))
-    if lock is None:
-        return
-    try:
-        there = os.path.samestat(os.fstat(lock), os.lstat(Path(run_dir) / LOCK))
-    except OSError:
-        there = False
-    if not there:
-        raise PywetError(
-            f"{shown(run_dir)} was moved or removed while its run was at work; expected it to stay: call again with its new "
-            "path, and the run goes on"
-        )
-
-
-def _key(run_dir: Path) -> Key:
-    return os.getpid(), threading.get_ident(), os.path.realpath(run_dir)
-
-
-def _open(path: Path, flags: int) -> int:
+def open_own(path: Path, flags: int) -> int:
     """Open a regular file of one name, never through a symbolic link, never cutting it."""
     file = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o666)
     if not stat.S_ISREG(os.fstat(file).st_mode):
@@ -167,9 +98,11 @@ def listed(run_dir: Path) -> set[str]:
     """Paths in a run directory that pywet wrote, folders that are its own with a slash; empty without a list."""
     names: set[str] = set()
     try:
-        with open(_open(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
+        with open(open_own(Path(run_dir) / LIST, os.O_RDONLY), encoding="utf-8", errors="surrogateescape") as file:
             for line in file:
                 sign, _, name = line.rstrip("\n").partition(" ")
+                if TORN in line or not line.endswith("\n"):
+                    continue
                 if sign == "+" and not name.startswith("/") and ".." not in name.split("/"):
                     names.add(name)
                 elif sign == "-":
@@ -190,9 +123,14 @@ def record(run_dir: Path, names: Iterable[str], removed: bool = False) -> None:
     known = listed(run_dir)
     news = [n for n in names if "\n" not in n and (n in known if removed else not _covers(known, n))]
     if news:
-        file = _open(Path(run_dir) / LIST, os.O_WRONLY | os.O_APPEND)
-        with open(file, "a", encoding="utf-8", errors="surrogateescape") as stream:
-            stream.write("".join(f"{'-' if removed else '+'} {name}\n" for name in news))
+        text = "".join(f"{'-' if removed else '+'} {name}\n" for name in news)
+        with open(open_own(Path(run_dir) / LIST, os.O_RDWR | os.O_APPEND), "r+b", buffering=0) as file:
+            end = file.seek(0, os.SEEK_END)
+            if end and os.pread(file.fileno(), 1, end - 1) != b"\n":
+                text = f"{TORN}\n{text}"
+            data = memoryview(os.fsencode(text))
+            while data:
+                data = data[file.write(data) or 0 :]
 
 
 def write_here(path: Path) -> None:
@@ -225,6 +163,17 @@ def remove(run_dir: Path, *names: str) -> None:
     record(run_dir, there, removed=True)
 
 
+def drop_temporary(run_dir: Path) -> None:
+    """Delete what killed processes had begun to write; called with the run directory locked. Other run directories in it stay."""
+    for folder, below, files in os.walk(run_dir):
+        inner = Path(folder) != Path(run_dir) and LIST in files
+        below[:] = [] if inner or len(Path(folder).relative_to(run_dir).parts) >= DEEPEST else below
+        for name in () if inner else files:
+            named = TEMPORARY.fullmatch(name)
+            if named and (int(named[1]) == os.getpid() or not os.path.exists(f"/proc/{named[1]}")):
+                Path(folder, name).unlink(missing_ok=True)
+
+
 def remove_listed(run_dir: Path, patterns: Iterable[str]) -> None:
     """Delete what the run's list holds of these files and folders; all else stays, and so do folders that hold it."""
     run_dir, known = Path(run_dir), listed(run_dir)
@@ -237,6 +186,22 @@ def remove_listed(run_dir: Path, patterns: Iterable[str]) -> None:
             remove(run_dir, *(n for n in (p.relative_to(run_dir).as_posix() for p in below) if _covers(known, n)))
             if top.is_dir():
                 _drop_empty(top)
+
+
+def discard(top: Path) -> None:
+    """Delete the run directories in a folder as far as their lists go, and what is empty then; all else stays."""
+    for mark in sorted(Path(top).rglob(LIST), reverse=True):
+        run_dir = mark.parent
+        drop_temporary(run_dir)
+        for name in listed(run_dir):
+            if name.endswith("/"):
+                remove_folder(run_dir, name.rstrip("/"))
+            elif (run_dir / name).is_file():
+                (run_dir / name).unlink()
+        (run_dir / LOCK).unlink(missing_ok=True)
+        mark.unlink()
+    if Path(top).is_dir() and not Path(top).is_symlink():
+        _drop_empty(Path(top))
 
 
 def _drop_empty(top: Path) -> None:

@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pywet import run_folder
+from pywet import run_folder, run_lock
 from pywet.engines.choice import chosen
 from pywet.errors import PywetError, one_line, refused
 from pywet.files import write_json
@@ -43,7 +43,7 @@ def attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool = Tr
     An exception that is none of ours, a fault, is in the status as well; `aloud` its traceback and why the stage failed go to
     the notices, else the fault is raised.
     """
-    with run_folder.hold(run_dir, shared=stage in EVALUATIONS):
+    with run_lock.hold(run_dir, shared=stage in EVALUATIONS):
         return _attempt(run_dir, stage, work, aloud)
 
 
@@ -56,7 +56,7 @@ def _attempt(run_dir: Path, stage: str, work: Callable[[], Any], aloud: bool) ->
     else:
         reason, fault = _run(work)
         status = Status(stage, reason is None, time.monotonic() - started, None if reason is None else stage, reason)
-    run_folder.check_held(run_dir)
+    run_lock.check_held(run_dir)
     write_json(status_path(run_dir, stage), asdict(status))
     if fault is not None and not aloud:
         raise fault
@@ -172,7 +172,7 @@ def vtk(run_dir: Path, paraview: bool = False) -> None:
     from reference_impl.replay.io import ReplayError
     from reference_impl.shown import vtk as shown
 
-    with run_folder.hold(run_dir, shared=True), run_folder.hold_part(run_dir, "vtk"):
+    with run_lock.hold(run_dir, shared=True), run_lock.hold_part(run_dir, "vtk"):
         series.write(run_dir, with_cuboids=paraview)
         try:
             wrong = shown.disagreement(Path(run_dir))

@@ -181,7 +181,7 @@ def answer(query: Query) -> dict[str, Any]:
 
 def solved(query: Query) -> list[young_laplace.Bridge | None]:
     """The exact bridge at each separation; None beyond its rupture."""
-    return [young_laplace.solve(s, query.volume_m3, *query.pair) for s in query.separations_m]
+    return young_laplace.solve_many(query.separations_m, query.volume_m3, *query.pair)
 
 
 def exact_force(query: Query) -> list[float | None]:

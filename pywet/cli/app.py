@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, showing
 from pywet.cli.showing import err, out, tell
+from pywet.ending import clearing_up
 from pywet.errors import PywetError, border, one_line
 from pywet.evidence.command import app as study
 from pywet.files import make_folder
@@ -57,7 +58,8 @@ class Group(TyperGroup):
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="backslashreplace")  # a terminal without UTF-8 shows ± as \xb1
-        return super().main(*args, **how)
+        with clearing_up():
+            return super().main(*args, **how)
 
 
 app = typer.Typer(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pywet import run_folder
+from pywet import run_lock
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
@@ -155,7 +155,7 @@ def replay(
         second.trust(folder)
     with ExitStack() as locks:
         for folder in run_dirs:
-            locks.enter_context(run_folder.hold(folder, shared=True))
+            locks.enter_context(run_lock.hold(folder, shared=True))
         status = command.run(run_dirs, as_json, second=second.of_run)
     for folder in run_dirs:
         audit.write(folder)

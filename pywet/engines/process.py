@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import re
 import resource
@@ -16,7 +15,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pywet import run_folder
+from pywet import run_lock
+from pywet.ending import die_with_parent
 from pywet.errors import EngineError, PywetError, one_line
 from pywet.notices import notice
 from pywet.scene import Scene
@@ -24,8 +24,6 @@ from pywet.scene import Scene
 Report = Callable[[int, int], None]
 OUTPUT = "output.log"
 """All that the engine's process printed."""
-DEATH_SIGNAL = 1
-"""PR_SET_PDEATHSIG of prctl(2)."""
 ANSWER_S = 30.0
 """Longest that a program may take to say its version [s]."""
 MEND = "run it in a terminal to see why, or reinstall its package"
@@ -108,10 +106,10 @@ def surroundings(python: bool = False) -> dict[str, str]:
 def alone(run_dir: Path) -> Iterator[None]:
     """Hold the run directory, and say in one sentence what the operating system refused in it."""
     try:
-        with run_folder.hold(run_dir):
+        with run_lock.hold(run_dir):
             yield
     except OSError as error:
-        run_folder.check_held(run_dir)
+        run_lock.check_held(run_dir)
         raise PywetError(
             f"the run in {run_dir} stopped: {error.strerror or one_line(error)}; expected a writable folder with free space"
         ) from error
@@ -130,11 +128,6 @@ def _peak_memory(pid: int) -> int | None:
 def _children_cpu() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def die_with_parent() -> None:
-    """Let the kernel end this process when the one that started it is gone, so that no orphan writes on."""
-    ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 
 
 @contextmanager

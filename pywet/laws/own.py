@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet import caches
+from pywet.ending import die_with_parent
 from pywet.errors import LawError, one_line
 from pywet.files import read_bytes, read_json
 from pywet.laws.kinds import KINDS
@@ -153,9 +154,9 @@ def _try(kind: str, name: str, path: Path, source: bytes) -> None:
     answer = caches.folder("tried") / f"{word}.json"
     if not answer.exists():
         command = [sys.executable, "-P", "-m", "pywet.laws.trial", kind, name, str(answer), str(TRIAL_S)]
-        silent: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        how: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "preexec_fn": die_with_parent}
         try:
-            code = subprocess.run(command, input=source, timeout=10 * TRIAL_S, check=False, **silent).returncode
+            code = subprocess.run(command, input=source, timeout=10 * TRIAL_S, check=False, **how).returncode
         except subprocess.TimeoutExpired:
             code = -signal.SIGXCPU
         if code == -signal.SIGXCPU:

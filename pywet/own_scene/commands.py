@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from pywet import run_folder, stages
+from pywet import run_lock, stages
 from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
 from pywet.files import read_bytes
@@ -77,7 +77,7 @@ def load(folder: Path | str) -> Run:
 
 def replay(folder: Path | str) -> dict[str, Any] | None:
     """Recompute a run by the independent reference: what it compared, how far it is off; None where nothing can be replayed."""
-    with run_folder.hold(Path(folder), shared=True):
+    with run_lock.hold(Path(folder), shared=True):
         return stages.replay(Path(folder))
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from pywet.ending import die_with_parent
 from pywet.errors import PywetError, arguments, border
 from pywet.files import atomic_write
 from pywet.report import caption, sketch, standing, vtk
@@ -82,11 +83,22 @@ def in_child(module: str, *arguments: str) -> Iterator[str]:
         environment = {**os.environ, **extra}
         with (
             tempfile.TemporaryFile("w+") as messages,
-            subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=messages, text=True) as child,
+            subprocess.Popen(
+                command,
+                env=environment,
+                stdout=subprocess.PIPE,
+                stderr=messages,
+                text=True,
+                preexec_fn=die_with_parent,
+            ) as child,
         ):
             assert child.stdout is not None
-            yield from child.stdout
-            child.wait()
+            try:
+                yield from child.stdout
+                child.wait()
+            except BaseException:
+                child.kill()
+                raise
             messages.seek(0)
             said = messages.read()
         if child.returncode == 0:

@@ -136,7 +136,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
 def table(path: Path, name: str, filters: list[tuple[str, str, int]] | None = None) -> pd.DataFrame:
     """One table, complete."""
     with readable(path):
-        found = pd.read_parquet(path, filters=filters)
+        found = parquet_table(path, filters=filters)
     complete(path, found, NEEDED[name])
     return numbers(path, found)
 
@@ -178,7 +178,7 @@ def numbers(path: Path, table: AnyTable) -> AnyTable:
 def every(path: Path) -> pd.DataFrame:
     """All columns of a table."""
     with readable(path):
-        return numbers(path, pd.read_parquet(path))
+        return numbers(path, parquet_table(path))
 
 
 def complete(path: Path, names: Any, needed: Sequence[str]) -> None:
@@ -195,13 +195,19 @@ def names(path: Path) -> list[str]:
         return list(parquet.read_schema(path).names)
 
 
+def parquet_table(path: Path, **how: Any) -> pd.DataFrame:
+    """A Parquet table, `how` as pyarrow takes it; an index that pandas has noted is a column as others."""
+    table: pd.DataFrame = parquet.read_table(path, **how).to_pandas(ignore_metadata=True)
+    return table
+
+
 def columns(path: Path, names: Sequence[str]) -> pd.DataFrame:
     """Some columns of a table of a run."""
     if not path.exists():
         raise ReplayError(f"{path} is missing; expected all tables of a finished run: run the case again")
     with readable(path, "one of a finished run"):
         complete(path, parquet.read_schema(path).names, names)
-        return numbers(path, pd.read_parquet(path, columns=list(names)))
+        return numbers(path, parquet_table(path, columns=list(names)))
 
 
 SCENE: dict[str, type | tuple[type, ...]] = {

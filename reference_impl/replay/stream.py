@@ -116,4 +116,4 @@ def taken(path: Path, name: str, rows: Floats) -> pd.DataFrame:
             start += size
         table: Any = pa.concat_tables(found) if found else file.schema_arrow.empty_table()
     back = np.argsort(order, kind="stable")
-    return numbers(path, table.to_pandas()).iloc[back].reset_index(drop=True)
+    return numbers(path, table.to_pandas(ignore_metadata=True)).iloc[back].reset_index(drop=True)

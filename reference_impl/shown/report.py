@@ -16,10 +16,10 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from reference_impl.faults import Refused, border, reading, regular
 from reference_impl.replay.arrays import Floats
+from reference_impl.replay.io import parquet_table
 from reference_impl.shown import drawn, scenes, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
 
@@ -109,7 +109,7 @@ class Runs:
         path = self.folder / self.name(number) / "results" / f"{name}.parquet"
         if not path.exists():
             return None
-        table = pd.read_parquet(path)
+        table = parquet_table(path)
         if column not in table:
             return None
         y = 100.0 * table[column] / table["initial_m3"] if of_liquid else table[column]

@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
+from reference_impl.replay.io import parquet_table
 from reference_impl.shown import tables
 from reference_impl.shown.tables import Told
 
@@ -109,7 +108,7 @@ def _end(cases: Cases, number: int, name: str, column: str, suffix: str = "") ->
     path = cases.folder / f"case{number:02d}{suffix}" / "results" / f"{name}.parquet"
     if not path.exists():
         return None
-    table = pd.read_parquet(path)
+    table = parquet_table(path)
     return float(table[column].iloc[-1]) if column in table else None
 
 
@@ -267,7 +266,7 @@ def _retained(cases: Cases, run: str) -> list[float]:
     """Fraction retained at the end, of all seeds of a case."""
     folders = [cases.folder / run, *tables.seed_folders(cases.folder, run)]
     paths = [folder / "results" / "fraction_retained.parquet" for folder in folders]
-    return [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
+    return [float(parquet_table(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
 
 
 def _held(cases: Cases, run: str, label: str) -> list[float]:

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from scipy import stats
+
+from reference_impl.replay.io import parquet_table
 
 CASES = {
     "steps": ("steps",), "wall s": ("wall_s",), "Y at end": ("fraction_retained_end",), "cannot pass": ("coarse_share",),
@@ -84,7 +85,7 @@ def retained_end(folder: Path, number: int, data: Mapping[str, Any]) -> float:
 def retained_ends(folder: Path, number: int, data: Mapping[str, Any]) -> list[float]:
     """The same of every seed."""
     seeds = (run / "results" / "fraction_retained.parquet" for run in seed_folders(folder, f"case{number:02d}"))
-    further = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in seeds]
+    further = [float(parquet_table(path)["fraction_retained"].iloc[-1]) for path in seeds]
     return [float(data["fraction_retained_end"]), *further]
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 from reference_impl.diagnosis.held import MISSING, NONE, Held, column, of_factor
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.compare import TOLERANCE
-from reference_impl.replay.io import ReplayError
+from reference_impl.replay.io import ReplayError, parquet_table
 
 SHIFTS = (1, -1, 2, -2, 3, -3)
 TIMES = ("time_s", "time_since_opening_s")
@@ -21,7 +21,7 @@ TIMES = ("time_s", "time_since_opening_s")
 def read(path: Path) -> pd.DataFrame:
     """A table of the results, Parquet or CSV."""
     try:
-        return pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
+        return parquet_table(path) if path.suffix == ".parquet" else pd.read_csv(path)
     except Exception as error:  # damage has many names
         raise ReplayError(
             f"{path} is not a readable table; expected what `pywet run` writes: make the results again"

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held
 from reference_impl.motion.budget import WORKS
@@ -127,7 +126,7 @@ def energies(folder: Path, scene: Mapping[str, Any]) -> dict[str, float | None]:
     moist = bool(scene["effects"]["bridges"])
     if moist and scene["output"].get("energy", True):
         with io.readable(where(folder, "energy")):
-            table = pd.read_parquet(where(folder, "energy")).sort_values("step")
+            table = io.parquet_table(where(folder, "energy")).sort_values("step")
         last, first = table.iloc[-1], table.iloc[0]
         found: dict[str, float | None] = {str(k): float(last[str(k)]) for k in table if k not in ("step", "time")}
         change = sum(float(last[k] - first[k]) for k in ("kinetic", "spin"))

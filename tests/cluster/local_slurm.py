@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from pywet.engines.process import die_with_parent
+from pywet.ending import die_with_parent
 
 T = TypeVar("T")
 CONF = Path("/etc/slurm/slurm.conf")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from pywet import PywetError, files, run_folder, shipped
+from pywet import PywetError, files, run_folder, run_lock, shipped
 from pywet.cli.app import app
 from pywet.runs import tables
 from pywet.screening import identity, status
@@ -104,7 +104,7 @@ def test_links_in_a_run_are_refused(tmp_path: Path, name: str) -> None:
     (run / name).symlink_to(victim)
     with (
         pytest.raises(PywetError, match=f"{re.escape(name)} is a symbolic link; expected"),
-        run_folder.hold(run),
+        run_lock.hold(run),
     ):
         raise AssertionError("the folder was held")
     assert (victim / "precious" if victim.is_dir() else victim).read_text() == "mine"
@@ -130,7 +130,7 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
-        with run_folder.hold(run):
+        with run_lock.hold(run):
             os.write(writer, b"x")
             time.sleep(600)
         os._exit(0)
@@ -143,20 +143,20 @@ def test_the_lock_comes_first(tmp_path: Path) -> None:
     finally:
         os.kill(child, 9)
         os.waitpid(child, 0)
-    with run_folder.hold(run):  # the lock went with its process
+    with run_lock.hold(run):  # the lock went with its process
         pass
 
 
 def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
     """Two that share a finished run hold it together; one that simulates does not join them."""
     run_folder.claim(tmp_path)
-    with run_folder.hold(tmp_path, shared=True):
+    with run_lock.hold(tmp_path, shared=True):
         child = os.fork()
         if child == 0:
             try:
-                with run_folder.hold(tmp_path, shared=True):
+                with run_lock.hold(tmp_path, shared=True):
                     pass
-                with run_folder.hold(tmp_path):
+                with run_lock.hold(tmp_path):
                     os._exit(3)
             except PywetError as error:
                 os._exit(0 if "another run is at work" in str(error) else 4)
@@ -166,11 +166,11 @@ def test_evaluations_go_side_by_side(tmp_path: Path) -> None:
 def test_a_folder_that_is_moved_is_noticed(tmp_path: Path) -> None:
     """The run says so, and writes nothing under the old path."""
     run = tmp_path / "run"
-    with run_folder.hold(run):
-        run_folder.check_held(run)
+    with run_lock.hold(run):
+        run_lock.check_held(run)
         run.rename(tmp_path / "elsewhere")
         with pytest.raises(PywetError, match="was moved or removed while its run was at work"):
-            run_folder.check_held(run)
+            run_lock.check_held(run)
     assert not run.exists()
 
 
@@ -318,3 +318,17 @@ def test_the_table_of_deletions_is_whole() -> None:
         name for row in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`([^`]+\.py)`", row)
     }
     assert found == told
+
+
+def test_runs_of_a_study_are_discarded_by_their_lists(tmp_path: Path) -> None:
+    """What the runs wrote goes, the folder too where nothing else is in it; a user's file and a linked folder stay."""
+    for name in ("study/a", "study/b"):
+        run_folder.claim(tmp_path / name)
+        files.write_json(tmp_path / name / "results" / "x.json", 1)
+        (run_folder.make_folder(tmp_path / name, "engine.partial") / "log").write_text("x")
+    run_folder.discard(tmp_path / "study" / "b")
+    assert [p.name for p in (tmp_path / "study").iterdir()] == ["a"]
+    (tmp_path / "study" / "a" / "notes.txt").write_text("mine")
+    run_folder.discard(tmp_path / "study")
+    assert content(tmp_path) == {"study/a/notes.txt": b"mine"}
+    run_folder.discard(tmp_path / "nothing")

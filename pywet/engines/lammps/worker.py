@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from pywet.ending import die_with_parent
 from pywet.engines import schedule
 from pywet.engines.lammps import build
 from pywet.engines.lammps.deck import SCRIPT
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
-from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError, arguments, border
 from pywet.files import read_table
 from pywet.scene import Scene

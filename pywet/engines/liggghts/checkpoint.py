@@ -41,7 +41,7 @@ MESSAGES_B = 65536
 KEPT = 2
 """Checkpoints that are kept."""
 WRITTEN_S = 10.0
-"""Time since its last change after which a restart file is no longer being written [s]."""
+"""Time from its last change, back or (the clock was set back) ahead, at which a restart file is no longer being written [s]."""
 CODE = [
     path
     for pattern in (
@@ -285,7 +285,7 @@ class Recorder:
                 continue
             if step < reached:
                 path.rename(path.with_suffix(""))
-            elif time.time() - path.stat().st_mtime > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
+            elif abs(time.time() - path.stat().st_mtime) > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
                 raise self._not_whole(f"{path} was cut off")
 
     def _prune(self) -> None:

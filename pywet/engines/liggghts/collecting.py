@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pywet import run_folder
+from pywet import run_folder, run_lock
 from pywet.apparatus.motion import Floats, engine_displacement
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, logs, windows
@@ -76,7 +76,7 @@ def publish(run_dir: Path, folder: Path, info: Mapping[str, Any], mark: str) -> 
     write_json(folder / "run.json", info)
     run_json = {"engine/run.json": logs.checked(folder / "run.json")}
     write_json(folder / INDEX, {"fingerprint": mark, "files": {**sums, **run_json}})
-    run_folder.check_held(run_dir)
+    run_lock.check_held(run_dir)
     tables.forget(run_dir)
     for name in sums:
         (run_dir / name).parent.mkdir(exist_ok=True)

@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pywet import run_folder
+from pywet import run_folder, run_lock
 from pywet.engines.liggghts import checkpoint, collecting, deck
 from pywet.engines.liggghts.build import ENGINE_VERSION, plugin_path
 from pywet.engines.liggghts.inputs import write_inputs
@@ -135,7 +135,7 @@ def _simulate(task: Task, passed: list[str]) -> dict[str, Any]:
         try:
 
             def watch() -> None:
-                run_folder.check_held(task.run_dir)
+                run_lock.check_held(task.run_dir)
                 recorder.watch()
 
             usage = task.launch(_command(task, point.step if point else 0), folder, scene, report, watch)

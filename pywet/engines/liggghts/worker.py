@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pywet.ending import die_with_parent
 from pywet.engines import schedule
 from pywet.engines.liggghts import deck, grid, state_file
 from pywet.engines.liggghts.border import check_start
@@ -22,7 +23,6 @@ from pywet.engines.liggghts.checkpoint import saved
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
-from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError, arguments, border
 from pywet.files import read_parts, read_table, write_json
 from pywet.scene import Scene

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from pywet.ending import die_with_parent
 from pywet.engines.process import last_words, surroundings
 from pywet.errors import PywetError
 
@@ -92,6 +93,7 @@ def run_program(command: Sequence[str], folder: Path, package: str, timeout_s: f
             errors="replace",
             timeout=timeout_s,
             check=False,
+            preexec_fn=die_with_parent,
         )
     except subprocess.TimeoutExpired as error:
         raise PywetError(

@@ -6,7 +6,6 @@ tables of a finished case are stored at once.
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 import time
@@ -20,8 +19,8 @@ import typer
 from pywet import config as settings
 from pywet import run_folder
 from pywet.config import Config
+from pywet.ending import die_with_parent
 from pywet.engines.liggghts.checkpoint import last_step
-from pywet.engines.process import die_with_parent
 from pywet.errors import PywetError, border, one_line
 from pywet.evidence.accuracy import edit
 from pywet.evidence.accuracy.command import calibrated
@@ -215,7 +214,8 @@ def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config
     made: dict[float, Config] = {}
     for aperture in {config.case(n).aperture_mm for n in wanted}:
         target = out / f"settings-{aperture:g}mm"
-        shutil.rmtree(target, ignore_errors=True)
+        for name in settings.FILES:  # as a call before this one copied them; another file there is refused
+            (target / name).unlink(missing_ok=True)
         edit.write(config.folder, target, "full", SETTINGS.get(aperture, {}))
         made[aperture] = settings.load(target)
     return {n: made[config.case(n).aperture_mm] for n in wanted}

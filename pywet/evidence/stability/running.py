@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import multiprocessing as mp
 import os
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,8 +17,9 @@ from typing import Any
 import pandas as pd
 
 from pywet import run_folder
+from pywet.ending import die_with_parent
 from pywet.engines.liggghts import driver, process
-from pywet.engines.process import Usage, die_with_parent
+from pywet.engines.process import Usage
 from pywet.errors import PywetError, StoppedRun
 from pywet.evidence.stability import cells, judge
 from pywet.evidence.stability.cells import Batch
@@ -67,8 +67,7 @@ def run_cells(batch: Batch, run_dir: Path, allow_unstable: bool = False) -> tupl
     """
     stopped: dict[str, str] = {}
     while True:
-        if (run_dir / run_folder.LIST).exists():
-            shutil.rmtree(run_dir)
+        run_folder.discard(run_dir)
         cells.prepare(batch, run_dir)
         try:
             driver.run(run_dir, batch.ranks, progress=False, allow_unstable=allow_unstable, launch=_forked)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from pywet import run_folder
 from pywet.evidence import study
 from pywet.evidence.stability import hard_scenes, random_cases, running
 from pywet.evidence.stability.maps import MAPS, row_of
@@ -63,9 +63,9 @@ class StabilityStudy(study.Study):
         """The rows of a job; its runs stay in the folder `work` where something is to be looked at."""
         started = time.monotonic()
         table = make(work)
-        shutil.rmtree(work.with_name(f"{work.name}-passive"), ignore_errors=True)
+        run_folder.discard(work.with_name(f"{work.name}-passive"))
         if "case" not in table or table["state"].isin(FINE).all():
-            shutil.rmtree(work, ignore_errors=True)
+            run_folder.discard(work)
         table["wall_s"] = (time.monotonic() - started) / len(table)
         return table.to_dict("records")  # type: ignore[return-value]
 

@@ -7,6 +7,7 @@ bodies count as touching. Tables for engines are in `table.py`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,15 +154,27 @@ def solve(
     separation: float, volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float
 ) -> Bridge | None:
     """The stable bridge at a separation; None beyond its rupture distance. Arguments in m, m3, rad."""
+    return solve_many([separation], volume, radius_i, radius_j, theta_i, theta_j)[0]
+
+
+def solve_many(
+    separations: Sequence[float], volume: float, radius_i: float, radius_j: float, theta_i: float, theta_j: float
+) -> list[Bridge | None]:
+    """The same at each of many separations, by the branch followed once."""
     bodies = Bodies(radius_i, radius_j, theta_i, theta_j)
-    wanted = max(separation, 0.0) / bodies.unit
-    _, points = _trace(bodies, volume, wanted)
-    if points[-1, GAP] < wanted:
+    gaps = [max(separation, 0.0) / bodies.unit for separation in separations]
+    _, points = _trace(bodies, volume, max(gaps, default=0.0))
+    return [_at(points, gap, bodies, volume) for gap in gaps]
+
+
+def _at(points: Floats, gap: float, bodies: Bodies, volume: float) -> Bridge | None:
+    """The bridge at a separation in units, from the points of its branch; None beyond their end."""
+    if points[-1, GAP] < gap:
         return None
-    if wanted == 0.0:
+    if gap == 0.0:
         return Bridge(bodies, volume, points[0])
-    k = int(np.searchsorted(points[:, GAP], wanted))
-    ok, state = branch.between(points[k - 1], points[k], wanted, points[-1, GAP], bodies.holding(volume))
+    k = int(np.searchsorted(points[:, GAP], gap))
+    ok, state = branch.between(points[k - 1], points[k], gap, points[k, GAP], bodies.holding(volume))
     if not ok:
         raise PywetError(_lost(bodies, volume))
     return Bridge(bodies, volume, state)

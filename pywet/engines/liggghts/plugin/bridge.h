@@ -33,8 +33,8 @@ inline uint64_t key_of(int kind, int i, int j) {
 // One bridge or pair as it stands in this step; n points from j to i.
 struct Geometry {
   Vec xi, vi, wi, xj, vj, wj, n;
-  double separation, radius_i, radius_j;
-  int triangle;
+  double separation = 0, radius_i = 0, radius_j = 0;
+  int triangle = -1;
 };
 
 // Forces of one bridge: capillary attracts, viscous acts along n on i, tangential on i.

@@ -27,7 +27,7 @@ class Forces {
   Impulses &impulses_;
   Implicit &implicit_;
   Logs &logs_;
-  Together together_;
+  Together together_{};
 
   Geometry geometry_of(const Together &t, int k) const;
   void gather(Together &t);

@@ -23,7 +23,7 @@ class Impulses {
   EnergyBook &energy_;
   std::vector<double> others_;           // forces and torques, works and power, while those of bridges are gathered
   std::vector<Acting> other_works_;
-  double other_power_[EFFECTS];
+  double other_power_[EFFECTS] = {};
   std::vector<Vec> before_;              // where spheres and ghosts were at the last look
 };
 

@@ -37,7 +37,7 @@ class NearPairs {
   Standing &standing_;
   static const int CLASSES = 64;
   std::vector<Pair> found_, pairs_;      // in the order of the list, and by classes of the gap when they were found
-  size_t first_[CLASSES + 1];            // pair of a class
+  size_t first_[CLASSES + 1] = {};       // pair of a class
   int awake_classes_ = 0;
   std::vector<WallPair> wall_pairs_;
   std::vector<double> rest_, wall_rest_; // way of each pair before which films cannot touch; infinity: a bridge

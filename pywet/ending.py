@@ -1,0 +1,61 @@
+"""How a process ends early: by a signal, with the process that started it."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+DEATH_SIGNAL = 1
+"""PR_SET_PDEATHSIG of prctl(2)."""
+ASKED = (signal.SIGTERM, signal.SIGHUP)
+"""Signals that ask a command to end, besides that of Ctrl-C."""
+
+
+class Ended(KeyboardInterrupt):
+    """A signal asked the process to end; whoever clears up after Ctrl-C does so after it."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def die_with_parent() -> None:
+    """Let the kernel end this process when the one that started it is gone, so that no orphan writes on."""
+    ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
+
+
+def _end(number: int, _: FrameType | None) -> None:
+    for asked in ASKED:
+        signal.signal(asked, signal.SIG_IGN)  # a second one must not cut the clearing up short
+    raise Ended(number)
+
+
+@contextmanager
+def clearing_up() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end what is done here as Ctrl-C does: with its engine, and without temporary files.
+
+    A signal that is ignored, as SIGHUP under nohup, stays so.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    before = {s: signal.getsignal(s) for s in ASKED if main and signal.getsignal(s) == signal.SIG_DFL}
+    for number in before:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def said(given: str, stop: KeyboardInterrupt) -> tuple[str, int]:
+    """The sentence and the exit code, as shells have it, of a command that a signal ended."""
+    number = stop.number if isinstance(stop, Ended) else signal.SIGINT
+    name = signal.Signals(number).name + (" (Ctrl-C)" if number == signal.SIGINT else "")
+    return (
+        f"{given}: ended by {name}; what is written is whole: call it again, and a run goes on from its last checkpoint",
+        128 + number,
+    )

@@ -1,0 +1,169 @@
+"""Runs stopped from outside: the parent or the engine killed alone, signals, a moved folder, what a kill leaves half-written."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pywet import PywetError, files, run_folder, run_lock
+from pywet.engines.liggghts import checkpoint
+from tests.reliability.kills import assert_same, tables_of
+
+WORDS = ("scene", "bed", "--spheres", "12", "--seconds", "0.05")
+
+
+def called(run_dir: Path) -> subprocess.Popen[str]:
+    """A small moist bed by the command line, in a process group of its own."""
+    command = [sys.executable, "-m", "pywet.cli.app", *WORDS, "--out", str(run_dir)]
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def engines(run_dir: Path) -> list[int]:
+    """Processes whose command line names the run directory."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            if os.fsencode(run_dir) in path.read_bytes().split(b"\0"):
+                found.append(int(path.parent.name))
+    return found
+
+
+def at_work(run_dir: Path, call: subprocess.Popen[str]) -> int:
+    """The engine's process once the run has two checkpoints."""
+    for _ in range(6000):
+        if len(list((run_dir / "engine.partial" / checkpoint.FOLDER).glob("sums.*.json"))) >= 2:
+            return next(pid for pid in engines(run_dir) if pid != call.pid)
+        assert call.poll() is None, call.communicate()[1]
+        time.sleep(0.01)
+    raise AssertionError("no checkpoint was written")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same run in one piece."""
+    run_dir = tmp_path_factory.mktemp("whole") / "run"
+    assert called(run_dir).wait(600) == 0
+    return run_dir
+
+
+STOPS = {
+    "parent killed": ("parent", signal.SIGKILL, -9, ""),
+    "engine killed": ("engine", signal.SIGKILL, 1, "LIGGGHTS stopped: the program was ended by signal 9 (Killed)"),
+    "engine ended": ("engine", signal.SIGTERM, 1, "LIGGGHTS stopped: the program was ended by signal 15 (Terminated)"),
+    "Ctrl-C": ("group", signal.SIGINT, 130, "ended by SIGINT (Ctrl-C); what is written is whole"),
+    "interrupted": ("parent", signal.SIGINT, 130, "ended by SIGINT (Ctrl-C); what is written is whole"),
+    "group ended": ("group", signal.SIGTERM, 143, "ended by SIGTERM; what is written is whole"),
+    "parent ended": ("parent", signal.SIGTERM, 143, "ended by SIGTERM; what is written is whole"),
+    "terminal closed": ("group", signal.SIGHUP, 129, "ended by SIGHUP; what is written is whole"),
+}
+QUICK = ("parent killed", "engine killed", "group ended")
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("how", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in STOPS])
+def test_a_stopped_run_goes_on(whole: Path, tmp_path: Path, how: str) -> None:
+    """One sentence, no process left; moved elsewhere and called again it ends with the unbroken run's tables, bit for bit.
+
+    A file of the user's and nothing half-written lie in the folder at the end.
+    """
+    whom, number, code, says = STOPS[how]
+    run_dir, moved = tmp_path / "run", tmp_path / "moved"
+    call = called(run_dir)
+    engine = at_work(run_dir, call)
+    (run_dir / "notes.txt").write_text("mine")
+    gone = f".trajectory.{call.pid}.0123abcd.partial.parquet"
+    (run_dir / gone).write_text("half")
+    if whom == "group":
+        os.killpg(call.pid, number)
+    else:
+        os.kill(call.pid if whom == "parent" else engine, number)
+    said = call.communicate(timeout=60)[1]
+    assert call.returncode == code, said
+    assert says in said and "Traceback" not in said
+    assert len(said.strip().splitlines()) == (1 if says else 0), said
+    for _ in range(500):
+        if not engines(run_dir):
+            break
+        time.sleep(0.01)
+    assert not engines(run_dir)
+    run_dir.rename(moved)
+    again = called(moved)
+    said = again.communicate(timeout=600)[1]
+    assert again.returncode == 0, said
+    assert '"resumed_at_step": null' not in (moved / "engine" / "run.json").read_text()
+    assert_same(tables_of(whole), tables_of(moved))
+    assert (moved / "notes.txt").read_text() == "mine" and not (moved / gone).exists()
+    kept = {str(p.relative_to(moved)) for p in moved.rglob("*")} - {"notes.txt"}
+    assert {n for n in kept if "log.until-" not in n} == {str(p.relative_to(whole)) for p in whole.rglob("*")}
+
+
+def test_half_written_files_of_killed_processes_go(tmp_path: Path) -> None:
+    """Those of a living process, of a run directory within and files of other names stay."""
+    run = tmp_path / "run"
+    run_folder.claim(run)
+    run_folder.claim(run / "work" / "inner")
+    with subprocess.Popen(["true"]) as ended:
+        pass
+    dead = f".ledger.{ended.pid}.0123abcd.partial.parquet"
+    (run / "engine.partial" / "checkpoint").mkdir(parents=True)
+    stay = [
+        f".a.{os.getppid()}.0123abcd.partial.json",
+        f"work/inner/{dead}",
+        ".x.partial",
+        f".ledger.{ended.pid}.partial",
+    ]
+    for name in (dead, f"engine.partial/checkpoint/{dead}", *stay):
+        (run / name).write_text("x")
+    with run_lock.hold(run, shared=True):
+        assert (run / dead).exists()
+    with run_lock.hold(run):
+        left = {str(p.relative_to(run)) for p in run.rglob("*") if p.is_file()}
+    assert left == {*stay, run_folder.LIST, run_folder.LOCK, f"work/inner/{run_folder.LIST}"}
+
+
+def test_a_line_of_the_list_cut_off_by_a_full_disk(tmp_path: Path) -> None:
+    """It names nothing, above all no folder that it does not mean, and the next one is a line of its own."""
+    run = tmp_path / "run"
+    run_folder.claim(run)
+    (run / run_folder.LIST).write_text("+ scene.json\n+ history/")
+    assert run_folder.listed(run) == {"scene.json"}
+    files.write_json(run / "history" / "meta.json", 1)
+    assert run_folder.listed(run) == {"scene.json", "history/meta.json"}
+    (run / "history" / "notes.txt").write_text("mine")
+    run_folder.remove_listed(run, ["history"])
+    assert os.listdir(run / "history") == ["notes.txt"]
+
+
+def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A call that has opened the lock when another moves the folder aside is refused: it would hold the moved one."""
+    run, real = tmp_path / "run", run_lock.fcntl.flock
+
+    def late(lock: int, how: int) -> None:
+        run.rename(tmp_path / "run.1")
+        real(lock, how)
+
+    monkeypatch.setattr(run_lock.fcntl, "flock", late)
+    with pytest.raises(PywetError, match="another run is at work"), run_lock.hold(run):
+        raise AssertionError("the folder was held")
+
+
+def test_a_clock_set_back(tmp_path: Path) -> None:
+    """A restart file cut off, whose time is in the future, is one that is not being written any more."""
+    future = time.time() + 10**6
+    (tmp_path / checkpoint.FOLDER).mkdir()
+    path = tmp_path / checkpoint.FOLDER / "engine.900.partial"
+    path.write_bytes(b"")
+    os.utime(path, (future, future))
+    recorder = object.__new__(checkpoint.Recorder)
+    recorder.folder, recorder.plugin, recorder.step, recorder.spheres, recorder.planned = tmp_path, False, 0, 1, [0]
+    with pytest.raises(PywetError, match="was cut off; expected the"):
+        recorder.watch()
