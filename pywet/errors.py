@@ -152,7 +152,7 @@ def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
         try:
             found.append(kind(word))
         except ValueError as error:
-            what = "a whole number" if kind is int else "a path"
+            what = "a whole number" if kind is int else kind.__name__
             raise PywetError(f"{name}: {key} is {one_line(word) if word else 'empty'}; expected {what}") from error
     return found
 

@@ -80,6 +80,11 @@ class Query(Excusable):
     def _sphere_first(self) -> Query:
         if self.bodies[0].wall is not None:
             raise ValueError('the first body is a wall; expected the sphere first and "wall": "large" second')
+        smaller = 4.0 / 3.0 * math.pi * min(body.radius for body in self.bodies) ** 3
+        if self.volume_m3 > smaller:
+            raise ValueError(
+                f"volume_m3 at most that of the smaller sphere ({smaller:.3g} m3), which a bridge would swallow"
+            )
         return self
 
     @property

@@ -162,8 +162,10 @@ void Checkpoint::resume(const std::string &state_file) {
     standing_.formations = head.formations;
     standing_.ruptures = head.ruptures;
   }
-  from.all(films_.wall);
-  need(films_.wall.size() == triangles, state_file);
+  const int64_t walls = from.count();
+  need(walls == int64_t(triangles), state_file);
+  const double *wall = from.next<double>(walls);
+  films_.wall.assign(wall, wall + walls);
   const View &at = world_.engine.at;
   for (int a = 0; a < at.nlocal; a++) {
     const SphereState &sphere = of(at.tag[a]);
