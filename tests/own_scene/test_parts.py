@@ -176,3 +176,16 @@ def test_thin_bodies_of_a_file_are_wires_when_named_so(folder: Path, caplog: pyt
         0
     ]
     assert wall.surface(folder).part_half_width == (0.0005,) and wall.fold_deg == 180.0
+
+
+@pytest.mark.engine
+def test_a_sphere_that_leaves_at_a_checkpoint_says_so_in_words_that_the_user_has(folder: Path, tmp_path: Path) -> None:
+    """The checkpoint holds no sphere, which is no full disk; the sentence names no box, which a scene has no key for."""
+    entry = {"material": "glass", "diameter_mm": 3, "name": "up", "at_mm": [(0, 0, 2)], "velocity_m_per_s": (0, 0, 3)}
+    given = scene(folder, [{"name": "step", "block": {"low_mm": (-5, -5, -5), "high_mm": (5, 5, 0)}}], [],
+                  spheres=[entry], duration_s=0.05)  # fmt: skip
+    with pytest.raises(
+        pywet.PywetError, match=r"left the simulated box before step \d+.*through the upper z face"
+    ) as told:
+        pywet.run(given, tmp_path)
+    assert "disk" not in str(told.value) and "enlarge the box" not in str(told.value)
