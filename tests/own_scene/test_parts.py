@@ -14,7 +14,8 @@ import pywet
 from pywet.apparatus import make_surface, write_stl
 from pywet.apparatus.solids import bin_solid, wire
 from pywet.errors import ConfigError
-from pywet.own_scene.building import Building
+from pywet.files import read_table
+from pywet.own_scene.building import Building, write
 from pywet.own_scene.description import Scene
 from pywet.report import render
 from pywet.runs.rundir import RunDir
@@ -135,12 +136,28 @@ def test_a_finer_mesh_of_the_same_cup_gives_the_same_bridges(folder: Path, tmp_p
 def test_a_size_that_no_sphere_meets_is_asked_back(folder: Path) -> None:
     """The cup is 14 mm, its file in m; read as mm it is 0.014 mm, the other one read as m 14 m beside spheres of 3 um."""
     with pytest.raises(
-        ConfigError, match=r"in mm is 0\.014 mm long beside spheres of 3 to 3 mm.*it is 14 mm \(stl_unit: m\)"
+        ConfigError, match=r"in mm is 0\.014 mm long beside spheres of 3 mm.*it is 14 mm \(stl_unit: m\)"
     ):
         Building(scene(folder, [{"name": "cup", "stl": "cup.stl"}], [(0, 0, 5)])).scene()
     far = {"name": "cup", "stl": "far.stl", "stl_unit": "m", "origin_mm": (1e9, 0, 0)}
     with pytest.raises(ConfigError, match=r"in m is 1\.4e\+04 mm long beside spheres .*it is 14 mm \(stl_unit: mm\)"):
         Building(scene(folder, [far], [(0, 0, 5)])).scene()
+
+
+def test_results_say_from_where_their_positions_count(
+    folder: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Of a scene 1 km away: a sentence before the run, a number in `pywet.load`, to which positions add up; else nothing."""
+    far = scene(folder, [{"name": "cup", "stl": "far.stl"}], [(1e6 + 1.0, 0, 5)], origin_mm=(1e6, 0, 0))
+    write(far, tmp_path / "far")
+    assert "test: positions in tables, vtk/ and pictures count from origin_mm [1000000, 0, 0]" in caplog.text
+    run = pywet.load(tmp_path / "far")
+    assert run.origin_mm[0] + 1e3 * read_table(tmp_path / "far" / "spheres.parquet")["x"].iloc[0] == pytest.approx(
+        1e6 + 1.0, rel=1e-12
+    )
+    caplog.clear()
+    write(scene(folder, [{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}], [(1, 0, 5)]), tmp_path / "near")
+    assert pywet.load(tmp_path / "near").origin_mm == (0, 0, 0) and "origin" not in caplog.text
 
 
 def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
