@@ -152,9 +152,8 @@ def test_results_say_from_where_their_positions_count(
     write(far, tmp_path / "far")
     assert "test: positions in tables, vtk/ and pictures count from origin_mm [1000000, 0, 0]" in caplog.text
     run = pywet.load(tmp_path / "far")
-    assert run.origin_mm[0] + 1e3 * read_table(tmp_path / "far" / "spheres.parquet")["x"].iloc[0] == pytest.approx(
-        1e6 + 1.0, rel=1e-12
-    )
+    first = read_table(tmp_path / "far" / "spheres.parquet")
+    assert run.origin_mm[0] + 1e3 * first["x"].iloc[0] == pytest.approx(1e6 + 1.0, rel=1e-12)
     caplog.clear()
     write(scene(folder, [{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}], [(1, 0, 5)]), tmp_path / "near")
     assert pywet.load(tmp_path / "near").origin_mm == (0, 0, 0) and "origin" not in caplog.text
