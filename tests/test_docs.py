@@ -145,3 +145,28 @@ def test_make_help_lists_every_target() -> None:
     assert {"setup", "lint", "test", "run", "bench", "report", "clean", "help"} <= targets
     shown = call("make", "-s", "--no-print-directory", "help").stdout
     assert {line.split()[0] for line in shown.splitlines()} == targets
+
+
+def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: Path) -> None:
+    """The page is made from the classes that check a scene; a key without a description fails here."""
+    import importlib.util
+
+    import pywet
+    from pywet.ranges import LIMITS
+
+    spec = importlib.util.spec_from_file_location("reference_pages", ROOT / "docs" / "reference_pages.py")
+    assert spec and spec.loader
+    pages = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(pages)
+    pages.write_scene(tmp_path / "scene.md")
+    rows = [line.split(" | ") for line in (tmp_path / "scene.md").read_text().splitlines() if line.startswith("| `")]
+    told = {row[0].strip("| `"): row[1:] for row in rows}
+    for key in ("seed", "interval_s", "half_width_mm", "thickness_mm", "sides", "stiffness_N_per_m", "at_mm"):
+        assert key in told
+    for key, (what, unit, default, limits) in told.items():
+        assert ": " in what and default, key  # kind and meaning; a default, or "needed"
+        assert key not in LIMITS or str(LIMITS[key]) in limits, key
+        assert unit or not re.search(r"_(mm|um|s|deg|Hz|m|g|kg_per_m3|N_per_m)$", key), key
+    assert told["gravity_m_per_s2"][1] == "m/s2" and told["stiffness_N_per_m"][2] == "`2000.0`"
+    models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
+    assert {k for c in models for k in c.model_fields} <= set(told)
