@@ -170,3 +170,21 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: P
     assert told["gravity_m_per_s2"][1] == "m/s2" and told["stiffness_N_per_m"][2] == "`2000.0`"
     models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
     assert {k for c in models for k in c.model_fields} <= set(told)
+
+
+def test_each_door_of_the_site_shows_what_its_command_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines below a command of the start page are the first ones of its answer."""
+    text = (ROOT / "docs" / "index.md").read_text()
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    checked = []
+    for block in CONSOLE.findall(text):
+        for given in block.split("$ ")[1:]:
+            command, *expected = given.strip().splitlines()
+            if expected:
+                done = CliRunner().invoke(app, shlex.split(command)[1:], env={"COLUMNS": "100"})
+                said = [" ".join(line.split()) for line in done.output.splitlines()]
+                first = [" ".join(line.split()) for line in expected]
+                assert first == [line for line in said if line in first][: len(first)] and done.exit_code == 0, command
+                checked.append(command)
+    assert len(checked) == 3, checked
