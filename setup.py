@@ -6,7 +6,7 @@ from pathlib import Path
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
-SHIPPED = ("config", "liggghts_inputs", "workflow", "Snakefile", "benchmarks/wet")
+SHIPPED = ("config", "liggghts_inputs", "workflow", "Snakefile", "benchmarks/wet", "examples/scenes")
 
 
 class WithShipped(build_py):

@@ -40,23 +40,23 @@ def _table(schema: dict[str, Any]) -> Iterator[str]:
         yield f"| `{key}` | {_kind(value)}{': ' if said else ''}{said} | {default} |"
 
 
-def _kind(value: dict[str, Any]) -> str:
+def _kind(value: dict[str, Any], limited: bool = True) -> str:
     """What may stand at a key, in a few words."""
     if "$ref" in value:
         return str(value["$ref"]).rpartition("/")[2]
     if "enum" in value:
         return " or ".join(f"`{json.dumps(v)}`" for v in value["enum"])
     if "anyOf" in value:
-        return " or ".join(dict.fromkeys(_kind(v) for v in value["anyOf"]))
+        return " or ".join(dict.fromkeys(_kind(v, limited) for v in value["anyOf"]))
     if value.get("type") == "array":
-        return f"list of {_kind(value['items'])}" if "items" in value else "list"
-    limits = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
-    return " ".join([value.get("type", "any value"), *limits])
+        return f"list of {_kind(value['items'], limited)}" if "items" in value else "list"
+    return " ".join([value.get("type", "any value"), *(_limits(value) if limited else ())])
 
 
 SCENE = """# A scene, key by key
 
-Made from the classes that check every scene: each key in YAML and each argument in Python, with its meaning and default.
+Made from the classes that check every scene: each key in YAML and each argument in Python, with its meaning, unit, default and
+range. A number outside its range needs `unusual: why` beside it.
 How scenes are written: [a custom scene](own-scene.md).
 """
 
@@ -68,10 +68,42 @@ def write_scene(page: Path) -> None:
     classes = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_json_schema")]
     lines = [SCENE]
     for one in sorted(classes, key=lambda c: (c.__name__ != "Scene", c.__name__)):
-        lines += [f"\n## {one.__name__}\n", *_table(one.model_json_schema())]
+        lines += [f"\n## {one.__name__}\n", *_scene_table(one.model_json_schema())]
     text = "\n".join(lines) + "\n"
     if not page.exists() or page.read_text() != text:
         page.write_text(text)
+
+
+UNIT = re.compile(r"_((?:mm|um|m|g|kg|N|Pa|s|deg|Hz)(?:_per_[a-z0-9]+|_s(?![a-z]))?2?)$")
+
+
+def unit_of(key: str) -> str:
+    """The unit that a key ends in.
+
+    >>> unit_of("stiffness_N_per_m"), unit_of("gravity_m_per_s2"), unit_of("viscosity_Pa_s"), unit_of("count")
+    ('N/m', 'm/s2', 'Pa s', '')
+    """
+    named = {"percent": "%", "turns_per_minute": "1/min"}
+    found = UNIT.search(key)
+    return named.get(key) or (found[1].replace("_per_", "/").replace("_", " ") if found else "")
+
+
+def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
+    from pywet.ranges import LIMITS as USUAL
+
+    yield schema.get("description", "").replace("\n", " ")
+    yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"
+    for key, value in schema["properties"].items():
+        said = value.get("description", "").replace("\n", " ").replace("|", "\\|")
+        default = f"`{json.dumps(value['default'])}`" if "default" in value else "needed"
+        limits = str(USUAL[key]) if key in USUAL else " ".join(_limits(value))
+        yield f"| `{key}` | {_kind(value, limited=False)}{': ' if said else ''}{said} | {unit_of(key)} | {default} | {limits} |"
+
+
+def _limits(value: dict[str, Any]) -> list[str]:
+    """The bounds that a schema states for a key."""
+    own = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
+    return own + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
 
 
 COLUMNS = """# Columns and codes

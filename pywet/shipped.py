@@ -1,4 +1,4 @@
-"""What lies beside the package and yet is part of the program: default configuration, deck templates, workflow, wet problems.
+"""What lies beside the package and yet is part of the program: configuration, deck templates, workflow, wet problems, scenes.
 
 In a checkout they lie beside the package, where people look for them; `setup.py` puts them into the package of a wheel.
 """
@@ -37,38 +37,65 @@ What is to be run stands in `config/`: cases in `cases.csv`, scale and effects i
 LIGGGHTS 3.8.0 must be there, as Debian 12 has it, with its headers and a compiler; `pywet doctor` says what is missing:
 `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++`.
 """
+SCENE_README = """# {title}
+
+    pywet run-scene {name}.yaml --out run    plan, simulation, replay, results, picture
+    run/report.html                          the page to open first
+
+All keys of a scene with their meaning: "A scene, key by key" in the documentation of pywet. `pywet doctor` says what is missing
+on this machine: `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++`.
+"""
 
 
 def place(name: str) -> Path:
-    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile` or `benchmarks/wet` is."""
+    """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet` or `examples/scenes` is."""
     inside = INSIDE / name
     return inside if inside.exists() else Path(__file__).parents[1] / name
 
 
-def _holds(path: Path, text: str) -> bool:
-    """Whether a file of one's own has this text."""
+def _holds(path: Path, data: bytes) -> bool:
+    """Whether a file of one's own has this content."""
     try:
-        return not path.is_symlink() and path.read_text() == text
-    except (OSError, UnicodeDecodeError):
+        return not path.is_symlink() and path.read_bytes() == data
+    except OSError:
         return False
 
 
-def begin(folder: Path) -> list[Path]:
-    """Write config/, Snakefile and README.md into a folder; refused where one of them is there already.
+def examples() -> list[str]:
+    """Names of what `begin` can write: the screening study and the scenes to begin with."""
+    return ["case", *sorted(path.stem for path in place("examples/scenes").glob("*.yaml"))]
+
+
+def _contents(example: str) -> dict[str, bytes]:
+    """Files of an example by their names."""
+    if example not in examples():
+        raise PywetError(f"there is no example {shown(example)}; expected one of {', '.join(examples())}")
+    if example == "case":
+        files = {f"config/{path.name}": path.read_bytes() for path in sorted(place("config").iterdir())}
+        return files | {"Snakefile": SNAKEFILE.encode(), "README.md": README.encode()}
+    scenes = place("examples/scenes")
+    files = {path.name: path.read_bytes() for path in sorted(scenes.glob(f"{example}.*"))}
+    title = files[f"{example}.yaml"].decode().partition("\n")[0].removeprefix("# ")
+    return files | {"README.md": SCENE_README.format(title=title, name=example).encode()}
+
+
+def begin(folder: Path, example: str = "case") -> list[Path]:
+    """Write an example into a folder, ready to run; refused where one of its files is there already.
 
     What a call that was cut off has left of them is gone on with: a part of the files, each as it is written here.
     """
     folder = Path(folder)
-    texts = {f"config/{path.name}": path.read_text() for path in sorted(place("config").iterdir())}
-    texts |= {"Snakefile": SNAKEFILE, "README.md": README}
-    begun = {name for name, text in texts.items() if _holds(folder / name, text)}
-    left = {str(path.relative_to(folder)) for path in (folder / "config").glob("[!.]*")}
-    left |= {name for name in ("Snakefile", "README.md", "config") if os.path.lexists(folder / name)} - {"config"}
-    whole = begun == set(texts) or (folder / "config").is_symlink() or (folder / "config").is_file()
-    for name in ("config", "Snakefile", "README.md"):
-        if whole or any(file.partition("/")[0] == name for file in left - begun):
-            raise PywetError(f"{shown(folder / name)} is there already; expected a folder without one: name another")
-    for name, text in texts.items():
+    files = _contents(example)
+    tops = list(dict.fromkeys(name.partition("/")[0] for name in files))
+    folders = [top for top in tops if top not in files]
+    begun = {name for name, data in files.items() if _holds(folder / name, data)}
+    left = {str(path.relative_to(folder)) for top in folders for path in (folder / top).glob("[!.]*")}
+    left |= {top for top in tops if top in files and os.path.lexists(folder / top)}
+    whole = begun == set(files) or any((folder / top).is_symlink() or (folder / top).is_file() for top in folders)
+    for top in tops:
+        if whole or any(file.partition("/")[0] == top for file in left - begun):
+            raise PywetError(f"{shown(folder / top)} is there already; expected a folder without one: name another")
+    for name, data in files.items():
         with atomic_write(folder / name) as temporary:
-            temporary.write_text(text)
-    return [folder / name for name in texts]
+            temporary.write_bytes(data)
+    return [folder / name for name in files]

@@ -145,3 +145,46 @@ def test_make_help_lists_every_target() -> None:
     assert {"setup", "lint", "test", "run", "bench", "report", "clean", "help"} <= targets
     shown = call("make", "-s", "--no-print-directory", "help").stdout
     assert {line.split()[0] for line in shown.splitlines()} == targets
+
+
+def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: Path) -> None:
+    """The page is made from the classes that check a scene; a key without a description fails here."""
+    import importlib.util
+
+    import pywet
+    from pywet.ranges import LIMITS
+
+    spec = importlib.util.spec_from_file_location("reference_pages", ROOT / "docs" / "reference_pages.py")
+    assert spec and spec.loader
+    pages = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(pages)
+    pages.write_scene(tmp_path / "scene.md")
+    rows = [line.split(" | ") for line in (tmp_path / "scene.md").read_text().splitlines() if line.startswith("| `")]
+    told = {row[0].strip("| `"): row[1:] for row in rows}
+    for key in ("seed", "interval_s", "half_width_mm", "thickness_mm", "sides", "stiffness_N_per_m", "at_mm"):
+        assert key in told
+    for key, (what, unit, default, limits) in told.items():
+        assert ": " in what and default, key  # kind and meaning; a default, or "needed"
+        assert key not in LIMITS or str(LIMITS[key]) in limits, key
+        assert unit or not re.search(r"_(mm|um|s|deg|Hz|m|g|kg_per_m3|N_per_m)$", key), key
+    assert told["gravity_m_per_s2"][1] == "m/s2" and told["stiffness_N_per_m"][2] == "`2000.0`"
+    models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
+    assert {k for c in models for k in c.model_fields} <= set(told)
+
+
+def test_each_door_of_the_site_shows_what_its_command_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines below a command of the start page are the first ones of its answer."""
+    text = (ROOT / "docs" / "index.md").read_text()
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    checked = []
+    for block in CONSOLE.findall(text):
+        for given in block.split("$ ")[1:]:
+            command, *expected = given.strip().splitlines()
+            if expected:
+                done = CliRunner().invoke(app, shlex.split(command)[1:], env={"COLUMNS": "100"})
+                said = [" ".join(line.split()) for line in done.output.splitlines()]
+                first = [" ".join(line.split()) for line in expected]
+                assert first == [line for line in said if line in first][: len(first)] and done.exit_code == 0, command
+                checked.append(command)
+    assert len(checked) == 3, checked

@@ -13,12 +13,16 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from pywet import shipped
+from pywet.cli.app import app
 from pywet.errors import PywetError
+from pywet.own_scene.building import Building
+from pywet.own_scene.commands import read_scene
 
 ROOT = Path(__file__).parent.parent
-SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow", "benchmarks/wet")
+SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow", "benchmarks/wet", "examples/scenes")
 BESIDE = ("Snakefile", "pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE")
 BUILD = "import os, sys; from setuptools import build_meta; os.mkdir('out'); getattr(build_meta, sys.argv[1])('out')"
 TRY = """
@@ -27,6 +31,7 @@ from pywet.cli.app import app
 print(pywet.__file__)
 for words in ("laws", "init study", "plan 1 --config study/config"):
     app(words.split(), standalone_mode=False)
+app(["init", "mill", "--example", "hopper"], standalone_mode=False)
 """
 
 
@@ -80,6 +85,7 @@ def test_an_unpacked_wheel_answers_outside_the_checkout(unpacked: Path, tmp_path
     said = call(sys.executable, "-P", "-c", TRY, folder=tmp_path, PYTHONPATH=str(unpacked))
     assert said.splitlines()[0] == str(unpacked / "pywet" / "__init__.py")
     assert "willett_unequal" in said and "tangential_history" in said
+    assert {path.name for path in (tmp_path / "mill").iterdir()} == {"hopper.yaml", "hopper.stl", "README.md"}
     planned = call(
         *(sys.executable, "-P", "-m", "snakemake", "-n", "--cores", "1", "--config", "cases=[1]"),
         folder=tmp_path / "study", PYTHONPATH=str(unpacked), XDG_CACHE_HOME=str(tmp_path / "cache"),
@@ -101,6 +107,26 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
         with pytest.raises(PywetError, match=f"{kept} is there already"):
             shipped.begin(folder)
         assert [path.name for path in folder.iterdir()] == [kept]
+
+
+@pytest.mark.parametrize("name", [name for name in shipped.examples() if name != "case"])
+def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -> None:
+    """Its folder holds all that it needs (tests/own_scene/test_examples.py runs each); a second call overwrites nothing."""
+    said = CliRunner().invoke(app, ["init", str(tmp_path / "new"), "--example", name])
+    assert said.exit_code == 0, said.output
+    scene = read_scene(tmp_path / "new" / f"{name}.yaml")
+    assert Building(scene).scene().walls
+    assert f"pywet run-scene {name}.yaml" in (tmp_path / "new" / "README.md").read_text()
+    with pytest.raises(PywetError, match="is there already"):
+        shipped.begin(tmp_path / "new", name)
+
+
+def test_an_example_that_is_not_there_is_refused_with_those_that_are(tmp_path: Path) -> None:
+    with pytest.raises(
+        PywetError, match="no example mill; expected one of case, deck, drum, hopper, migration, repose"
+    ):
+        shipped.begin(tmp_path, "mill")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

@@ -51,10 +51,6 @@ THIN_PLATE: dict[str, Any] = {
     ],
 }  # fmt: skip
 """A ball of steel falls 0.25 m on a wet plate of 1 mm and is pressed into it."""
-SCENES["a ball that meets a plate at 2.2 m/s"] = {
-    **THIN_PLATE, "duration_s": 0.02,
-    "spheres": [{**THIN_PLATE["spheres"][0], "at_mm": [[0, 0, 6]], "velocity_m_per_s": [0, 0, -2.2]}],
-}  # fmt: skip
 ONE_OF_EACH = {
     0: "a case whose bridges act every other step with semi-implicit drag, and form in a window",
     128: "a case whose films shed drops while its walls hold no films",
@@ -71,7 +67,6 @@ def test_scenes_that_raised_an_alarm(tmp_path: Path, name: str) -> None:
     assert (len(run.events) == 0) == (name == "no bridge forms")
 
 
-@pytest.mark.slow
 @pytest.mark.engine
 def test_a_ball_falls_on_a_thin_plate(tmp_path: Path) -> None:
     """The work of its bridge is within the bound of the reference: half of what is allowed."""

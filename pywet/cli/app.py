@@ -17,6 +17,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from pywet.cli import bodies, cases, evidence, showing
+from pywet.cli.groups import arrange
 from pywet.cli.showing import err, out, tell
 from pywet.ending import clearing_up
 from pywet.errors import PywetError, border, one_line
@@ -92,11 +93,16 @@ def pywet_(
 @app.command()
 def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
+    example: Annotated[
+        str, typer.Option("--example", help="case (a screening study), deck, drum, hopper, migration or repose.")
+    ] = "case",
 ) -> None:
-    """Write a folder with the default configuration, a Snakefile and a README, ready to run."""
+    """Write a folder with a screening study or a scene to begin with, ready to run.
+
+    Example: pywet init mydrum --example drum"""
     from pywet import shipped
 
-    for path in shipped.begin(folder):
+    for path in shipped.begin(folder, example):
         tell(path)
 
 
@@ -150,6 +156,7 @@ def laws(
 for commands in (cases.app, bodies.app, evidence.app):
     app.add_typer(commands)
 app.add_typer(study, name="study")
+arrange(app, cases.app, bodies.app, evidence.app)
 
 if __name__ == "__main__":
     app()

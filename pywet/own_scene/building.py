@@ -30,7 +30,7 @@ from pywet.own_scene import extent
 from pywet.own_scene.at_walls import PRESSED, expected, thickness
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
-from pywet.own_scene.placing import ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
+from pywet.own_scene.placing import COUNT_FROM, ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
@@ -253,6 +253,8 @@ def write(said: Scene, run_dir: Path) -> typed.Scene:
     scene = made.scene()
     for sentence in made.warnings:
         notice.warning("%s: %s", said.name, sentence)
+    if any(said.origin_mm):
+        notice.warning("%s: %s", said.name, COUNT_FROM.format(*said.origin_mm))
     write_initial(scene, made.surfaces, made.spheres, run_dir)
     write_json(run_dir / "plan.json", made.plan.as_dict())
     write_json(run_dir / "description.json", said.model_dump(mode="json"))

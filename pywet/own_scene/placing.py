@@ -20,6 +20,7 @@ SMALL, LARGE = 1.0, 3000.0
 """Longest side of an STL file over the spheres' diameter below and above which its unit is asked back."""
 THIN = 0.2
 """Width over length below which a body is a bar."""
+COUNT_FROM = "positions in tables, vtk/ and pictures count from origin_mm [{:.10g}, {:.10g}, {:.10g}]"
 FAR = 20.0
 """Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
 
@@ -65,9 +66,10 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
     if small or large:
         other = "m" if wall.stl_unit == "mm" else "mm"
         factor = 1e3 if other == "m" else 1e-3
+        sizes = " to ".join(dict.fromkeys(f"{1e3 * d:.4g}" for d in (min(spheres), max(spheres))))
         raise ConfigError(
             f"wall {wall.name}: {wall.stl.name} in {wall.stl_unit} is {1e3 * longest:.4g} mm long beside spheres of "
-            f"{1e3 * min(spheres):.4g} to {1e3 * max(spheres):.4g} mm; expected a size that they meet: in {other} it is "
+            f"{sizes} mm; expected a size that they meet: in {other} it is "
             f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})"
         )
 

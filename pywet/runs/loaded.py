@@ -17,6 +17,8 @@ from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Rotation, Scene
 from pywet.schema import CODES, meanings
 
+ZERO = (0.0, 0.0, 0.0)
+
 
 def _kept(name: str, what: str) -> cached_property[pd.DataFrame]:
     """A table of a run by its path without suffix, read when it is asked for and kept; `what` is its documentation."""
@@ -39,6 +41,12 @@ class Run:
     def has(self, name: str) -> bool:
         """Whether the run has a file of this name, such as `results/fraction_retained.parquet`."""
         return (self.path / name).exists()
+
+    @cached_property
+    def origin_mm(self) -> tuple[float, ...]:
+        """The scene's `origin_mm`, from which positions in all results count: its coordinates are theirs plus this."""
+        description = self.path / "description.json"
+        return tuple(read_json(description, AGAIN).get("origin_mm", ZERO)) if description.exists() else ZERO
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 import pywet
 from pywet import config
+from pywet.cli import groups
 from pywet.cli.app import app
 from pywet.screening import cases
 from tests.screening import synthetic
@@ -215,3 +216,16 @@ def test_a_failed_stage_of_run_is_the_sentence(
     assert "stage simulate failed: the engine was given nonsense" in result.stderr
     status = json.loads((tmp_path / "case01" / "status" / "simulate.json").read_text())
     assert status["reason"] == "the engine was given nonsense"
+
+
+def test_each_command_is_in_a_group_and_has_an_example_that_can_be_parsed() -> None:
+    """No command is left in a group without a name; an example's command is known, its options are among those of its help."""
+    shown = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "200"}).output
+    assert all(group in shown for group in groups.GROUPS) and "─ Commands ─" not in shown
+    for name, words in ((name, words) for group in groups.GROUPS.values() for name, words in group.items()):
+        told = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
+        assert f"Example: pywet {name}" in told, name
+        given = words.split()
+        path = given[:2] if name in ("collide", "study") else given[:1]
+        options = CliRunner().invoke(app, [*path, "--help"], env={"COLUMNS": "200"}).output
+        assert given[0] == name and all(word in options for word in given if word.startswith("--")), words

@@ -14,7 +14,8 @@ import pywet
 from pywet.apparatus import make_surface, write_stl
 from pywet.apparatus.solids import bin_solid, wire
 from pywet.errors import ConfigError
-from pywet.own_scene.building import Building
+from pywet.files import read_table
+from pywet.own_scene.building import Building, write
 from pywet.own_scene.description import Scene
 from pywet.report import render
 from pywet.runs.rundir import RunDir
@@ -135,12 +136,27 @@ def test_a_finer_mesh_of_the_same_cup_gives_the_same_bridges(folder: Path, tmp_p
 def test_a_size_that_no_sphere_meets_is_asked_back(folder: Path) -> None:
     """The cup is 14 mm, its file in m; read as mm it is 0.014 mm, the other one read as m 14 m beside spheres of 3 um."""
     with pytest.raises(
-        ConfigError, match=r"in mm is 0\.014 mm long beside spheres of 3 to 3 mm.*it is 14 mm \(stl_unit: m\)"
+        ConfigError, match=r"in mm is 0\.014 mm long beside spheres of 3 mm.*it is 14 mm \(stl_unit: m\)"
     ):
         Building(scene(folder, [{"name": "cup", "stl": "cup.stl"}], [(0, 0, 5)])).scene()
     far = {"name": "cup", "stl": "far.stl", "stl_unit": "m", "origin_mm": (1e9, 0, 0)}
     with pytest.raises(ConfigError, match=r"in m is 1\.4e\+04 mm long beside spheres .*it is 14 mm \(stl_unit: mm\)"):
         Building(scene(folder, [far], [(0, 0, 5)])).scene()
+
+
+def test_results_say_from_where_their_positions_count(
+    folder: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Of a scene 1 km away: a sentence before the run, a number in `pywet.load`, to which positions add up; else nothing."""
+    far = scene(folder, [{"name": "cup", "stl": "far.stl"}], [(1e6 + 1.0, 0, 5)], origin_mm=(1e6, 0, 0))
+    write(far, tmp_path / "far")
+    assert "test: positions in tables, vtk/ and pictures count from origin_mm [1000000, 0, 0]" in caplog.text
+    run = pywet.load(tmp_path / "far")
+    first = read_table(tmp_path / "far" / "spheres.parquet")
+    assert run.origin_mm[0] + 1e3 * first["x"].iloc[0] == pytest.approx(1e6 + 1.0, rel=1e-12)
+    caplog.clear()
+    write(scene(folder, [{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}], [(1, 0, 5)]), tmp_path / "near")
+    assert pywet.load(tmp_path / "near").origin_mm == (0, 0, 0) and "origin" not in caplog.text
 
 
 def test_plant_coordinates_are_moved_to_an_origin(folder: Path) -> None:
@@ -176,3 +192,16 @@ def test_thin_bodies_of_a_file_are_wires_when_named_so(folder: Path, caplog: pyt
         0
     ]
     assert wall.surface(folder).part_half_width == (0.0005,) and wall.fold_deg == 180.0
+
+
+@pytest.mark.engine
+def test_a_sphere_that_leaves_at_a_checkpoint_says_so_in_words_that_the_user_has(folder: Path, tmp_path: Path) -> None:
+    """The checkpoint holds no sphere, which is no full disk; the sentence names no box, which a scene has no key for."""
+    entry = {"material": "glass", "diameter_mm": 3, "name": "up", "at_mm": [(0, 0, 2)], "velocity_m_per_s": (0, 0, 3)}
+    given = scene(folder, [{"name": "step", "block": {"low_mm": (-5, -5, -5), "high_mm": (5, 5, 0)}}], [],
+                  spheres=[entry], duration_s=0.05)  # fmt: skip
+    with pytest.raises(
+        pywet.PywetError, match=r"left the simulated box before step \d+.*through the upper z face"
+    ) as told:
+        pywet.run(given, tmp_path)
+    assert "disk" not in str(told.value) and "enlarge the box" not in str(told.value)

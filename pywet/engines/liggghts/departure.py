@@ -9,6 +9,7 @@ import numpy as np
 from pywet.files import read_table
 from pywet.scene import Scene
 
+KEEP = "expected walls or a tray that keep it, or a smaller time step"
 SAMPLES = 2000
 """Places on the path of a sphere from its last output to the next."""
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pywet.engines.liggghts.checkpoint import LOG, last_step
-from pywet.engines.liggghts.departure import departure
+from pywet.engines.liggghts.departure import KEEP, departure
 from pywet.engines.process import OUTPUT, Report, Usage, attend, last_words, surroundings
 from pywet.errors import StoppedRun
 from pywet.scene import Scene
@@ -83,7 +83,7 @@ def stopped(scene: Scene, folder: Path, returncode: int, more: str = "") -> Stop
     step = re.search(r"\bstep (\d+)", reason)
     if "left the simulated box" in reason:
         where = departure(scene, folder, spheres[0] if spheres else None)
-        reason += f"; {where}: expected a wall or a tray there, or a box that reaches further" if where else ""
+        reason += f"; {where}" if where else ""
     sentence = f"{scene.name}: LIGGGHTS stopped: {reason}{more}"
     return StoppedRun(sentence, reason=reason, spheres=tuple(spheres), step=int(step.group(1)) if step else None)
 
@@ -93,5 +93,5 @@ def _reason(folder: Path, returncode: int) -> str:
     text = last_words((folder / OUTPUT).read_text(errors="replace").splitlines(), returncode)
     text = re.sub(r"\s*\(\.\./\S+\)|\s*\(\S+\.(cpp|h):\d+\)", "", text)
     if "Lost atoms" in text:
-        return f"spheres left the simulated box ({text}); enlarge the box or lower the time step"
+        return f"spheres left the simulated box ({text}); {KEEP}"
     return text

@@ -20,6 +20,7 @@ from pywet.engines import schedule
 from pywet.engines.liggghts import deck, grid, state_file
 from pywet.engines.liggghts.border import check_start
 from pywet.engines.liggghts.checkpoint import saved
+from pywet.engines.liggghts.departure import KEEP
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
@@ -109,7 +110,12 @@ def name_checkpoint(step: int) -> None:
     if plugin_rank() != 0:
         return
     engine, state = (Path(saved(name, step, whole=False)) for name in ("engine", "state"))
-    if not holds(engine.read_bytes(), state_file.count(state)):  # the engine would read on and on
+    data, count = engine.read_bytes(), state_file.count(state)
+    if not holds(data, count):  # the engine would read on and on
+        if any(holds(data, less) for less in range(1, count)) or data[-4:] == bytes(
+            4
+        ):  # whole, of fewer spheres or of none
+            raise PywetError(f"spheres left the simulated box before step {step}; {KEEP}")
         raise PywetError(f"the checkpoint {engine} could not be written; is the disk full?")
     for path in (engine, state):
         with open(path, "rb") as file:

@@ -156,7 +156,7 @@ def check_inside(table: np.ndarray) -> None:
     out = ~((table[:, 3:6] > low) & (table[:, 3:6] < high)).all(axis=1)
     if out.any():
         where = f"sphere {int(table[out][0, 1])} left the simulated box before step {O.iter}"
-        print(f"ERROR: {where}; enlarge the box or lower the time step", flush=True)
+        print(f"ERROR: {where}; expected walls or a tray that keep it, or a smaller time step", flush=True)
         sys.stdout.flush()
         raise SystemExit(3)
 

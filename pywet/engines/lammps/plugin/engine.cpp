@@ -138,7 +138,7 @@ void Engine::check_box(const Spheres &spheres, const Ranks &, int64_t step) cons
   int id = 1;
   while (id < spheres.count && local(id) >= 0) id++;
   throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) +
-             "; enlarge the box or lower the time step");
+             "; expected walls or a tray that keep it, or a smaller time step");
 }
 
 }  // namespace pywet

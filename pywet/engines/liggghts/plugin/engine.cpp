@@ -311,7 +311,7 @@ void Engine::check_box(const Spheres &spheres, const Ranks &ranks, int64_t step)
   for (size_t id = 1; id < seen.size(); id++)
     if (spheres.exists(id) && !seen[id] && !spheres.is_retired(int64_t(id)))
       throw Stop("sphere " + std::to_string(id) + " left the simulated box before step " + std::to_string(step) + " (" +
-                 std::to_string(expected - all) + " lost in all); enlarge the box or lower the time step");
+                 std::to_string(expected - all) + " lost in all); expected walls or a tray that keep it, or a smaller time step");
 }
 
 }  // namespace pywet
