@@ -252,7 +252,7 @@ def plot(
     run_dirs: Annotated[list[Path], typer.Argument(metavar="RUN_DIR …", help="CASE and CASE-SEED: one curve, a band.")],
     to: Annotated[Path, typer.Option("--out", metavar="FILE", help="Figure: .pdf, .svg or .png.")] = Path("curves.pdf"),
     width: Annotated[
-        float, number("--width", WIDTH_MM, "Width in print [mm]: 84 a journal's column, 150 A4 text")
+        float, number("--width", WIDTH_MM, "Width in print in mm: 84 a journal's column, 150 A4 text")
     ] = 150.0,
 ) -> None:
     """Draw fraction retained, partition and liquid of runs, as far as they have them.

@@ -223,7 +223,7 @@
     const curves = runs.map((run) => run.curves.find((curve) => curve.title === title)).filter(Boolean);
     const last = Math.max(...curves.flatMap((c) => c.x)), most = Math.max(...curves.flatMap((c) => c.y));
     const times = ticks(last, 4), values = ticks(most, 4), right = Math.max(last, times.at(-1)), top = Math.max(most, values.at(-1));
-    const x = (t) => 34 + (180 * t) / right, y = (v) => 122 - (98 * v) / top;
+    const x = (t) => 34 + (180 * t) / right, y = (v) => 122 - (96 * v) / top;
     const text = (at, said, anchor) => `<text x="${at[0]}" y="${at[1]}" text-anchor="${anchor}" font-size="11" fill="#27323d">${said}</text>`;
     const along = times.map((t) => `<path d="M${x(t)} 122v4" stroke="#aab3bb"/>${text([x(t), 137], t, "middle")}`).join("");
     const up = values.map((v) => `<path d="M34 ${y(v)}H214" stroke="#e1e6eb"/>${text([30, y(v) + 4], v, "end")}`).join("");
