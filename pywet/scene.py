@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from pywet.files import read_model
+from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
 from pywet.laws.kinds import NEEDED, Laws
 from pywet.strict import Strict
 
@@ -77,6 +78,7 @@ class ContactPair(Strict):
     a: Annotated[int, Field(ge=1)]
     b: Annotated[int, Field(ge=0)]
     normal_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
+    """Of the linear spring; in a scene with `hertz` of its equivalent (`Hertz.springs`), by which estimates go."""
     tangential_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
     friction: NonNegative
     rolling_friction_m: NonNegative
@@ -226,6 +228,8 @@ class Scene(Strict):
     seed: int
     classes: Annotated[tuple[SphereClass, ...], Field(min_length=1)]
     pairs: tuple[ContactPair, ...]
+    hertz: Hertz | None = None
+    """Dry contacts by Hertz and Mindlin; None: linear springs."""
     liquid: Liquid | None
     walls: tuple[WallMesh, ...]
     vibration: Vibration | None
@@ -236,7 +240,8 @@ class Scene(Strict):
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     contacts: Contacts = "batched"
-    """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits."""
+    """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits.
+    Batches hold the linear spring with history; other contacts are the stock loop's."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
     """Overlap over the smaller radius at which a moist run stops."""
     transfer_nodes: Annotated[int, Field(ge=2)] = 201
@@ -282,6 +287,8 @@ class Scene(Strict):
             raise ValueError(
                 f"scene {self.name}: contact data for {sorted(have - want)}, which are no pairs of its types"
             )
+        if self.hertz and (obstacle := self._not_hertzian(self.hertz)):
+            raise ValueError(f"scene {self.name}: {obstacle}")
         if self.effects.bridges and self.liquid is None:
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
         if not self.effects.gravity and any(self.gravity_m_per_s2):
@@ -304,6 +311,19 @@ class Scene(Strict):
         if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
+
+    def _not_hertzian(self, hertz: Hertz) -> str | None:
+        """Why contacts of the scene cannot be Hertz's; None where they can."""
+        least = min(p.restitution for p in self.pairs)
+        obstacles = {
+            f"hertz has moduli of {len(hertz.spheres)} types; expected {len(self.classes)}": len(hertz.spheres)
+            != len(self.classes),
+            "tangential_history is off with hertz, whose friction is a spring; expected it on": not (
+                self.effects.tangential_history
+            ),
+            f"restitution is {least:g} with hertz; expected above {LEAST_RESTITUTION:g}": least <= LEAST_RESTITUTION,
+        }
+        return next((why for why, met in obstacles.items() if met), None)
 
     @property
     def retire_below_m(self) -> float:
