@@ -16,6 +16,9 @@ from reference_impl.motion.touching import Touches
 from reference_impl.motion.window import Setup, Window
 from reference_impl.replay.arrays import Floats, cross, dot, size
 
+AT_LIMIT = 1e-11
+"""Part of the spring's limit within which a logged spring counts as cut back by friction."""
+
 
 @dataclass(frozen=True)
 class Contacts:
@@ -74,7 +77,9 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     slides = stretch > grip
     share = np.where(slides, grip / np.maximum(stretch, 1e-300), 1.0)
     spring = share[:, None] * moved
-    dashpot = np.where(slides, 0.0, gamma_side)
+    # of a spring as logged one at the limit has been cut back to it, to round-off
+    at_limit = slides if given is None else slides | (given & (stretch >= (1.0 - AT_LIMIT) * grip))
+    dashpot = np.where(at_limit, 0.0, gamma_side)
     slid, side = (1.0 - share) * stretch, -kt[:, None] * spring - dashpot[:, None] * slip
     if not setup.memory:
         rate = size(slip)
