@@ -18,7 +18,7 @@ from pywet.bench.small import Sphere
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.laws.contact import S_MIN, damping, effective_mass
-from pywet.laws.hertz import Hertz, rayleigh_time
+from pywet.laws.hertz import STIFFEST, Hertz, rayleigh_time
 from pywet.planning import time_steps as advisor
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.screening.amounts import common_film_thickness, liquid_volume
@@ -96,7 +96,7 @@ def packed_step(
 
     With `hertz` a fifth of the shortest Rayleigh time at most.
     """
-    steps, stiffer = [], 1.0 if hertz is None else advisor.STIFFEST
+    steps, stiffer = [], 1.0 if hertz is None else STIFFEST
     for pair in pairs:
         ball, k = classes[pair.a - 1], stiffer * pair.normal_stiffness_N_per_m
         m = ball.mass_kg * (0.5 if pair.b else 1.0)

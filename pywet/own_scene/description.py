@@ -300,7 +300,7 @@ class Scene(Excusable):
         used = {s.material for s in self.spheres}
         if self.walls and self.wall_material is None and len(used) > 1:
             found.append(f"a wall_material (one of {', '.join(self.materials)}) with contact: hertz")
-        needed = (used | {self.wall_material}) & self.materials.keys()
+        needed = (used | {self.wall_material or self.spheres[0].material}) & self.materials.keys()
         return found + [
             f"{key} of materials.{name} with contact: hertz"
             for name in sorted(needed) for key in elastic if getattr(self.materials[name], key) is None
