@@ -181,9 +181,9 @@ def test_a_moist_bed_is_replayed(moist: Path) -> None:
     ("body", "key", "factor"),
     [
         ("walls", "youngs_modulus_Pa", 1.1),
-        (0, "youngs_modulus_Pa", 1.1),
+        pytest.param(0, "youngs_modulus_Pa", 1.1, marks=pytest.mark.slow),
         (1, "poissons_ratio", 0.8),
-        ("walls", "poissons_ratio", 1.5),
+        pytest.param("walls", "poissons_ratio", 1.5, marks=pytest.mark.slow),
     ],
 )
 def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, key: str, factor: float) -> None:
