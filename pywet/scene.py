@@ -15,6 +15,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import AfterValidator, Field, model_validator
 
 from pywet.files import read_model
+from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
 from pywet.laws.kinds import NEEDED, Laws
 from pywet.strict import Strict
 
@@ -78,6 +79,7 @@ class ContactPair(Strict):
     a: Annotated[int, Field(ge=1)]
     b: Annotated[int, Field(ge=0)]
     normal_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
+    """Of the linear spring; in a scene with `hertz` of its equivalent (`Hertz.springs`), by which estimates go."""
     tangential_stiffness_N_per_m: Annotated[float, Field(ge=1e-12, le=1e15)]
     friction: NonNegative
     rolling_friction_m: NonNegative
@@ -230,6 +232,8 @@ class Scene(Strict):
     seed: int
     classes: Annotated[tuple[SphereClass, ...], Field(min_length=1)]
     pairs: tuple[ContactPair, ...]
+    hertz: Hertz | None = None
+    """Dry contacts by Hertz and Mindlin; None: linear springs."""
     liquid: Liquid | None
     walls: tuple[WallMesh, ...]
     vibration: Vibration | None
@@ -240,7 +244,8 @@ class Scene(Strict):
     bridges_every: Annotated[int, Field(ge=1, le=16)] = 1
     """Steps from one evaluation of the bridges to the next, which acts for all of them; outputs and checkpoints fit in."""
     contacts: Contacts = "batched"
-    """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits."""
+    """Who makes the contacts of spheres where the plugin takes part: its batches or the engine's stock loop, to the same bits.
+    Batches hold the linear spring with history; other contacts are the stock loop's."""
     wall_film: WallFilm = "triangle"
     """What has a film of one thickness: a triangle, a part (a wire, a flat face) or a whole wall."""
     largest_overlap: Annotated[float, Field(gt=0, lt=1)] = 0.5
@@ -288,6 +293,8 @@ class Scene(Strict):
             raise ValueError(
                 f"scene {self.name}: contact data for {sorted(have - want)}, which are no pairs of its types"
             )
+        if self.hertz and (obstacle := self._not_hertzian(self.hertz)):
+            raise ValueError(f"scene {self.name}: {obstacle}")
         if self.effects.bridges and self.liquid is None:
             raise ValueError(f"scene {self.name}: bridges are on but no liquid is given")
         if not self.effects.gravity and any(self.gravity_m_per_s2):
@@ -310,6 +317,19 @@ class Scene(Strict):
         if any(w.motion == "turns" and self.motion_of(w) is None for w in self.walls):
             raise ValueError(f"scene {self.name}: a wall turns but no rotation is given")
         return self
+
+    def _not_hertzian(self, hertz: Hertz) -> str | None:
+        """Why contacts of the scene cannot be Hertz's; None where they can."""
+        least = min(p.restitution for p in self.pairs)
+        obstacles = {
+            f"hertz has moduli of {len(hertz.spheres)} types; expected {len(self.classes)}": len(hertz.spheres)
+            != len(self.classes),
+            "tangential_history is off with hertz, whose friction is a spring; expected it on": not (
+                self.effects.tangential_history
+            ),
+            f"restitution is {least:g} with hertz; expected above {LEAST_RESTITUTION:g}": least <= LEAST_RESTITUTION,
+        }
+        return next((why for why, met in obstacles.items() if met), None)
 
     @property
     def retire_below_m(self) -> float:

@@ -18,6 +18,7 @@ from pywet.bench.small import Sphere
 from pywet.errors import PywetError
 from pywet.files import read_table
 from pywet.laws.contact import S_MIN, damping, effective_mass
+from pywet.laws.hertz import STIFFEST, Hertz, rayleigh_time
 from pywet.planning import time_steps as advisor
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.screening.amounts import common_film_thickness, liquid_volume
@@ -64,6 +65,14 @@ def contacts(types: int, stiffness: float | Sequence[float], **how: float) -> tu
     )
 
 
+def hertzian(
+    classes: Sequence[SphereClass], pairs: Sequence[ContactPair], hertz: Hertz
+) -> tuple[ContactPair, ...]:  # fmt: skip
+    """The same contacts with the equivalent springs of Hertz contacts, for a scene with this `hertz`."""
+    names = ("normal_stiffness_N_per_m", "tangential_stiffness_N_per_m")
+    return tuple(p.model_copy(update=dict(zip(names, hertz.springs(classes, p), strict=True))) for p in pairs)
+
+
 def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
     """Mass of the relative motion of two types [kg]; a wall (b = 0) does not move."""
     return effective_mass(classes[a - 1].mass_kg, classes[b - 1].mass_kg if b else math.inf)
@@ -80,16 +89,24 @@ def two_digits(value: float) -> float:
 
 
 def packed_step(
-    classes: Sequence[SphereClass], pairs: Sequence[ContactPair], share: float, drag_Pa_s: float = 0.0
-) -> float:
-    """Share of the stable step of a dense packing [s], cut to two digits; `drag_Pa_s`: viscosity where the drag is explicit."""
-    steps = []
+    classes: Sequence[SphereClass], pairs: Sequence[ContactPair], share: float, drag_Pa_s: float = 0.0,
+    hertz: Hertz | None = None,
+) -> float:  # fmt: skip
+    """Share of the stable step of a dense packing [s], cut to two digits; `drag_Pa_s`: viscosity where the drag is explicit.
+
+    With `hertz` a fifth of the shortest Rayleigh time at most.
+    """
+    steps, stiffer = [], 1.0 if hertz is None else STIFFEST
     for pair in pairs:
-        ball, k = classes[pair.a - 1], pair.normal_stiffness_N_per_m
+        ball, k = classes[pair.a - 1], stiffer * pair.normal_stiffness_N_per_m
         m = ball.mass_kg * (0.5 if pair.b else 1.0)
         drag = 6.0 * math.pi * drag_Pa_s * (0.5 * ball.radius_m) ** 2 / (S_MIN * ball.radius_m)
         steps.append(advisor.largest_step(m, k, damping(pair.restitution, m, k), drag, False, advisor.PACKED))
-    return two_digits(share * min(steps))
+        if hertz:
+            steps.append(advisor.hertz_step(m, pair, advisor.PACKED))
+    waves = zip(classes, hertz.spheres if hertz else (), strict=False)
+    most = [advisor.OF_RAYLEIGH * rayleigh_time(c.radius_m, c.density_kg_per_m3, e) for c, e in waves]
+    return two_digits(min([share * min(steps), *most]))
 
 
 def water(film_m: float = 0.0, viscosity: float = 1e-3, tension: float = 0.07275, density: float = 1e3) -> Liquid:

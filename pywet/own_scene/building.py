@@ -25,6 +25,7 @@ from pywet.config.messages import mistake
 from pywet.errors import ConfigError
 from pywet.files import write_json
 from pywet.laws.contact import film_volume, reduced_radius
+from pywet.laws.hertz import Elastic, Hertz
 from pywet.notices import notice
 from pywet.own_scene import extent
 from pywet.own_scene.at_walls import PRESSED, expected, thickness
@@ -36,10 +37,13 @@ from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
+from pywet.planning.time_steps import hertz_lines
 from pywet.screening.amounts import common_film_thickness, liquid_volume, refuse_too_thin
 
 MARGIN_M = 0.010
 """Room between all that is there, wherever it moves, and the simulated box."""
+SLOWEST = 0.1
+"""Speed of impact [m/s] that a Hertz contact is planned for at least: spheres that nothing moves are still drawn together."""
 TOUCHING = 1.0 - 1e-6
 """Part of the distance at touch from which on two bodies count as overlapping at the start."""
 
@@ -81,7 +85,20 @@ class Building:
     def pairs(self) -> tuple[typed.ContactPair, ...]:
         """Dry contacts of all classes with each other and with the walls."""
         kinds = range(1, len(self.classes) + 1)
-        return tuple(self._pair(a, b) for a in kinds for b in (0, *range(a, len(self.classes) + 1)))
+        given = tuple(self._pair(a, b) for a in kinds for b in (0, *range(a, len(self.classes) + 1)))
+        return bodies.hertzian(self.classes, given, self.hertz) if self.hertz else given
+
+    @cached_property
+    def hertz(self) -> Hertz | None:
+        """Moduli of the classes and of the walls, and the speed of impact that planning goes by; None: linear springs."""
+        if self.said.contact == "linear":
+            return None
+        found = []
+        for name in (*(s.material for s in self.said.spheres), self.said.material_of_walls):
+            material = self.said.materials[name]
+            assert material.youngs_modulus_Pa is not None and material.poissons_ratio is not None  # else refused
+            found.append(Elastic(youngs_modulus_Pa=material.youngs_modulus_Pa, poissons_ratio=material.poissons_ratio))
+        return Hertz(spheres=tuple(found[:-1]), walls=found[-1], impact_speed_m_per_s=max(SLOWEST, self.speed))
 
     def _pair(self, a: int, b: int) -> typed.ContactPair:
         spheres = self.said.spheres
@@ -181,7 +198,11 @@ class Building:
         around = Surroundings(gravity_m_per_s2=math.hypot(*said.gravity_m_per_s2), duration_s=said.duration_s)
         laws = placed_laws(said.laws, said.folder, said.file is None)
         chosen = plan_effects(self.classes, self.pairs, self.liquid, self.speed, said.effects, laws, around)
-        return replace(chosen, amounts=self.amounts)
+        if self.hertz is None:
+            return replace(chosen, amounts=self.amounts)
+        effects = chosen.effects.model_copy(update={"tangential_history": True})  # whose friction is a spring
+        lines = hertz_lines(self.classes, self.pairs, self.hertz, self.time_step)
+        return replace(chosen, amounts=self.amounts, effects=effects, contact=lines)
 
     @property
     def warnings(self) -> list[str]:
@@ -192,11 +213,13 @@ class Building:
             for c, pair in [(c, p) for c in self.classes for p in self.pairs if (p.a, p.b) == (c.type, 0)]:
                 deep = expected(self.speed, c.mass_kg, pair.normal_stiffness_N_per_m)
                 if deep > PRESSED * thick:
-                    least = (self.speed / (PRESSED * thick)) ** 2 * c.mass_kg
+                    least = f"stiffness_N_per_m {(self.speed / (PRESSED * thick)) ** 2 * c.mass_kg:.2g}"
+                    if self.hertz:  # the overlap goes with the moduli to the power of -2/5
+                        least = f"{(deep / (PRESSED * thick)) ** 2.5:.2g} times youngs_modulus_Pa of both"
                     found.append(
                         f"{c.name} at up to {self.speed:.2g} m/s may overlap wall {wall.name} by {1e3 * deep:.2g} mm, and the "
                         f"wall is {1e3 * thick:.2g} mm thick: a sphere pressed through it comes out at its far side; from "
-                        f"stiffness_N_per_m {least:.2g} on it does not, nor with a thicker wall"
+                        f"{least} on it does not, nor with a thicker wall"
                     )
         return found
 
@@ -205,7 +228,7 @@ class Building:
         """As given, or a share of the stable step of a packing [s]."""
         how, liquid = self.said.time_step, self.liquid
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
-        return how.time_step_s or bodies.packed_step(self.classes, self.pairs, how.share, drag)
+        return how.time_step_s or bodies.packed_step(self.classes, self.pairs, how.share, drag, self.hertz)
 
     def scene(self) -> typed.Scene:
         """What an engine runs."""
@@ -215,6 +238,8 @@ class Building:
             "seed": said.seed,
             "classes": self.classes,
             "pairs": self.pairs,
+            "hertz": self.hertz,
+            "contacts": "batched" if self.hertz is None else "stock",
             "liquid": self.liquid,
             "walls": tuple(
                 wall_mesh(s, math.radians(w.contact_angle_deg)).model_copy(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -16,6 +16,7 @@ from pywet.config.entries import Excusable
 from pywet.config.messages import mistake
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.errors import ConfigError
+from pywet.laws.hertz import LEAST_RESTITUTION, Modulus, Poisson
 from pywet.own_scene.walls import MM, Box, Wall, chosen
 from pywet.scene import NonNegative, Positive, Title, Vector
 
@@ -31,7 +32,8 @@ class Dry(Excusable):
     """A dry contact: linear contact stiffness and its damping, Coulomb friction, rolling friction as a length or without unit."""
 
     stiffness_N_per_m: Positive = 2000.0
-    """Normal; soft springs are usual, as long as overlaps stay below some per cent of the radius (`contact_statistics` says)."""
+    """Normal, of `contact: linear`; soft springs are usual, as long as overlaps stay below some per cent of the radius
+    (`contact_statistics` says)."""
     friction: Annotated[float, Field(ge=0, le=10)] = 0.4
     """Coulomb's coefficient, static and sliding."""
     rolling_friction_m: NonNegative = 2e-5
@@ -60,6 +62,10 @@ class Material(Dry):
     """Of a sphere."""
     contact_angle_deg: Angle = 15.0
     """Of the liquid on it."""
+    youngs_modulus_Pa: Modulus | None = None
+    """For `contact: hertz`, in place of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more: overlaps stay small."""
+    poissons_ratio: Poisson | None = None
+    """For `contact: hertz`."""
 
 
 class Contact(Dry):
@@ -201,8 +207,12 @@ class Scene(Excusable):
     """Simulated time."""
     materials: dict[str, Material]
     """Name of a material: its properties."""
+    contact: Literal["linear", "hertz"] = "linear"
+    """Dry contact law: linear springs (`stiffness_N_per_m`), or Hertz–Mindlin (`youngs_modulus_Pa`, `poissons_ratio`)."""
     contacts: tuple[Contact, ...] = ()
     """Dry contacts of two materials, or of one with `walls`."""
+    wall_material: str | None = None
+    """Material of all walls, a key of `materials`; with `contact: hertz` needed where spheres are of several materials."""
     spheres: Annotated[tuple[Spheres, ...], Field(min_length=1)]
     """Size classes."""
     liquid: Liquid | None = None
@@ -255,6 +265,7 @@ class Scene(Excusable):
         known = ", ".join(self.materials) or "none"
         named = [(f"spheres {s.name}", s.material) for s in self.spheres]
         named += [("contacts", m) for c in self.contacts for m in c.between if m != WALLS]
+        named += [("wall_material", self.wall_material)] if self.wall_material is not None else []
         wrong += [f"{where} to name a material ({known}), not {m}" for where, m in named if m not in self.materials]
         used = sorted({s.material for s in self.spheres} & self.materials.keys())
         pairs = [(a, b) for a in used for b in used if a < b and self.dry(a, b) is None]
@@ -263,15 +274,49 @@ class Scene(Excusable):
         wrong += [f"spheres {name} to be fed before the end, duration_s ({self.duration_s:g})" for name in late]
         if self.liquid is None and any((s.percent or s.film_um) for s in self.spheres):
             wrong.append("the key liquid, as spheres have some")
+        wrong += self._wrong_stiffness()
         if wrong:
             raise ValueError("; ".join(wrong))
         return self
 
+    def _wrong_stiffness(self) -> list[str]:
+        """Keys of the other contact law, and what Hertz contacts lack."""
+        of: list[tuple[str, Dry]] = [(f"materials.{name}", m) for name, m in self.materials.items()]
+        of += [(f"contacts between {' and '.join(c.between)}", c) for c in self.contacts]
+        elastic = ("youngs_modulus_Pa", "poissons_ratio")
+        if self.contact == "linear":
+            given = [f"{where}.{key}" for where, m in of for key in elastic if key in m.model_fields_set]
+            return [f"contact: hertz for {key}; linear springs have stiffness_N_per_m" for key in given]
+        found = [
+            f"no stiffness_N_per_m of {where} with contact: hertz, which has youngs_modulus_Pa and poissons_ratio"
+            for where, m in of if "stiffness_N_per_m" in m.model_fields_set
+        ]  # fmt: skip
+        found += [
+            f"a restitution above {LEAST_RESTITUTION:g} of {where} with contact: hertz, not {m.restitution:g}"
+            for where, m in of if m.restitution <= LEAST_RESTITUTION
+        ]  # fmt: skip
+        if self.effects.tangential_history is False:
+            found.append("effects.tangential_history on or auto with contact: hertz, whose friction is a spring")
+        used = {s.material for s in self.spheres}
+        if self.walls and self.wall_material is None and len(used) > 1:
+            found.append(f"a wall_material (one of {', '.join(self.materials)}) with contact: hertz")
+        needed = (used | {self.wall_material or self.spheres[0].material}) & self.materials.keys()
+        return found + [
+            f"{key} of materials.{name} with contact: hertz"
+            for name in sorted(needed) for key in elastic if getattr(self.materials[name], key) is None
+        ]  # fmt: skip
+
+    @property
+    def material_of_walls(self) -> str:
+        """Key of the material that all walls have: as given, or that of the spheres."""
+        return self.wall_material or self.spheres[0].material
+
     def dry(self, a: str, b: str) -> Dry | None:
         """The dry contact of two materials, or of one with `walls`; None where none is given."""
-        for contact in self.contacts:
-            if sorted(contact.between) == sorted((a, b)):
-                return contact
+        for other in (b, self.wall_material) if b == WALLS and self.wall_material else (b,):
+            for contact in self.contacts:
+                if sorted(contact.between) == sorted((a, other)):
+                    return contact
         return self.materials[a] if b in (a, WALLS) else None
 
 

@@ -150,7 +150,8 @@ def _contacts(run: Run) -> list[page.Section]:
         f"the radius, {through:.2g} % of a wall's thickness."
     )
     if deepest > DEEP:
-        text += " That is deep: stiffer springs (`stiffness_N_per_m`) would be nearer to hard spheres."
+        key = "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"
+        text += f" That is deep: stiffer contacts (`{key}`) would be nearer to hard spheres."
     body = "".join(page.paragraph(s) for s in (text, *run.summary.get("warnings", []))) + drawn
     return [page.Section("Contacts and speeds", body, "Contacts")]
 

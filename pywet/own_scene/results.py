@@ -96,16 +96,17 @@ def checks(run: RunDir, liquid: pd.DataFrame) -> list[Check]:
     ]  # fmt: skip
 
 
-def warnings(touching: pd.DataFrame) -> list[str]:
+def warnings(touching: pd.DataFrame, hertz: bool = False) -> list[str]:
     """Sentences on spheres that are pressed deep into walls, of `contact_statistics`."""
     through = touching["largest_wall_penetration"].to_numpy(dtype=float)
     deepest = int(through.argmax())
     if through[deepest] < PRESSED:
         return []
     at = float(touching["time_s"].to_numpy(dtype=float)[deepest])
+    stiffness = "youngs_modulus_Pa" if hertz else "stiffness_N_per_m"
     return [
         f"at {at:.3g} s a sphere overlaps a wall by {100 * through[deepest]:.0f} % of the wall's "
-        f"thickness and may come out at its far side; expected less than {100 * PRESSED:.0f} %: raise stiffness_N_per_m or "
+        f"thickness and may come out at its far side; expected less than {100 * PRESSED:.0f} %: raise {stiffness} or "
         "make the wall thicker"
     ]
 
@@ -121,7 +122,7 @@ def write(run_dir: Path) -> dict[str, Any]:
         "liquid_end_m3": at_end(liquid),
         "contacts_end": {str(k): float(v) for k, v in touching.iloc[-1].drop(["step", "time_s"]).items()},
         "checks": [asdict(c) for c in checks(run, liquid)],
-        "warnings": warnings(touching),
+        "warnings": warnings(touching, run.scene.hertz is not None),
     }
     for sentence in summary["warnings"]:
         notice.warning("%s: %s", run.scene.name, sentence)

@@ -87,16 +87,18 @@ class EffectPlan:
     rows: tuple[EffectRow, ...]
     effects: Effects
     amounts: tuple[Amount, ...] = ()
+    contact: tuple[str, ...] = ()
+    """Lines on a contact law whose stiffness depends on the impact."""
 
     @property
     def lines(self) -> list[str]:
-        return [*(row.line for row in self.rows), *lines(self.amounts)]
+        return [*(row.line for row in self.rows), *lines(self.amounts), *self.contact]
 
     @property
     def table(self) -> list[str]:
         """A head and one line per effect, then the amounts, in 80 columns."""
         head = f"{'effect':<24}{'number':>9}{'tolerance':>11}{'share':>8}{'cost':>8}  law"
-        return [head, *(row.short for row in self.rows), *lines(self.amounts)]
+        return [head, *(row.short for row in self.rows), *lines(self.amounts), *self.contact]
 
     def row(self, effect: str) -> EffectRow:
         return next(row for row in self.rows if row.effect == effect)

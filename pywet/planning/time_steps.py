@@ -10,6 +10,10 @@ In a dense packing the largest eigenvalue of springs or dashpots is four times t
 2 k/m), so that a drag allows a quarter and a spring half of a pair's step. Sliding and spinning count with 7/2 of the inverse
 mass. The capillary force has a negative slope: its limit is one of resolution, not of stability, and is not refused.
 
+A Hertz contact is stiffest at its largest overlap. Its limit is that of the spring with the slope there, in an impact of two
+bodies that each have the impact speed of the scene (the fastest that a wall, a thrown sphere or a fall through all that is
+there gives), head on: nothing overlaps further. The duration of that impact and the Rayleigh time are limits of resolution.
+
 Where bridges act every n-th step for n steps at once (`bridges_every`), all limits of bridges are taken for n Δt, with the spring
 and the dashpot as if they, too, were stepped by n Δt. This is more than is needed (their own step is Δt) and keeps clear of the
 resonance of impulses with the swing of a contact, at n Δt of half its period (Biesiadecki & Skeel 1993, J. Comput. Phys. 109,
@@ -19,7 +23,7 @@ resonance of impulses with the swing of a contact, at n Δt of half its period (
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +32,8 @@ import scipy
 from pywet.apparatus.motion import peak_speed
 from pywet.errors import PywetError, UnstableStep
 from pywet.laws import contact, registry
-from pywet.scene import ContactPair, Scene, Slide, Vibration
+from pywet.laws.hertz import HEAD_ON, STIFFEST, Hertz, impact_duration, rayleigh_time
+from pywet.scene import ContactPair, Scene, Slide, SphereClass, Vibration
 
 PACKED = 4.0
 """Largest eigenvalue in a dense packing over that of a pair."""
@@ -36,6 +41,8 @@ DENSE = 13
 """Spheres from which a scene counts as a packing."""
 IMPULSES = "impulses of bridges"
 """The limit that springs set to bridges which act every few steps."""
+OF_RAYLEIGH, OF_IMPACT = 0.2, 1.0 / 20.0
+"""Part of the Rayleigh time, and of the duration of a Hertz impact, that resolves them."""
 SPIN = 2.5
 """r²/I of a sphere in units of 1/m: tangential forces also spin the bodies."""
 
@@ -88,17 +95,21 @@ class Advice:
         ]
 
 
-def largest_step(m: float, k: float, gamma: float, c: float, implicit: bool, crowd: float = 1.0) -> float:
+def largest_step(
+    m: float, k: float, gamma: float, c: float, implicit: bool, crowd: float = 1.0, adjusted: bool = True
+) -> float:
     """Largest stable step [s] of relative mass m [kg], spring k [N/m], dashpot gamma and drag c [kg/s]; inf without any.
 
-    `crowd` multiplies all of them, as PACKED does. With `implicit` the drag is taken at the end of the step, with the mass
-    shared among the bridges, so that the crowd does not make it stiffer.
+    `crowd` multiplies all of them, as PACKED does; `adjusted`: the engine is given the dashpot for its step.
+    With `implicit` the drag is taken at the end of the step, with the mass shared among the bridges, so that the crowd does not
+    make it stiffer.
     """
     if max(k, gamma, c) <= 0.0:
         return math.inf
 
     def margin(step: float) -> float:
-        kappa, y, x = crowd * k * step**2 / m, crowd * contact.at_step(gamma, m, step) * step / m, c * step / m
+        dashpot = contact.at_step(gamma, m, step) if adjusted else gamma
+        kappa, y, x = crowd * k * step**2 / m, crowd * dashpot * step / m, c * step / m
         if implicit:
             return 4.0 - 2.0 * (y - x) - kappa
         return 4.0 - 2.0 * (crowd * x + y) - kappa
@@ -156,12 +167,18 @@ def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limi
     one, two = scene.classes[pair.a - 1], scene.classes[pair.b - 1] if pair.b else None
     m = contact.pair_mass(scene.classes, pair)
     bodies = f"{one.name} and {two.name if two else 'a wall'}"
-    k = pair.normal_stiffness_N_per_m
+    stiffer = 1.0 if scene.hertz is None else STIFFEST
+    k = stiffer * pair.normal_stiffness_N_per_m
     gamma = contact.damping(pair.restitution, m, k)
     implicit = scene.viscous_integration == "semi_implicit"
-    k_t = (1.0 + SPIN) * pair.tangential_stiffness_N_per_m
-    dry = min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
+    k_t = (1.0 + SPIN) * stiffer * pair.tangential_stiffness_N_per_m
+    linear = min(largest_step(m, k, gamma, 0.0, False, crowd), largest_step(m, k_t, 0.0, 0.0, False, crowd))
+    dry = linear if scene.hertz is None else hertz_step(m, pair, crowd)
     yield Limit("contact", bodies, dry)
+    if scene.hertz is not None:
+        lasts, wave = _hertz_times(scene.hertz, scene.classes, pair)
+        yield Limit("Hertz impact / 20", bodies, OF_IMPACT * lasts, stability=False)
+        yield Limit("Rayleigh time / 5", one.name, OF_RAYLEIGH * wave, stability=False)
     speed = _speed(scene)
     if scene.effects.bridges and scene.liquid is not None:
         bridge, every = _Bridge(scene, pair), scene.bridges_every
@@ -177,6 +194,42 @@ def _pair_limits(scene: Scene, pair: ContactPair, crowd: float) -> Iterator[Limi
         if slope > 0.0:
             yield Limit("capillary", bodies, 2.0 * math.sqrt(m / (crowd * slope)) / every, stability=False)
         yield Limit("passing a bridge", bodies, 0.1 * bridge.rupture() / speed / every, stability=False)
+
+
+def hertz_step(m: float, pair: ContactPair, crowd: float) -> float:
+    """Largest stable step [s] of a Hertz contact where it is stiffest, normal and tangential, each with its dashpot."""
+    k, k_t = (STIFFEST * k for k in (pair.normal_stiffness_N_per_m, pair.tangential_stiffness_N_per_m))
+    of_normal, of_side = (math.sqrt(5.0 / 6.0) * contact.damping(pair.restitution, m, s) for s in (k, k_t))
+    sliding = 1.0 + SPIN
+    return min(
+        largest_step(m, k, of_normal, 0.0, False, crowd, adjusted=False),
+        largest_step(m, sliding * k_t, sliding * of_side, 0.0, False, crowd, adjusted=False),
+    )
+
+
+def _hertz_times(hertz: Hertz, classes: Sequence[SphereClass], pair: ContactPair) -> tuple[float, float]:
+    """Duration of the fastest impact of a pair, head on, and Rayleigh time of its first sphere [s]."""
+    one, speed = classes[pair.a - 1], HEAD_ON * hertz.impact_speed_m_per_s
+    radius, mass = contact.reduced_radius(*contact.pair_radii(classes, pair)), contact.pair_mass(classes, pair)
+    wave = rayleigh_time(one.radius_m, one.density_kg_per_m3, hertz.spheres[pair.a - 1])
+    return impact_duration(hertz.moduli(pair)[0], radius, mass, speed), wave
+
+
+def hertz_lines(
+    classes: Sequence[SphereClass], pairs: Sequence[ContactPair], hertz: Hertz, step: float
+) -> tuple[str, ...]:  # fmt: skip
+    """What a plan says of Hertz contacts: the impact that it goes by, how long that lasts, and how many time steps that is."""
+    of = [(*_hertz_times(hertz, classes, p), p) for p in pairs if classes[p.a - 1].count]
+    (lasts, _, pair), wave, fast = min(of, key=lambda row: row[0]), min(w for _, w, _ in of), hertz.impact_speed_m_per_s
+    deep = max(hertz.overlap(classes, p, HEAD_ON * fast) / classes[p.a - 1].radius_m for *_, p in of)
+    bodies = f"{classes[pair.a - 1].name} and {classes[pair.b - 1].name if pair.b else 'a wall'}"
+    return (
+        f"contact: Hertz-Mindlin, two bodies at {fast:.3g} m/s each (the fastest), head on:",
+        f"  the shortest impact, of {bodies}, lasts {lasts:.3g} s: {lasts / step:.0f} time steps",
+        f"  of {step:.3g} s; the deepest overlap is {100 * deep:.2g} % of the radius",
+        f"  Rayleigh time {wave:.3g} s: {wave / step:.0f} steps, expected 5 or more",
+        "  made by the engine's stock loop: batches hold the linear spring alone",
+    )
 
 
 def _speed(scene: Scene) -> float:

@@ -83,9 +83,9 @@ def _pushes(found: list[Forces], failed: list[str]) -> Iterator[Link]:
 
 NUMBERS: dict[str, dict[str, float]] = {
     "normal stiffness of the dry contacts (with the dashpot that follows from it)": {"normal": 1.0, "damping": 0.5},
-    "damping of the dry contacts": {"damping": 1.0},
+    "damping of the dry contacts": {"damping": 1.0, "damping_side": 1.0},
     "friction of the dry contacts": {"friction": 1.0},
-    "tangential stiffness of the dry contacts": {"tangential": 1.0},
+    "tangential stiffness of the dry contacts": {"tangential": 1.0, "damping_side": 0.5},
     "rolling friction": {"rolling": 1.0},
 }
 """What of the dry contacts may have another value: numbers that go with which power of it."""

@@ -93,7 +93,7 @@ def _totals(
     dt = setup.step
     _weight(setup, f, impulse, energy)
     t, c = f.touches, f.contacts
-    normal, side, sliding = c.elastic + c.damping, size(c.tangential), c.slid / dt
+    normal, side = c.elastic + c.damping, size(c.tangential)
     partner = np.where(t.wall, 0, t.b)
     turn = f.window.w_half[t.k, t.a] - np.where(t.wall[:, None], 0.0, f.window.w_half[t.k, partner])
     ra = setup.radius[t.a]
@@ -101,7 +101,7 @@ def _totals(
     lost = np.abs(dot(c.rolling, turn))
     for name, force, power, heat in (
         ("contact_normal", np.abs(normal), np.abs(normal * c.vn), -c.damping * c.vn),
-        ("contact_tangential", side, np.abs(dot(c.tangential, c.slip)), side * sliding),
+        ("contact_tangential", side, np.abs(dot(c.tangential, c.slip)), c.lost),
         ("rolling", size(c.rolling) / arm, lost, lost),
     ):
         impulse[name] += dt * float(force.sum())

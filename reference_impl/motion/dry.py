@@ -1,8 +1,9 @@
-"""The dry contact, typed anew: linear spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
+"""The dry contact, typed anew: normal spring and dashpot, tangential spring with friction, rolling resistance (E 3-5).
 
 As the engine does it: the dashpot acts in attraction too; friction is limited by the whole normal force, rolling by its
 elastic part; arms reach to the middle of the overlap; the tangential spring is turned into the present tangent plane. Friction
-without memory is a drag c v up to the same limit.
+without memory is a drag c v up to the same limit. Springs and dashpots are constant, or those of Hertz and Mindlin at the present
+overlap (`window.Dry`); a Hertz contact that does not slide has a tangential dashpot besides, which the limit leaves out.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ import numpy as np
 from reference_impl.motion.touching import Touches
 from reference_impl.motion.window import Setup, Window
 from reference_impl.replay.arrays import Floats, cross, dot, size
+
+AT_LIMIT = 1e-11
+"""Part of the spring's limit within which a logged spring counts as cut back by friction."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,8 @@ class Contacts:
     arm_b: Floats
     rolling: Floats
     """Torque on a [N m]; b gets the opposite."""
+    lost: Floats
+    """Power that friction and the tangential dashpot take [W]."""
     doubt: Floats
     """How far it may be off [N m], because a spin that is lost in the rounding of the step's kick has no direction."""
 
@@ -50,13 +56,14 @@ class Contacts:
 
 def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Floats | None = None) -> Contacts:
     """All contacts of a window; `before`: springs of the step before, `given`: rows whose `before` is the present spring."""
-    kind_a, kind_b = setup.kind[t.a], np.where(t.wall, 0, setup.kind[np.where(t.wall, 0, t.b)])
-    names = ("normal", "tangential", "friction", "rolling", "damping", "drag")
-    kn, kt, mu, length, gamma, drag = (getattr(setup.dry, name)[kind_a, kind_b] for name in names)
+    kinds = setup.kind[t.a], np.where(t.wall, 0, setup.kind[np.where(t.wall, 0, t.b)])
+    mu, length, drag = (getattr(setup.dry, name)[kinds] for name in ("friction", "rolling", "drag"))
     partner = np.where(t.wall, 0, t.b)
     ra, rb = setup.radius[t.a], np.where(t.wall, 0.0, setup.radius[partner])
     wa, wb = window.w_half[t.k, t.a], np.where(t.wall[:, None], 0.0, window.w_half[t.k, partner])
     overlap = ra + rb - t.apart
+    ma, mb = window.mass[t.k, t.a], np.where(t.wall, np.inf, window.mass[t.k, partner])
+    kn, kt, gamma, gamma_side = setup.dry.at(kinds, overlap, ma / (1.0 + ma / mb))
     relative = window.v_half[t.k, t.a] - t.vb
     vn = dot(relative, t.n)
     arm_a, arm_b = ra - 0.5 * overlap, np.where(t.wall, 0.0, rb - 0.5 * overlap)
@@ -66,14 +73,19 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     moved = moved - dot(moved, t.n)[:, None] * t.n
     if given is not None:
         moved = np.where(given[:, None], before, moved)
-    stretch, grip = size(moved), mu * np.abs(elastic + damping) / kt
-    share = np.where(stretch > grip, grip / np.maximum(stretch, 1e-300), 1.0)
+    stretch, grip = size(moved), mu * np.abs(elastic + damping) / np.maximum(kt, 1e-300)
+    slides = stretch > grip
+    share = np.where(slides, grip / np.maximum(stretch, 1e-300), 1.0)
     spring = share[:, None] * moved
-    slid, side = (1.0 - share) * stretch, -kt[:, None] * spring
+    # of a spring as logged one at the limit has been cut back to it, to round-off
+    at_limit = slides if given is None else slides | (given & (stretch >= (1.0 - AT_LIMIT) * grip))
+    dashpot = np.where(at_limit, 0.0, gamma_side)
+    slid, side = (1.0 - share) * stretch, -kt[:, None] * spring - dashpot[:, None] * slip
     if not setup.memory:
         rate = size(slip)
         grip = np.minimum(drag, mu * np.abs(elastic + damping) / np.maximum(rate, 1e-300))
         slid, side, spring = rate * setup.step, -grip[:, None] * slip, np.zeros_like(slip)
+    lost = size(side) * slid / setup.step + dashpot * dot(slip, slip)
     turn = np.where(t.wall[:, None], wa, wa - wb)
     rate = size(turn)
     direction = turn / np.where(rate > 0.0, rate, 1.0)[:, None]
@@ -82,5 +94,5 @@ def contacts(setup: Setup, window: Window, t: Touches, before: Floats, given: Fl
     room = window.w_room[t.k, t.a] + np.where(t.wall, 0.0, window.w_room[t.k, partner])
     doubt = np.abs(length * elastic) * np.minimum(2.0, room / np.maximum(rate, 1e-300))
     return Contacts(
-        elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling, doubt
+        elastic, damping, side, spring, slid, overlap, vn, slip, arm_a, arm_b, rolling, lost, doubt
     )  # fmt: skip

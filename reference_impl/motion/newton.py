@@ -252,7 +252,8 @@ def rounding(setup: Setup) -> float:
 
 def limit(setup: Setup) -> float:
     """1e-9, or the spring's force on the rounding of a wall's place over the lightest weight, where that is more."""
-    return max(TOLERANCE, float(setup.dry.normal.max() * rounding(setup) / (setup.mass.min() * STANDARD_WEIGHT)))
+    weight = float(setup.mass.min()) * STANDARD_WEIGHT
+    return max(TOLERANCE, float(setup.dry.steepest(weight) * rounding(setup) / weight))
 
 
 def _quantity(setup: Setup, name: str, parts: list[tuple[Any, ...]]) -> Quantity:

@@ -52,11 +52,12 @@ def standing(run: Run, setup: Setup, shots: pd.DataFrame, outputs: Floats, v: Fl
     (i, j), at = _ends(setup, shots, p), np.searchsorted(outputs, shots["step"].to_numpy())
     speed, acceleration = _of_walls(setup)
     kinds = setup.kind[i], np.where(p.wall, 0, setup.kind[j])
-    stiffness, damping, friction = (getattr(setup.dry, n)[kinds] for n in ("normal", "damping", "friction"))
-    gap = shots["separation"].to_numpy(float)
+    gap, ma, mb = shots["separation"].to_numpy(float), setup.mass[i], np.where(p.wall, np.inf, setup.mass[j])
+    stiffness, _, damping, of_side = setup.dry.at(kinds, np.abs(gap), ma / (1.0 + ma / mb))
+    friction = setup.dry.friction[kinds]
     force = every * np.abs(pull_of(run, shots)(np.maximum(gap, 0.0)))
     rate = np.linalg.norm(v[at, i] - np.where(p.wall[:, None], 0.0, v[at, j]), axis=1) + p.wall * speed
-    dry = (gap <= 0.0) * (1.0 + friction) * (stiffness * np.abs(gap) + damping * rate)
+    dry = (gap <= 0.0) * (1.0 + friction) * (stiffness * np.abs(gap) + damping * rate) + (gap <= 0.0) * of_side * rate
     push = dry + force + 2.0 * every * _drag(run, shots, p) * rate
     most = np.full(v.shape[:2], float(np.linalg.norm(setup.gravity)))
     np.add.at(most, (at, i), push / setup.mass[i])

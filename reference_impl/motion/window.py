@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -25,15 +25,38 @@ TABLES = ("window_states", "window_pair_springs", "window_wall_springs")
 
 @dataclass(frozen=True)
 class Dry:
-    """Numbers of the dry contacts by types of the two bodies, shape (types + 1, types + 1), a wall being type 0."""
+    """Numbers of the dry contacts by types of the two bodies, shape (types + 1, types + 1), a wall being type 0.
+
+    Of an overlap d the normal spring is normal d^power, the tangential one tangential d^power [N/m], their dashpots damping and
+    damping_side times d^(power/2). Linear: power 0. Hertz and Mindlin: power 1/2, and dashpots times sqrt(m_eff).
+    """
 
     normal: Floats
     tangential: Floats
     friction: Floats
     rolling: Floats
     damping: Floats
+    damping_side: Floats
     drag: Floats
     """Of friction without memory, c = m_eff/(28 dt) [kg/s]."""
+    power: float = 0.0
+
+    def at(self, kinds: tuple[Floats, Floats], overlap: Floats, mass: Floats) -> tuple[Floats, ...]:
+        """Normal and tangential spring [N/m] and their dashpots [kg/s] at overlaps of bodies of an effective mass [kg]."""
+        normal, side, damping, damping_side = (
+            getattr(self, name)[kinds] for name in ("normal", "tangential", "damping", "damping_side")
+        )
+        if not self.power:
+            return normal, side, damping, damping_side
+        soft = np.maximum(overlap, 0.0) ** self.power
+        slow = np.sqrt(soft * mass)
+        return soft * normal, soft * side, slow * damping, slow * damping_side
+
+    def steepest(self, weight: float) -> float:
+        """Largest slope [N/m] of a normal force where it is as large as a weight [N]."""
+        stiff = float(self.normal.max())
+        depth = (weight / stiff) ** (1.0 / (1.0 + self.power))
+        return (1.0 + self.power) * stiff * depth**self.power
 
 
 @dataclass(frozen=True)
@@ -168,23 +191,55 @@ def dashpot(stiffness: float, restitution: float, mass: float, step: float) -> f
 
 def dry_contacts(scene: dict[str, Any], mass: dict[int, float]) -> Dry:
     """Matrices over pairs of types; 0 is a wall."""
-    n = len(mass) + 1
-    found = {name: np.zeros((n, n)) for name in ("normal", "tangential", "friction", "rolling", "damping", "drag")}
+    n, hertz = len(mass) + 1, scene.get("hertz")
+    found = {f.name: np.zeros((n, n)) for f in fields(Dry) if f.name != "power"}
     for pair in scene["pairs"]:
         a, b = pair["a"], pair["b"]
         m = mass[a] if b == 0 else mass[a] * mass[b] / (mass[a] + mass[b])
-        k = pair["normal_stiffness_N_per_m"]
         row = {
-            "normal": k,
-            "tangential": pair["tangential_stiffness_N_per_m"],
             "friction": pair["friction"],
             "rolling": pair["rolling_friction_m"] if scene["effects"].get("rolling", True) else 0.0,
             "drag": m / (28.0 * scene["time_step_s"]),
-            "damping": dashpot(k, pair["restitution"], m, scene["time_step_s"]),
+            **(_linear(pair, m, scene["time_step_s"]) if hertz is None else hertz_mindlin(scene, pair)),
         }
         for name, value in row.items():
             found[name][a, b] = found[name][b, a] = value
-    return Dry(**found)
+    return Dry(**found, power=0.0 if hertz is None else 0.5)
+
+
+def _linear(pair: dict[str, Any], mass: float, step: float) -> dict[str, float]:
+    k = pair["normal_stiffness_N_per_m"]
+    return {
+        "normal": k,
+        "tangential": pair["tangential_stiffness_N_per_m"],
+        "damping": dashpot(k, pair["restitution"], mass, step),
+    }
+
+
+def hertz_mindlin(scene: dict[str, Any], pair: dict[str, Any]) -> dict[str, float]:
+    """Hertz's normal force 4/3 E* sqrt(R d) d and Mindlin's no-slip spring 8 G* sqrt(R d), as coefficients of sqrt(d).
+
+    Each dashpot is 2 sqrt(5/6) beta sqrt(S m), S being 2 E* sqrt(R d) or the tangential spring, beta = -ln e/sqrt(pi^2 + ln^2 e);
+    here without sqrt(m) and sqrt(d).
+    """
+    a, b, radius = pair["a"], pair["b"], {c["type"]: c["radius_m"] for c in scene["classes"]}
+    r = radius[a] if b == 0 else radius[a] * radius[b] / (radius[a] + radius[b])
+    one = scene["hertz"]["spheres"][a - 1]
+    two = scene["hertz"]["spheres"][b - 1] if b else scene["hertz"]["walls"]
+    bulk = shear = 0.0
+    for body in (one, two):
+        modulus, nu = body["youngs_modulus_Pa"], body["poissons_ratio"]
+        bulk += (1.0 - nu * nu) / modulus
+        shear += 2.0 * (2.0 - nu) * (1.0 + nu) / modulus
+    normal, side = np.sqrt(r) / bulk, np.sqrt(r) / shear
+    log = np.log(pair["restitution"])
+    lost = -2.0 * np.sqrt(5.0 / 6.0) * log / np.sqrt(np.pi**2 + log**2)
+    return {
+        "normal": 4.0 / 3.0 * normal,
+        "tangential": 8.0 * side,
+        "damping": lost * np.sqrt(2.0 * normal),
+        "damping_side": lost * np.sqrt(8.0 * side),
+    }
 
 
 def _walls(folder: Path, scene: dict[str, Any]) -> tuple[tuple[Wall, ...], Floats, Floats]:

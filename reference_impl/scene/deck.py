@@ -19,6 +19,7 @@ from reference_impl.replay.io import columns, masses
 
 SETUP, RUN, DATA = "setup.liggghts", "run.liggghts", "particles.data"
 MATRICES = ("kn", "kt", "gamman_abs", "coefficientFriction", "coefficientRollingFriction")
+"""Of linear springs; a Hertz contact has the last two and its restitution, and moduli of types."""
 
 
 def there(folder: Path) -> bool:

@@ -163,6 +163,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "screen_z_m": (0.0, "the screen's plane"),
         "bin_z_m": (heights.bin, "wire diameter, scales.yaml: outlet_height_mm and clearance_mm"),
         "rotation": (None, "nothing turns"),
+        "hertz": (None, "contacts of a case are linear springs"),
         "retire": (_retires(config), "config.yaml: retire"),
         "contacts": (config["settings"].get("contacts", "batched"), "config.yaml: contacts"),
         "wall_film": (reading(config, "wall_film", "triangle"), "config.yaml: readings"),
@@ -208,7 +209,7 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             for w in scene["walls"]
         },
     }
-    put("", {"wall_film": "triangle", **scene, **named})
+    put("", {"hertz": None, "wall_film": "triangle", **scene, **named})
     for key in ("classes", "walls"):
         found[key] = [row["name"] for row in scene[key]]
     return found

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import pywet
-from pywet.engines.liggghts.deck import property_matrices
+from pywet.engines.liggghts.contact_model import property_matrices
 from pywet.errors import ConfigError, PywetError
 from pywet.own_scene.building import Building
 from pywet.own_scene.commands import read_scene

@@ -45,6 +45,8 @@ def refuse(scene: Scene, ranks: int = 1) -> None:
         reasons.append("rolling resistance with a constant torque (its own is a spring with a slider)")
     if not scene.effects.tangential_history:
         reasons.append("friction without memory")
+    if scene.hertz is not None:
+        reasons.append("Hertz contacts as LIGGGHTS has them")
     if reasons:
         raise PywetError(
             f"the engine lammps cannot run the scene {scene.name}: it lacks {' and '.join(reasons)}; expected spheres, "

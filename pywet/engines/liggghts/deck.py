@@ -15,11 +15,11 @@ import pandas as pd
 from pywet.apparatus.motion import viblin_words
 from pywet.apparatus.stl import write_first_triangle
 from pywet.engines import schedule
-from pywet.engines.liggghts import grid, windows
+from pywet.engines.liggghts import contact_model, grid, windows
 from pywet.engines.liggghts.checkpoint import Checkpoint, saved
 from pywet.errors import PywetError, shown
 from pywet.files import atomic_write, read_table
-from pywet.laws import contact, registry
+from pywet.laws import registry
 from pywet.scene import Rotation, Scene, Slide, Vibration, WallMesh
 from pywet.shipped import place
 
@@ -35,40 +35,6 @@ FASTEST = 5.0
 """Speed [m/s] up to which a stretched bridge is within the ghost cut-off of its ranks; beyond, the run stops and says so."""
 IDS_A_LINE = 100
 """Numbers of spheres in one line of the engine's script."""
-
-
-def sliding_drag(m_eff: float, time_step: float) -> float:
-    """Drag [kg/s] of friction without memory: force min(c v, mu F_n) against the slip v.
-
-    c = m_eff/(28 dt) is half of what a dense packing bears at that step, with spin (c < 2/7 m_eff/(4 dt)); a sphere at rest on a
-    slope then creeps at about mu g 28 dt, some tenths of a millimetre per second.
-    """
-    return m_eff / (28.0 * time_step)
-
-
-def property_matrices(scene: Scene) -> dict[str, str]:
-    """Per-pair engine properties; the walls are the last atom type. Rolling friction [m] is divided by the engine's r_red."""
-    n = len(scene.classes) + 1
-    names = ("kn", "kt", "gamman_abs", "gammat_abs", "coefficientFriction", "coefficientRollingFriction")
-    values = {name: np.zeros((n, n)) for name in names}
-    values["kn"][:] = values["kt"][:] = 1.0  # wall against wall is never evaluated; the engine wants positive numbers
-    for pair in scene.pairs:
-        at = (pair.a - 1, (pair.b or n) - 1)
-        m_eff = contact.pair_mass(scene.classes, pair)
-        r_red = contact.reduced_radius(*contact.pair_radii(scene.classes, pair))
-        row = (
-            pair.normal_stiffness_N_per_m,
-            pair.tangential_stiffness_N_per_m,
-            contact.leapfrog_damping(pair.restitution, m_eff, pair.normal_stiffness_N_per_m, scene.time_step_s),
-            0.0 if scene.effects.tangential_history else sliding_drag(m_eff, scene.time_step_s),
-            pair.friction,
-            pair.rolling_friction_m / r_red,
-        )
-        for name, value in zip(names, row, strict=True):
-            values[name][at] = values[name][at[::-1]] = value
-    if not scene.effects.rolling:
-        del values["coefficientRollingFriction"]
-    return {name: " ".join(repr(float(x)) for x in matrix.ravel()) for name, matrix in values.items()}
 
 
 def attached(scene: Scene) -> bool:
@@ -270,11 +236,11 @@ def write_deck(
         # the plugin's worker says them, at each checkpoint anew
         "columns": "${columns}" if attached(scene) else grid.words(scene, spheres[["x", "y"]], ranks),
         "types": len(scene.classes) + 1,
-        "properties": property_matrices(scene),
-        "rolling": " rolling_friction cdt" if scene.effects.rolling else "",
-        "friction": "history" if scene.effects.tangential_history else "no_history",
+        "properties": contact_model.property_matrices(scene),
+        "materials": contact_model.of_materials(scene),
+        "style": contact_model.words(scene, cohesion.words),
+        "settings": contact_model.settings(scene, bool(cohesion.words)),
         "cohesion": cohesion,
-        "drag": "" if cohesion.words else f" tangential_damping {'off' if scene.effects.tangential_history else 'on'}",
         "skin": repr(skin(scene)),
         "bin": repr(2.0 * max(c.radius_m for c in scene.classes) * film_factor(scene) + skin(scene)),
         # a cohesion model of the engine's own lives as far as films touch

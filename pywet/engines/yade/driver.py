@@ -60,6 +60,8 @@ def refuse(scene: Scene) -> None:
         reasons.append("rolling resistance with a constant torque (its own is proportional to the spin)")
     if scene.is_fed:
         reasons.append("spheres that enter during the run")
+    if scene.hertz is not None:
+        reasons.append("Hertz contacts as LIGGGHTS has them")
     if any(w.own_motion for w in scene.walls):
         reasons.append("walls with motions of their own")
     if reasons:

@@ -46,6 +46,10 @@ def run(run_dir: Path, liquid: Bridges, progress: bool = True) -> pd.DataFrame:
             f"the moist scene {scene.name} has {len(scene.classes)} classes of spheres and rolling "
             f"{'on' if scene.effects.rolling else 'off'}; expected one class and rolling off, which YADE can express"
         )
+    if scene.hertz is not None:
+        raise PywetError(
+            f"the moist scene {scene.name} has Hertz contacts; expected linear springs, which it runs with"
+        )
     version = installed(*PROGRAM)
     task = build_task(scene, run_dir)
     # the largest rupture distance of YADE's rule, r (1 + theta/2)(V*^1/3 + 0.1 V*^2/3), with a margin

@@ -78,6 +78,7 @@ def facts(scene: Scene) -> dict[str, Any]:
         "liquid": None if scene.liquid is None else scene.liquid.initial_film_thickness_m,
         "duration": scene.duration_s,
         "walls": [[w.name, w.holder, w.motion, len(w.triangle_part)] for w in scene.walls],
+        "hertz": None if scene.hertz is None else scene.hertz.model_dump(mode="json"),
         "vibration": None if scene.vibration is None else scene.vibration.model_dump(mode="json"),
         "gravity": scene.gravity_m_per_s2,
         "stiffness": [p.normal_stiffness_N_per_m for p in scene.pairs],

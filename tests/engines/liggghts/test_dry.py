@@ -9,7 +9,7 @@ import pytest
 
 from pywet import config
 from pywet.bench import small
-from pywet.engines.liggghts import deck
+from pywet.engines.liggghts import contact_model
 from pywet.scene import ContactPair, SphereClass
 from pywet.screening import cases
 
@@ -64,7 +64,7 @@ def test_restitution_is_the_configured_one(tmp_path: Path, case: int, scale: str
 def test_rolling_friction_is_a_length(tmp_path: Path) -> None:
     """The deck divides the paper's length by the engine's reduced radius, so that the torque is μ_roll |F_n|."""
     scene = cases.build(CONFIG, 1, "smoke", tmp_path)
-    values = [float(x) for x in deck.property_matrices(scene)["coefficientRollingFriction"].split()]
+    values = [float(x) for x in contact_model.property_matrices(scene)["coefficientRollingFriction"].split()]
     n = len(scene.classes) + 1
     r = [c.radius_m for c in scene.classes]
     assert values[0 * n + 1] * r[0] * r[1] / (r[0] + r[1]) == pytest.approx(4.63e-5, rel=1e-12)  # table 3, POM-POM

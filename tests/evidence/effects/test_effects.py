@@ -13,7 +13,7 @@ import pytest
 from pywet import stages
 from pywet.apparatus.initial import wall_groups
 from pywet.bench import small
-from pywet.engines.liggghts import deck, inputs
+from pywet.engines.liggghts import contact_model, deck, inputs
 from pywet.evidence.effects import page, study, variants, verdict
 from pywet.evidence.effects.scenes import CONFIG, SCENES
 from pywet.evidence.effects.study import EffectsStudy
@@ -117,12 +117,12 @@ def test_what_is_off_is_not_instantiated(tmp_path: Path) -> None:
     assert {deck.mesh_style(bare, w) for w in bare.walls} == {"mesh/surface"}
     assert len(inputs.transfer_tables(scene)) == 201 * (4 + 2 * len(wall_groups(scene)))
     assert len(inputs.transfer_tables(bare)) == 2 * 4
-    properties = deck.property_matrices(bare)
+    properties = contact_model.property_matrices(bare)
     assert "coefficientRollingFriction" not in properties
     drag = float(properties["gammat_abs"].split()[0])
     # half of what a dense packing bears at this step, with spin: c < 2/7 m_eff/(4 dt)
     assert drag == pytest.approx(0.5 * 2 / 7 * 0.5 * scene.classes[0].mass_kg / (4 * scene.time_step_s))
-    assert set(deck.property_matrices(scene)["gammat_abs"].split()) == {"0.0"}
+    assert set(contact_model.property_matrices(scene)["gammat_abs"].split()) == {"0.0"}
 
 
 def row_of(variant: str, seed: int, value: float, time: float, on: bool = True) -> dict[str, Any]:
