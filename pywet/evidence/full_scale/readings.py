@@ -104,9 +104,10 @@ def table() -> None:
 def rows(stored: pd.DataFrame) -> list[str]:
     """One row for each reading: mean Y, and the liquid on all walls and on wires, of every case and duration."""
     columns = sorted({*zip(stored["until_s"], stored["case"], strict=True)})
-    at, found = stored.set_index(["reading", "until_s", "case"]), []
+    at = {(row["reading"], row["until_s"], row["case"]): row for _, row in stored.iterrows()}
+    found = []
     for name in (n for n in ALTERNATIVES if n in set(stored["reading"])):
-        cells = [_cell(at.loc[name, *c]) if (name, *c) in at.index else "–" for c in columns]
+        cells = [_cell(at[name, *c]) if (name, *c) in at else "–" for c in columns]
         found.append(f"| {', '.join(f'`{part}`' for part in name.split(','))} | {' | '.join(cells)} |")
     return found
 
