@@ -17,6 +17,7 @@ from pywet.calibration.statement_search import DONE, SPENT, find
 from pywet.cli.app import app
 from pywet.config.loading import parse
 from tests.evidence.full_scale.made import make
+from tests.evidence.full_scale.test_campaign import MACHINE
 
 ROOT = Path(__file__).parents[2]
 DRY = (1, 4, 7, 10, 13, 16)
@@ -122,8 +123,9 @@ def test_a_combination_has_its_own_configuration(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.engine
-def test_runs_of_a_search_are_stored(tmp_path: Path) -> None:
+def test_runs_of_a_search_are_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A dry case at the smoke scale, whose 1.4 s of screening judge no statement of 20 s; the second call runs nothing."""
+    monkeypatch.setattr(screening_runs, "calibrated", lambda _: MACHINE)  # predicted times are not asked here
     file = tmp_path / "search.yaml"
     turned = {"stroke": {"entry": "config.yaml: readings amplitude", "values": ["peak_to_peak"]}}
     file.write_text(yaml.safe_dump({**ASKED, "scale": "smoke", "statements": [1], "turned": turned, "seeds": 1}))

@@ -1,8 +1,7 @@
 """What each reading of the paper changes: `python -m pywet.evidence.full_scale.readings run OUT CASE…` runs cases at the smoke
 scale once with every reading, `store RUN…` keeps their figures, `table` prints them as docs/readings.md has them.
 
-Three seconds of screening with the trials' time step. A look at the size of each reading's effect with one seed, not a
-judgement: statements are judged at full scale.
+A look at the size of each reading's effect with one seed, not a judgement: statements are judged at full scale.
 """
 
 from __future__ import annotations
@@ -56,13 +55,17 @@ def run(
     out: Annotated[Path, typer.Argument(help="Folder of configurations and runs.")],
     cases: Annotated[list[int], typer.Argument(help="Numbers of cases.")],
     only: Annotated[str, typer.Option(help="Names that have this in them.")] = "",
+    long: Annotated[
+        bool, typer.Option("--long", help="Three seconds of screening, with the trials' time step.")
+    ] = False,
     config: Annotated[Path, typer.Option(help="Folder of the configuration.")] = Path("config"),
 ) -> None:
     """Run cases with each reading, as OUT/NAME-CASE."""
     for name in (n for n in ALTERNATIVES if only in n):
         folder = out / f"settings-{name}"
         if not folder.exists():
-            edit.write(config, folder, SCALE, {"fraction": 0.1}, {**LONG, **ALTERNATIVES[name]})
+            levels, more = ({"fraction": 0.1}, LONG) if long else ({}, {})
+            edit.write(config, folder, SCALE, levels, {**more, **ALTERNATIVES[name]})
         for case in cases:
             command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", str(case), "--scale", SCALE]
             subprocess.run([*command, "--config", str(folder), "--out", str(out / f"{name}-{case}")], check=True)
@@ -73,7 +76,7 @@ def store(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME
     """Keep the figures of runs, in the order of the readings."""
     found = pd.DataFrame([figures(RunDir(path)) for path in runs])
     order = {name: n for n, name in enumerate(ALTERNATIVES)}
-    write_csv(found.sort_values(["case", "reading"], key=lambda c: c.map(order) if c.name == "reading" else c), FILE,
+    write_csv(found.sort_values(["until_s", "case", "reading"], key=lambda c: c.map(order) if c.name == "reading" else c), FILE,
               float_format=DIGITS)  # fmt: skip
 
 
@@ -83,7 +86,8 @@ def figures(finished: RunDir) -> dict[str, float | str]:
     retained, liquid = (finished.table(f"results/{t}") for t in ("fraction_retained", "liquid_by_holder"))
     since = retained["time_since_opening_s"].to_numpy()
     passed = of_curve(since, retained["fraction_retained"].to_numpy(), float(since[-1]))
-    found: dict[str, float | str] = {"case": int(case), "reading": name, **passed}
+    end = round(float(since[-1]), 1)
+    found: dict[str, float | str] = {"case": int(case), "until_s": end, "reading": name, **passed}
     if finished.moist:
         last, initial = liquid.iloc[-1], float(liquid["initial_m3"].iloc[0])
         on_spheres = last["coarse_material_m3"] + last["fines_m3"] + last["left_m3"]
@@ -98,12 +102,12 @@ def table() -> None:
 
 
 def rows(stored: pd.DataFrame) -> list[str]:
-    """One row for each reading: mean Y, and the liquid on all walls and on wires, of every case."""
-    cases = sorted(stored["case"].unique())
-    at = stored.set_index(["reading", "case"])
+    """One row for each reading: mean Y, and the liquid on all walls and on wires, of every case and duration."""
+    columns = sorted({*zip(stored["until_s"], stored["case"], strict=True)})
+    at = {(row["reading"], row["until_s"], row["case"]): row for _, row in stored.iterrows()}
     found = []
     for name in (n for n in ALTERNATIVES if n in set(stored["reading"])):
-        cells = [_cell(at.loc[name, case]) if (name, case) in at.index else "–" for case in cases]
+        cells = [_cell(at[name, *c]) if (name, *c) in at else "–" for c in columns]
         found.append(f"| {', '.join(f'`{part}`' for part in name.split(','))} | {' | '.join(cells)} |")
     return found
 
