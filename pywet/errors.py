@@ -8,6 +8,7 @@ first.
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
 import tempfile
@@ -15,6 +16,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 
 class PywetError(Exception):
@@ -94,6 +96,8 @@ def refused(error: OSError) -> str:
     return f"{where}: {error.strerror or one_line(error)}; expected a path that can be read or written, and free space there"
 
 
+LONG_WORD = re.compile(r"(\S{80})\S{140,}(\S{80})")
+"""What a sentence shows of a word without end, such as an argument that is a file's content: its start and end."""
 FAULT = 70
 """Exit code of a command that ended in an exception that is none of ours (EX_SOFTWARE of sysexits.h)."""
 
@@ -120,11 +124,31 @@ def border(
         raise  # the reader of a pipe has gone: the caller ends quietly
     except (PywetError, OSError, MemoryError) as error:
         lines = _lines(given, error)
-        say("\n".join(one_line(line, 2000) for line in lines))
+        say("\n".join(one_line(LONG_WORD.sub(r"\1…\2", line), 2000) for line in lines))
         raise SystemExit(1) from None
     except Exception as error:
         say(fault(given, error))
         raise SystemExit(FAULT) from None
+
+
+def arguments(**kinds: Callable[[str], Any]) -> list[Any]:
+    """What a program that is started by `python -m` was given, name by name; a sentence where it is not so many, or no such kind.
+
+    `run_dir, step = arguments(RUN_DIR=Path, STEP=int)`.
+    """
+    given, name = sys.argv[1:], Path(sys.argv[0]).name
+    if len(given) != len(kinds):
+        raise PywetError(
+            f"{name} was given {len(given)} arguments ({one_line(shlex.join(given))}); expected {' '.join(kinds)}"
+        )
+    found = []
+    for word, (key, kind) in zip(given, kinds.items(), strict=True):
+        try:
+            found.append(kind(word))
+        except ValueError as error:
+            what = "a whole number" if kind is int else "a path"
+            raise PywetError(f"{name}: {key} is {one_line(word) if word else 'empty'}; expected {what}") from error
+    return found
 
 
 def _lines(given: str, error: Exception) -> list[str]:

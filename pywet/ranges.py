@@ -73,6 +73,7 @@ LIMITS: dict[str, Range] = {
     "frequency_Hz": Range(0.01, 1000, "Hz"),
     **{f"{of}_amplitude_mm": STROKE for of in ("set", *"xyz")},
     **{f"{axis}_phase_deg": PHASE for axis in "xyz"},
+    "residual_liquid_percent": Range(0, 99, "%"),
     "class_mass_g": Range(1e-3, 1e6, "g"),
     **{f"{part}_height_mm": LENGTH for part in ("side_wall", "feed_bin", "slide", "outlet", "collecting_bin")},
     **dict.fromkeys(("sieve_diameter_mm", "width_mm"), LENGTH),

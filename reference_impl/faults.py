@@ -7,6 +7,42 @@ import tempfile
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+
+READING = (
+    ValueError,
+    KeyError,
+    IndexError,
+    TypeError,
+    AttributeError,
+    StopIteration,
+    ArithmeticError,
+    RecursionError,
+    SyntaxError,
+)
+"""What reading something else than what was expected may raise."""
+
+
+class Refused(Exception):
+    """What was given cannot be worked with; one sentence."""
+
+
+@contextmanager
+def reading(what: str, expected: str) -> Iterator[None]:
+    """Let a failure of reading `what` end in a sentence that says what was expected."""
+    try:
+        yield
+    except READING as error:
+        said = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(str(error).split()))[:200]
+        raise Refused(f"{what} cannot be read ({type(error).__name__}: {said}); expected {expected}") from error
+
+
+def regular(path: Path) -> Path:
+    """The path, unless it is a pipe or a device, which may never end."""
+    if path.exists() and not path.is_file():
+        raise Refused(f"{path} is no regular file; expected one")
+    return path
+
 
 STATUS = 70
 """Exit status of a command that ended in such an exception (EX_SOFTWARE of sysexits.h)."""
@@ -19,6 +55,9 @@ def border(refused: int) -> Iterator[None]:
         yield
     except BrokenPipeError:
         raise
+    except (Refused, MemoryError) as error:
+        sys.stderr.write(f"{error or 'this needs more memory than there is; expected a smaller input'}\n")
+        raise SystemExit(refused) from None
     except OSError as error:
         sys.stderr.write(
             f"{error.filename or 'a file'}: {error.strerror}; expected a file that can be read and written\n"

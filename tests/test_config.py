@@ -14,7 +14,9 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
+from typer.testing import CliRunner
 
+from pywet.cli.app import app
 from pywet.config import load
 from pywet.config.schema import schemas
 from pywet.errors import PywetError
@@ -96,6 +98,73 @@ def test_a_round_sieve_without_a_width_is_that_of_the_feed(folder: Path) -> None
     scales.write_text(scales.read_text().replace("    shape: cylinder", "    shape: square"))
     with pytest.raises(PywetError, match=r"scales.full.*expected width_mm beside shape: square"):
         load(folder)
+
+
+def test_readings_that_are_not_the_default_are_in_the_plan(folder: Path) -> None:
+    turned = {"small_wall": "half_facet", "sphere_mass": "weighed", "liquid_amount": "less_residual"}
+    change_readings(folder, turned)
+    said = call(["plan", "2", "--config", str(folder)])
+    assert [line for line in said.splitlines() if line.startswith("reading")] == [
+        "reading: readings.small_wall is half_facet (default wire_radius)",
+        "reading: readings.liquid_amount is less_residual (default full)",
+        "reading: readings.sphere_mass is weighed (default density)",
+    ]
+    assert "reading" not in call(["plan", "2"])
+
+
+def test_weighed_spheres_are_as_many_as_their_masses_say(folder: Path) -> None:
+    """250 g of 0.0935, 0.2459 and 0.721 g each, and 250 g in a class of the size's density: 1428.6 kg/m3 at 5 mm."""
+    change_readings(folder, {"sphere_mass": "weighed"})
+    found = load(folder)
+    classes = cases.sphere_classes(found, found.case(1), found.scale("full"))
+    assert [c.count for c in classes] == [2674, 1017, 347]
+    assert [c.count * c.mass_kg for c in classes] == pytest.approx([0.25] * 3, rel=1e-3)
+    text = (folder / "materials.yaml").read_text()
+    (folder / "materials.yaml").write_text(
+        text.replace("        mass_g: {value: 0.0935, tolerance: 0.02, source: paper, table: 1}\n", "")
+    )
+    bare = load(folder)
+    with pytest.raises(PywetError, match=r"the size of 5 mm has no mass_g, expected one where readings.sphere_mass"):
+        cases.sphere_classes(bare, bare.case(1), bare.scale("full"))
+
+
+def test_the_residual_is_taken_from_the_liquid(folder: Path) -> None:
+    """A tenth of it, whatever the case; without a number for its material it is asked for."""
+    change_readings(folder, {"liquid_amount": "less_residual"})
+    found = load(folder)
+    assert [found.liquid_percent(n) for n in (1, 2, 3, 11)] == pytest.approx([0.0, 4.5, 9.0, 2.25])
+    text = (folder / "materials.yaml").read_text()
+    (folder / "materials.yaml").write_text(re.sub(r"    residual_liquid_percent: .*\n", "", text))
+    with pytest.raises(
+        PywetError, match=r"spheres.POM has no residual_liquid_percent, expected 0 to below 100 where readings"
+    ):
+        load(folder).liquid_percent(2)
+
+
+def test_readings_of_equations_that_are_not_used_are_refused(folder: Path) -> None:
+    change_readings(folder, {"capillary_spheres": "as_printed"})
+    assert load(folder).settings.laws_as_read.capillary == "rabinovich_spheres_as_printed"
+    path = folder / "config.yaml"
+    path.write_text(path.read_text().replace("preset: paper", "preset: exact"))
+    with pytest.raises(PywetError, match="readings are of rabinovich, the law is young_laplace"):
+        load(folder)
+
+
+def change_readings(folder: Path, values: dict[str, str]) -> None:
+    """Other readings in config.yaml, each of them with its comment."""
+    path = folder / "config.yaml"
+    text = path.read_text()
+    for key, value in values.items():
+        text, count = re.subn(rf"^  {key}: \w+", f"  {key}: {value}", text, flags=re.MULTILINE)
+        assert count == 1, key
+    path.write_text(text)
+
+
+def call(words: list[str]) -> str:
+    """What the command prints."""
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    return done.output
 
 
 def test_cases_are_table_4() -> None:

@@ -79,7 +79,7 @@ def read(path: Path) -> list[dict]:
             what = f"has {found.st_size} bytes" if stat.S_ISREG(found.st_mode) else "is no regular file"
             raise Refused(f"{said(path)} {what}; {expected}, of at most {MOST_B // 10**6} MB")
         with open(path, newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file)
+            table = csv.DictReader(file, strict=True)
             names = table.fieldnames or []
             if not all(names.count(column) == 1 for column in COLUMNS):
                 raise Refused(

@@ -55,7 +55,7 @@ def read_cad(
 def _parsed(path: Path) -> tuple[Floats, list[str]]:
     """Corners as they are in the file, and what had to be passed over to read them."""
     if not path.is_file():
-        raise PywetError(f"no STL file at {path}; give the path of a surface mesh")
+        raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
     data, changes = path.read_bytes(), []
     count = int.from_bytes(data[HEAD - 4 : HEAD], "little") if len(data) >= HEAD else 0
     size = HEAD + RECORD.itemsize * count

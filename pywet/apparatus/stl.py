@@ -45,7 +45,7 @@ def read_stl(
 
     path = Path(path)
     if not path.is_file():
-        raise PywetError(f"no STL file at {path}; give the path of a surface mesh")
+        raise PywetError(f"no STL file at {path}; expected the path of a surface mesh, a regular file")
     try:
         with np.errstate(
             over="ignore"

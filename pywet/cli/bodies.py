@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -122,14 +123,19 @@ def calibrate(
 ) -> None:
     """Find surface tension, friction, film … that reproduce what was measured, and say how well they are known."""
     from pywet import machine_code
+    from pywet.calibration import statement_search
     from pywet.calibration.answer import calibrate
 
-    folder = out_dir or Path("results") / "calibrations" / file.stem
+    folder, say = (
+        out_dir or Path("results") / "calibrations" / file.stem,
+        partial(err.print, soft_wrap=True, markup=False),
+    )
     machine_code.say_wait()
-    answer = calibrate(file, folder, ranks, lambda line: err.print(line, soft_wrap=True, markup=False))
+    searches = statement_search.is_search(file)
+    answer = statement_search.calibrate(file, folder, say) if searches else calibrate(file, folder, ranks, say)
     for line in answer["sentences"]:
         tell(line)
-    tell(f"calibration.json and calibration.svg are in {folder}")
+    tell(f"calibration.json{'' if searches else ' and calibration.svg'} {'is' if searches else 'are'} in {folder}")
     if not answer["reached"]:
         raise typer.Exit(1)
 

@@ -19,7 +19,7 @@ from yaml.constructor import ConstructorError
 from pywet.config import cases as cases_module
 from pywet.config import materials, scales, settings
 from pywet.config.cases import Case
-from pywet.config.materials import SIEVE_MM, Materials
+from pywet.config.materials import SIEVE_MM, Materials, Size
 from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
@@ -60,6 +60,25 @@ class Config:
         diameter = self.materials.feed.sieve_diameter_mm.value
         other = f"reading: feed.sieve_diameter_mm is {diameter:g} (default {SIEVE_MM:g})"
         return [*self.settings.readings.lines, *([other] if diameter != SIEVE_MM else [])]
+
+    def size(self, material: str, diameter_mm: float) -> Size:
+        """A size of spheres, with the density that the readings give it."""
+        found = self.materials.size(material, diameter_mm)
+        return found.as_weighed if self.settings.readings.sphere_mass == "weighed" else found
+
+    def liquid_percent(self, number: int) -> float:
+        """Liquid on the spheres of a case at the start [% of their mass], as the readings take it."""
+        case = self.case(number)
+        if case.liquid_percent == 0 or self.settings.readings.liquid_amount == "full":
+            return case.liquid_percent
+        lost = self.materials.sphere(case.material).residual_liquid_percent
+        if lost is None or lost.value >= 100:
+            raise ConfigError(
+                f"{materials.FILE}: spheres.{case.material} has "
+                f"{'no residual_liquid_percent' if lost is None else f'a residual_liquid_percent of {lost.value:g}'}, expected "
+                "0 to below 100 where readings.liquid_amount in config.yaml is less_residual"
+            )
+        return case.liquid_percent * (1.0 - 0.01 * lost.value)
 
     def scale(self, name: str) -> Scale:
         """A scale by its name; a sieve without a width of its own is that of the feed."""

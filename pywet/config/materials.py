@@ -47,6 +47,19 @@ class Size(Limited):
         """Density times volume [kg]."""
         return self.density_kg_per_m3.value * 4.0 / 3.0 * math.pi * self.radius_m**3
 
+    @property
+    def as_weighed(self) -> Size:
+        """The same with the density that its mass gives."""
+        if self.mass_g is None:
+            raise ConfigError(
+                f"{FILE}: the size of {self.diameter_mm.value:g} mm has no mass_g, expected one where readings.sphere_mass in "
+                "config.yaml is weighed"
+            )
+        density = 1e-3 * self.mass_g.value / (4.0 / 3.0 * math.pi * self.radius_m**3)
+        return self.model_copy(
+            update={"density_kg_per_m3": self.density_kg_per_m3.model_copy(update={"value": density})}
+        )
+
     @model_validator(mode="after")
     def _mass_agrees(self) -> Size:
         if self.mass_g is None:
@@ -70,6 +83,8 @@ class SphereMaterial(Limited):
     stiffness_sphere_sphere_N_per_m: PositiveEntry
     stiffness_sphere_wall_N_per_m: PositiveEntry
     contact_angle_deg: AngleEntry
+    residual_liquid_percent: NonNegativeEntry | None = None
+    """Part of the liquid that is lost before the screening; counts where `readings.liquid_amount` is less_residual."""
 
 
 class WallMaterial(Limited):

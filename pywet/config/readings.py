@@ -43,6 +43,10 @@ class Readings(Strict):
     """Over what the liquid of a wall is spread at once: the triangle touched, its part (wire, face), or all of the wall."""
     wall_transfer: Literal["at_rupture", "at_fifth", "at_tenth"] = "at_rupture"
     """Separation at which (35) to (43) are solved at walls: that of rupture, a fifth or a tenth of it."""
+    liquid_amount: Literal["full", "less_residual"] = "full"
+    """Liquid on the spheres at the start: `liquid_percent` of a case, or that less `residual_liquid_percent` of its material."""
+    sphere_mass: Literal["density", "weighed"] = "density"
+    """Mass of a sphere, and so their number in a class: density times volume, or `mass_g` as weighed (table 1)."""
     amplitude: Literal["zero_to_peak", "peak_to_peak"] = "zero_to_peak"
     """What the amplitudes of `motion.strokes` in materials.yaml are: the sine's own, or its full stroke."""
 

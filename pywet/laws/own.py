@@ -34,13 +34,18 @@ def is_own(name: str) -> bool:
     return ".py:" in name
 
 
+def _followed(path: Path | str) -> Path:
+    """A path without links; of links in a circle as it is, to be refused where it is read."""
+    return Path(os.path.realpath(path))
+
+
 def trust(names: Iterable[str | None], below: Path | None = None) -> None:
     """Let the laws of a user's own files run, as these files are now; other names and missing files are passed over.
 
     `below`: only files that lie in or below this folder, that of the file which names them; links are followed first.
     """
     for name in names:
-        inside = below is None or (name and _path(name).resolve().is_relative_to(Path(below).resolve()))
+        inside = below is None or (name and _followed(_path(name)).is_relative_to(_followed(below)))
         if name and inside and is_own(name) and _path(name).is_file():
             _mark(_path(name), read_bytes(_path(name), CURE)).touch()
 

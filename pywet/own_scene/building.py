@@ -30,7 +30,7 @@ from pywet.own_scene import extent
 from pywet.own_scene.at_walls import PRESSED, expected, thickness
 from pywet.own_scene.description import WALLS, Scene, Spheres
 from pywet.own_scene.feeding import waiting, ways
-from pywet.own_scene.placing import ask_unit, from_origin, mention_bars, refuse_far
+from pywet.own_scene.placing import ask_unit, from_origin, mention_bars, mention_crossing, refuse_far
 from pywet.own_scene.walls import OwnMotion
 from pywet.planning import EffectPlan, Surroundings
 from pywet.planning import plan as plan_effects
@@ -126,6 +126,7 @@ class Building:
         for wall, surface in zip(self.said.walls, found, strict=True):
             ask_unit(wall, surface, [2.0 * s.radius_m for s in self.said.spheres])
             mention_bars(wall, surface)
+            mention_crossing(wall, surface)
         return found
 
     @cached_property
@@ -161,6 +162,7 @@ class Building:
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         """Corners of what is simulated: the extent, with room for spheres that moving walls throw."""
+        extent.refuse_vast(self.said.name, *self.extent, 2.0 * max(c.radius_m for c in self.classes))
         room = extent.thrown(self.wall_speed, self.said.gravity_m_per_s2, self.said.duration_s)
         return extent.with_room(*self.extent, *room, 2.0 * max(c.radius_m for c in self.classes))
 

@@ -9,11 +9,15 @@ from scipy.optimize import brentq
 
 from pywet.apparatus.motion import peak_speed
 from pywet.apparatus.surface import Floats
+from pywet.errors import ConfigError
 from pywet.own_scene.walls import OwnMotion
 from pywet.scene import Rotation, Slide, Vector, Vibration
 
 CELLS = 1_000_000
 """Cells of a sphere's diameter that room for thrown spheres may add up to: the engine empties them at each neighbour list."""
+MOST_CELLS = 1e8
+"""Cells of a sphere's diameter in a box: the engine's lists of more take gigabytes, and it stops at 2.7e8 ("Too many atom sorting
+bins": an eighth of 2^31)."""
 THROW = 2.0
 """Speed of a thrown sphere over that of the wall: it bounces off without loss."""
 
@@ -55,6 +59,19 @@ def thrown(wall_speed: float, gravity: Vector, duration: float) -> tuple[Floats,
     across = min(v * v / g, v * duration) * np.sqrt(np.maximum(1.0 - up**2, 0.0))
     rise = min(0.5 * v * v / g, v * duration) * up
     return across + np.maximum(-rise, 0.0), across + np.maximum(rise, 0.0)
+
+
+def refuse_vast(name: str, low: Floats, high: Floats, diameter: float) -> None:
+    """Refuse a box of more cells than the engine can list its spheres by; `diameter` of the largest [m]."""
+    sides = high - low
+    cells = float(np.prod(sides / diameter))
+    if cells > MOST_CELLS:
+        size = " x ".join(f"{1e3 * x:.4g}" for x in sides)
+        raise ConfigError(
+            f"scene {name}: spheres and walls, wherever they move, take a box of {size} mm, {cells:.2g} cells of the largest "
+            f"sphere's diameter ({1e3 * diameter:.3g} mm); expected at most {MOST_CELLS:.0e}: bring them nearer to each other, "
+            "or mend lengths, speeds and stl_unit"
+        )
 
 
 def with_room(low: Floats, high: Floats, below: Floats, above: Floats, cell: float) -> tuple[Floats, Floats]:

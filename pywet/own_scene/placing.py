@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pywet.apparatus.crossing import crossing
 from pywet.apparatus.surface import LARGE_HALF_WIDTH_M, Floats, Surface
 from pywet.errors import ConfigError
 from pywet.notices import notice
@@ -15,7 +16,7 @@ from pywet.own_scene.description import Scene
 from pywet.own_scene.walls import Wall
 from pywet.scene import Vector
 
-SMALL, LARGE = 0.5, 3000.0
+SMALL, LARGE = 1.0, 3000.0
 """Longest side of an STL file over the spheres' diameter below and above which its unit is asked back."""
 THIN = 0.2
 """Width over length below which a body is a bar."""
@@ -69,6 +70,22 @@ def ask_unit(wall: Wall, surface: Surface, spheres: Sequence[float]) -> None:
             f"{1e3 * min(spheres):.4g} to {1e3 * max(spheres):.4g} mm; expected a size that they meet: in {other} it is "
             f"{1e3 * longest * factor:.4g} mm (stl_unit: {other})"
         )
+
+
+def mention_crossing(wall: Wall, surface: Surface) -> None:
+    """Report where a body of an STL file cuts through itself; bodies may overlap each other."""
+    if wall.stl is None:
+        return
+    count, body = surface.components()
+    for k in range(count):
+        at = crossing(surface.vertices, surface.triangles[body == k])
+        if at is not None:
+            place = ", ".join(f"{1e3 * x:.4g}" for x in at)
+            notice.warning(
+                f"wall {wall.name}: {wall.stl.name} cuts through itself at ({place}) mm, so that it has no clear inside; "
+                "expected the surface of a solid: unite its parts in the CAD program"
+            )
+            return
 
 
 def mention_bars(wall: Wall, surface: Surface) -> None:

@@ -1,18 +1,18 @@
-"""The first screen of the report: what passes, how moisture changes it, and whether it is proven."""
+"""The first screen of the report: what passes, how moisture changes it, and whether it was recomputed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from statistics import mean, stdev
+from statistics import mean
 
 from scipy import stats
 
-from pywet.report import presets
 from pywet.report.bridge import short
 from pywet.report.collect import CaseResult, grouped, named
 from pywet.report.plots import title
+from pywet.runs.spread import with_interval
 from pywet.screening.verdict import LEDGER_TOLERANCE
 
 
@@ -22,20 +22,21 @@ class Passed:
 
     case: int
     liquid_percent: float
-    retained: float
-    """Of several seeds their mean."""
-    of_what_can: float
-    """Part of the mass of the classes that can pass, liquid included, which has passed."""
+    coarse: float
+    """Mass share of the classes that cannot pass."""
     ends: tuple[float, ...]
     """Fraction retained at the end of every seed."""
 
     @property
-    def interval(self) -> str:
-        """Half width of the 95 % confidence interval of the mean (Student), and the number of seeds."""
-        if len(self.ends) < 2:
-            return ""
-        half = stats.t.ppf(0.975, len(self.ends) - 1) * stdev(self.ends) / len(self.ends) ** 0.5
-        return f" ± {half:.2g} ({len(self.ends)} seeds)"
+    def retained(self) -> str:
+        """Fraction retained at the end, of several seeds with the interval of their mean and their number."""
+        return with_interval(self.ends) + (f" ({len(self.ends)} seeds)" if len(self.ends) > 1 else "")
+
+    @property
+    def passed(self) -> str:
+        """Per cent of the mass of the classes that can pass, liquid included, which has passed."""
+        shares = [100.0 * (1.0 - end) / (1.0 - self.coarse) for end in self.ends]
+        return with_interval(shares) if len(shares) > 1 else f"{shares[0]:.0f}"
 
     @property
     def name(self) -> str:
@@ -77,9 +78,7 @@ def _row(group: Sequence[CaseResult]) -> Row:
     found = []
     for r in group:
         assert r.summary is not None
-        ends = (r.summary["fraction_retained_end"], *presets.ends(r)[1:])
-        end, coarse = mean(ends), r.summary["coarse_share"]
-        found.append(Passed(r.case.case, r.case.liquid_percent, end, (1.0 - end) / (1.0 - coarse), ends))
+        found.append(Passed(r.case.case, r.case.liquid_percent, r.summary["coarse_share"], tuple(r.ends)))
     first = group[0]
     assert first.summary is not None and first.retained is not None
     seconds = float(first.retained["time_since_opening_s"].iloc[-1])
@@ -90,38 +89,53 @@ def sentence(table: Sequence[Row]) -> str:
     """What passes and how moisture changes it."""
     if not table:
         return "No case has results yet."
-    shares: dict[str, list[float]] = {}
+    shares: dict[str, list[Passed]] = {}
     for case in sorted((c for row in table for c in row.cases), key=lambda c: c.liquid_percent):
         moist = "moist" if len(table) > 1 else f"with {case.name}"
-        shares.setdefault(moist if case.liquid_percent else case.name, []).append(case.of_what_can)
-    parts = ", ".join(f"{_percent(of)} {name}" for name, of in shares.items())
-    return f"Of the mass that can pass, this has passed {table[0].seconds:.2g} s after the slide opened: {parts}."
+        shares.setdefault(moist if case.liquid_percent else case.name, []).append(case)
+    parts = ", ".join(f"{_range(cases)} {name}" for name, cases in shares.items())
+    text = f"Of the mass that can pass, this has passed {table[0].seconds:.2g} s after the slide opened: {parts}."
+    compared = [row.significance for row in table if row.significance]
+    if len(table) == 1:
+        return " ".join([text, *(f"{said}." for said in compared)])
+    clear = sum(": significant" in said for said in compared)
+    return (
+        f"{text} Moisture makes a significant difference in {clear} of {len(compared)} comparisons."
+        if compared
+        else text
+    )
 
 
 def proof(results: Sequence[CaseResult]) -> tuple[str, bool]:
-    """Whether it is proven, in one line; and whether it is."""
+    """What was recomputed and whether it agrees, in one line; and whether all of it does."""
     moist, replayed = [r for r in results if r.bridged], [r for r in results if r.agreement]
     if bad := [r for r in moist if not r.cross_checked]:
-        return f"Not cross-checked: {named(bad)}.", False
+        wrong, missing = [r for r in bad if r.agreement], [r for r in bad if not r.agreement]
+        said = [f"The independent reference disagrees: {named(wrong)}."] if wrong else []
+        return " ".join([*said, *([f"Not cross-checked: {named(missing)}."] if missing else [])]), False
     if not moist:
         return "Nothing moist to cross-check.", all(row.ok for r in replayed for row in r.agreement)
-    ledger = [r.summary["ledger_error"] for r in moist if r.summary and r.summary["ledger_error"] is not None]
+    ledger = [error for r in moist if (error := r.ledger_error) is not None]
     whole = "; no liquid is lost" if ledger and max(ledger) <= LEDGER_TOLERANCE else ""
     names = {row.quantity for r in replayed for row in r.agreement}
-    agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}"
+    start = "Bookkeeping and forces recomputed" + (" in part" if any(r.nothing for r in results) else "")
     if any(r.unchecked for r in moist):
-        return (
-            f"Bookkeeping and forces recomputed but for laws that the reference does not know: of the rest, {agrees}.",
-            True,
-        )
-    return f"Bookkeeping and forces recomputed: {agrees}.", True
+        start += " but for laws that the reference does not know: of the rest,"
+    else:
+        start += ":"
+    agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}"
+    return f"{start} {agrees}.", True
 
 
 def unchecked(results: Sequence[CaseResult]) -> list[str]:
-    """A line for cases with the same laws that were not checked, and for those with the same second functions."""
+    """A line for cases of which the same was not compared, not checked, or checked by the user's own reference."""
     return [
         f"{named(cases)} {start}: {', '.join(laws)}"
-        for start, kind in (("not checked", "unchecked"), ("held against a second function of the user's", "second"))
+        for start, kind in (
+            ("nothing compared", "nothing"),
+            ("not checked", "unchecked"),
+            ("compared with a reference implementation of the user", "second"),
+        )
         for laws, cases in grouped(results, attrgetter(kind)).items()
         if laws
     ]
@@ -138,6 +152,7 @@ def _used(result: CaseResult) -> str:
     return ", ".join(laws) or "dry contacts only"
 
 
-def _percent(shares: Sequence[float]) -> str:
-    low, high = (f"{100 * share:.0f}" for share in (min(shares), max(shares)))
-    return f"{low} %" if low == high else f"{low} to {high} %"
+def _range(cases: Sequence[Passed]) -> str:
+    """Per cent that has passed, from the least to the most of several cases."""
+    least, most = (way(cases, key=lambda c: -mean(c.ends)).passed for way in (min, max))
+    return f"{least} %" if least == most else f"{least} to {most} %"

@@ -6,14 +6,13 @@ contact angle of 90° or more, a gap beyond its rupture distance) stays a cuboid
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, arguments, border
 from pywet.files import atomic_write
 from pywet.laws import exact_bridge
 from pywet.laws.exact_bridge.bridge import Bridge
@@ -130,4 +129,5 @@ def scene(run: RunDir, step: int, sphere: int, bridges: pd.DataFrame, shapes: li
 
 if __name__ == "__main__":
     with border():
-        draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), int(sys.argv[4]), Path(sys.argv[2]))
+        run_dir, out, step, sphere = arguments(RUN_DIR=Path, OUT=Path, STEP=int, SPHERE=int)
+        draw(RunDir(run_dir), step, sphere, out)

@@ -15,6 +15,7 @@ from pywet.files import read_table
 from pywet.planning import audit
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Contributions, Plan, Replay, Summary
+from pywet.runs.spread import with_interval
 from pywet.screening import status, verdict
 
 
@@ -37,6 +38,10 @@ class CaseResult:
     audit: tuple[audit.AuditRow, ...] = field(default=())
     seeds: tuple[pd.DataFrame, ...] = field(default=())
     """Fraction retained of the same case from other first arrangements, run in folders named CASE-SEED."""
+    others: tuple[dict[str, Any], ...] = field(default=())
+    """The summaries of these runs, of those that have one."""
+    nothing: tuple[str, ...] = field(default=())
+    """Kinds that the scene has and of which the replay compared nothing."""
     folder: Path | None = None
 
     @property
@@ -60,9 +65,36 @@ class CaseResult:
         return bool(self.agreement) and all(row.ok for row in self.agreement)
 
     @property
+    def ends(self) -> list[float]:
+        """Fraction retained at the end, of every seed; empty of a case without results."""
+        if self.summary is None:
+            return []
+        further = [float(table["fraction_retained"].iloc[-1]) for table in self.seeds if len(table)]
+        return [self.summary["fraction_retained_end"], *further]
+
+    def over_seeds(self, *keys: str, factor: float = 1.0, digits: int = 3) -> str:
+        """A number of summary.json by its keys, over all seeds as mean ± interval; a dash where the run has none."""
+        values = [_deep(summary, keys) for summary in (self.summary, *self.others)]
+        if values[0] is None:
+            return "–"
+        return with_interval([factor * v for v in values if v is not None], digits)
+
+    @property
+    def ledger_error(self) -> float | None:
+        """Largest error of the liquid ledger over all seeds; None of a dry run."""
+        errors = [s["ledger_error"] for s in (self.summary, *self.others) if s and s["ledger_error"] is not None]
+        return max(errors, default=None)
+
+    @property
     def configuration(self) -> tuple[str, float, float, tuple[float, ...]]:
         """What cases that differ only in moisture have in common: material, aperture, amplitude, diameters [mm]."""
         return self.case.material, self.case.aperture_mm, self.case.set_amplitude_mm, self.case.diameters_mm
+
+
+def _deep(data: Any, keys: Sequence[str]) -> Any:
+    for key in keys:
+        data = data.get(key) if data else None
+    return data
 
 
 def grouped(results: Iterable[CaseResult], key: Callable[[CaseResult], Any]) -> dict[Any, list[CaseResult]]:
@@ -100,7 +132,7 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
         not summary["initial_liquid_m3"] or (summary["effects"]["bridges"] and summary["ledger_error"] is None)
     ):
         raise PywetError(f"{run_dir}: summary.json is that of a dry run; run case {case.case} again")
-    replay = run.json("replay.json", Replay)
+    replay, seeds = run.json("replay.json", Replay), _other_seeds(run_dir)
     return CaseResult(
         case,
         found,
@@ -113,7 +145,9 @@ def _collect_run(run_dir: Path, case: Case) -> CaseResult:
         liquid=run.table_if_there("results/liquid_by_holder"),
         contributions=run.json("contributions.json", Contributions),
         audit=tuple(audit.read(run_dir) or ()),
-        seeds=tuple(read_table(path) for path in _other_seeds(run_dir)),
+        nothing=tuple(verdict.nothing_compared(replay)) if replay else (),
+        seeds=tuple(read_table(path) for path in seeds),
+        others=tuple(s for path in seeds if (s := RunDir(path.parent.parent).json("summary.json", Summary))),
         folder=run_dir,
     )
 

@@ -5,7 +5,6 @@ The camera and the colours are the same in all frames. Frames are drawn in a chi
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, arguments, border
 from pywet.files import atomic_write
 from pywet.report import caption, render
 from pywet.report.sketch import colour_limit
@@ -110,4 +109,5 @@ def _loop(pictures: list[Image.Image], path: Path) -> Path:
 
 if __name__ == "__main__":
     with border():
-        draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))
+        run_dir, out, frames = arguments(RUN_DIR=Path, OUT=Path, FRAMES=int)
+        draw(RunDir(run_dir), frames, out)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from statistics import mean, stdev
 from typing import Any
 
 from scipy import stats
 
 from pywet.report import plots
 from pywet.report.collect import CaseResult
+from pywet.runs.spread import with_interval
 
 
 def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
@@ -22,18 +22,12 @@ def shown(usual: CaseResult, twin: CaseResult, preset: str) -> dict[str, Any]:
         "said": f"The run with {preset} is not done: {said}" if said else "",
         "figure": plots.preset_curves(usual, twin, preset) if both else [],
         "rows": _numbers(usual, twin) if both else [],
-        "apart": apart(ends(usual), ends(twin), preset) if both else "",
+        "apart": apart(usual.ends, twin.ends, preset) if both else "",
     }
 
 
 ENOUGH = 4
 """Seeds of each preset below which no difference is told: the spread of three is hardly known."""
-
-
-def ends(result: CaseResult) -> list[float]:
-    """Fraction retained at the end, of every seed of a case."""
-    tables = [result.retained, *result.seeds]
-    return [float(table["fraction_retained"].iloc[-1]) for table in tables if table is not None and len(table)]
 
 
 def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
@@ -58,27 +52,34 @@ def apart(usual: Sequence[float], other: Sequence[float], preset: str) -> str:
 
 
 def _spread(values: Sequence[float]) -> str:
-    """Of one seed, or mean and standard deviation over seeds."""
+    """Of one seed, or mean ± 95 % interval of the mean over seeds."""
     if len(values) < 2:
         return f"{values[0]:.3f}, one seed" if values else "–"
-    return f"{mean(values):.3f} ± {stdev(values):.3f}, {len(values)} seeds"
+    return f"{with_interval(values)}, {len(values)} seeds"
 
 
 def _numbers(usual: CaseResult, twin: CaseResult) -> list[dict[str, str]]:
     """Fraction retained, bridges and liquid at the end, and what the run took."""
-    rows = [{"name": "fraction retained", "paper": _spread(ends(usual)), "other": _spread(ends(twin))}]
-    a, b = ({**(r.summary or {}), **((r.summary or {}).get("events") or {})} for r in (usual, twin))
-    for name, key, form in (
-        ("bridges formed", "formations", "{:.0f}"),
-        ("bridges ruptured", "ruptures", "{:.0f}"),
-        ("wall time in s", "wall_s", "{:.1f}"),
+    rows = [{"name": "fraction retained", "paper": _spread(usual.ends), "other": _spread(twin.ends)}]
+    for name, keys in (
+        ("bridges formed", ("events", "formations")),
+        ("bridges ruptured", ("events", "ruptures")),
+        ("wall time in s", ("wall_s",)),
     ):
-        if key in a and key in b:
-            rows.append({"name": name, "paper": form.format(a[key]), "other": form.format(b[key])})
-    one, two = usual.liquid, twin.liquid
-    if one is not None and two is not None:
-        for column, (label, _) in plots.PLACES.items():
-            if f"{column}_m3" in one:
-                held = [f"{100 * t[f'{column}_m3'].iloc[-1] / t['initial_m3'].iloc[-1]:.2f} %" for t in (one, two)]
-                rows.append({"name": f"liquid {label}", "paper": held[0], "other": held[1]})
+        both = [r.over_seeds(*keys) for r in (usual, twin)]
+        if "–" not in both:
+            rows.append({"name": name, "paper": both[0], "other": both[1]})
+    for column, (label, _) in plots.PLACES.items():
+        held = [_held(r, column) for r in (usual, twin)]
+        if all(held):
+            rows.append({"name": f"liquid {label}", "paper": f"{held[0]} %", "other": f"{held[1]} %"})
     return rows
+
+
+def _held(result: CaseResult, column: str) -> str:
+    """Per cent of the liquid put in that a reservoir holds at the end, over seeds; empty where a run does not have it."""
+    every = [s for s in (result.summary, *result.others) if s and s["initial_liquid_m3"]]
+    if not every or column not in every[0]["liquid_end_m3"]:
+        return ""
+    shares = [100.0 * s["liquid_end_m3"].get(column, 0.0) / s["initial_liquid_m3"] for s in every]
+    return with_interval(shares) if len(shares) > 1 else f"{shares[0]:.2f}"

@@ -6,6 +6,7 @@ draws in a child process; when that fails, `sketch.py` draws a plainer picture w
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -16,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, arguments, border
 from pywet.files import atomic_write
 from pywet.report import caption, sketch, standing, vtk
-from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, frame
+from pywet.report.sketch import BACKGROUND, BRIDGE_COLOUR, METAL, blues, colour_limit, colour_ticks, frame
 from pywet.runs.rundir import Floats, RunDir
 from pywet.schema import LARGE_WALL
 
@@ -33,14 +34,14 @@ SOLID, HIDDEN = ("wires", "impact_plate"), ("feed_bin", "slide")
 BAR = {
     "title": "film thickness in µm\n",
     "color": "#333333",
-    "n_labels": 4,
-    "fmt": "%.0f",
     "vertical": True,
     "height": 0.4,
     "width": 0.05,
     "position_x": 0.86,
     "position_y": 0.3,
 }
+LINE = 400.0
+"""Width of a picture over that of the edges of bridges."""
 WINDOWS: tuple[dict[str, str], ...] = ({"VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}, {})
 """Environments to try in turn: OSMesa, then what VTK finds by itself (a screen, EGL)."""
 
@@ -115,7 +116,7 @@ def scene(
     drawn = plotter(size)
     centre, width = seen
     _add_spheres(drawn, run, step, limit, 40 if fine else 16, size[0] // 56)
-    _add_bridges(drawn, run, step, centre)
+    _add_bridges(drawn, run, step, centre, max(2.0, size[0] / LINE))
     _add_walls(drawn, run, step, centre)
     if fine:
         drawn.enable_ssao(radius=0.08 * width, kernel_size=64)
@@ -176,19 +177,33 @@ def _add_spheres(plotter: Any, run: RunDir, step: int, limit: float, facets: int
     look: dict[str, Any] = {"smooth_shading": True, "specular": 0.35, "specular_power": 20}
     if run.moist:
         name = "film thickness in µm"
-        bar = {**BAR, "title_font_size": letters, "label_font_size": letters, "unconstrained_font_size": True}
+        ticks = colour_ticks(1e6 * limit)
+        bar = {**BAR, "n_labels": len(ticks), "fmt": f"%.{places(ticks[1])}f"}
+        bar |= {"title_font_size": letters, "label_font_size": letters, "unconstrained_font_size": True}
         plotter.add_mesh(glyphs, scalars=name, cmap=blues(), clim=(0.0, 1e6 * limit), scalar_bar_args=bar, **look)
     else:
         plotter.add_mesh(glyphs, color="#d9d3c7", **look)
 
 
-def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
-    """Bridges as cuboids whose visible volume is the bridge's; those to cut-away walls are left out."""
+def places(step: float) -> int:
+    """Decimal places of ticks that are so far apart.
+
+    >>> places(20.0), places(0.5)
+    (0, 1)
+    """
+    return max(0, -math.floor(math.log10(step) + 1e-9))
+
+
+def _add_bridges(plotter: Any, run: RunDir, step: int, centre: Floats, line: float) -> None:
+    """Bridges as cuboids whose visible volume is the bridge's, with edges of so many pixels, so that a bridge is visible in a
+    large bed too; those to cut-away walls are left out."""
     here = vtk.standing_at(run, step)
     place = here[["xj_x", "xj_y", "xj_z"]].to_numpy(dtype=float) - centre
     here = here[(here["partner_kind"] != LARGE_WALL) | (place @ frame(run)[1] > 0.0)]
     if len(here):
-        plotter.add_mesh(vtk.grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3)), color=BRIDGE_COLOUR)
+        boxes = vtk.grid("HEXAHEDRON", 8, standing.corners(run, here).reshape(-1, 3))
+        plotter.add_mesh(boxes, color=BRIDGE_COLOUR, ambient=0.5)
+        plotter.add_mesh(boxes.extract_all_edges(), color=BRIDGE_COLOUR, line_width=line, lighting=False)
 
 
 def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
@@ -214,4 +229,5 @@ def _add_walls(plotter: Any, run: RunDir, step: int, centre: Floats) -> None:
 
 if __name__ == "__main__":
     with border():
-        draw(RunDir(Path(sys.argv[1])), int(sys.argv[3]), Path(sys.argv[2]))
+        run_dir, out, step = arguments(RUN_DIR=Path, OUT=Path, STEP=int)
+        draw(RunDir(run_dir), step, out)

@@ -18,6 +18,7 @@ from pywet.files import atomic_write
 from pywet.report import answer, browser, contributed, page, plots, presets
 from pywet.report.collect import CaseResult, collect, collect_run
 from pywet.runs.rundir import RunDir
+from pywet.runs.spread import with_interval
 from pywet.screening.verdict import LEDGER_TOLERANCE, REPLAY_TOLERANCE
 
 TEMPLATE = "report.html.j2"
@@ -70,7 +71,7 @@ def _render(
     pairs: Sequence[dict[str, Any]] = (),
 ) -> None:
     environment = page.templates(template_dir)
-    environment.filters.update({"sig": _significant, "power": _power})
+    environment.filters.update({"sig": _significant, "power": _power, "interval": with_interval})
     try:
         text = environment.get_template(TEMPLATE).render(
             {
@@ -144,10 +145,11 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         "passed": passed,
         "answer": answer.sentence(passed),
         "proof": proof[0],
-        "proven": proof[1],
+        "agrees": proof[1],
         "laws": answer.laws(results),
         "unchecked": answer.unchecked(results),
         "own": sum(bool(r.unchecked) for r in moist),
+        "seeds": any(r.seeds for r in results),
         "results": results,
         "moist": moist,
         "done": sum(r.done for r in results),
@@ -157,7 +159,7 @@ def context(config: Config, scale: str, results: Sequence[CaseResult], picture: 
         ),
         "replay_ok": all(a.ok for r in replayed for a in r.agreement),
         "replayed": replayed,
-        "worst_ledger": max((r.summary["ledger_error"] for r in moist if r.summary), default=None),
+        "worst_ledger": max((e for r in moist if (e := r.ledger_error) is not None), default=None),
         "wall_s": sum(r.summary["wall_s"] for r in results if r.summary),
         "sphere_steps": sum(r.summary["steps"] * sum(r.summary["spheres"].values()) for r in results if r.summary),
         "ledger_tolerance": LEDGER_TOLERANCE,

@@ -46,12 +46,23 @@ def project(points: Floats, seen: Floats = UPRIGHT) -> Floats:
 
 
 def colour_limit(run: RunDir, step: int) -> float:
-    """Upper end of the colours [m]: 1.05 times the thickest film on a sphere, or at the start, whichever is more."""
+    """Upper end of the colours [m]: the thickest film on a sphere, or at the start, whichever is more, up to the next tick."""
     line = run.timeline
     radius = run.spheres["radius"].to_numpy(dtype=float)
     films = (line.initial_film, line.film[int(np.searchsorted(line.steps, step))])
     thickest = max(float(film_thickness(film, radius).max()) for film in films)
-    return 1.05 * thickest if thickest > 0 else 1.0
+    return float(1e-6 * colour_ticks(1e6 * thickest)[-1]) if thickest > 0 else 1.0
+
+
+def colour_ticks(largest: float) -> Floats:
+    """Ticks of a colour bar from 0: at most five equal steps of 1, 2 or 5 times a power of ten, the last tick at or above it.
+
+    >>> colour_ticks(79.0).tolist(), colour_ticks(7.1).tolist()
+    ([0.0, 20.0, 40.0, 60.0, 80.0], [0.0, 2.0, 4.0, 6.0, 8.0])
+    """
+    power = 10.0 ** np.floor(np.log10(largest / 5.0))
+    step = power * next(unit for unit in (1, 2, 5, 10) if largest <= 5.0 * unit * power * (1.0 + 1e-9))
+    return np.asarray(np.round(step * np.arange(np.ceil(largest / step - 1e-9) + 1), 12))
 
 
 def blues() -> Any:

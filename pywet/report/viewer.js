@@ -6,6 +6,8 @@
   const CLASS = ["#e0a83e", "#4a9bd4", "#8b5fa5", "#5d8a3a", "#c0392b", "#27323d"];
   const LINES = ["#0b3c78", "#d98032"];
   const BRIDGE = "#e4572e", METAL = "#9aa3ab", WALL = "#b9c4cf";
+  // Spheres, bridges and wires are drawn after the translucent walls, which else would wash out the colours of what is behind them.
+  const LAST = { transparent: true };
   const SCALES = {
     film: { colours: FILM, factor: 1e6, unit: "µm film" },
     speed: { colours: SPEED, factor: 1, unit: "m/s" },
@@ -82,9 +84,9 @@
       this.light = new THREE.DirectionalLight("#ffffff", 1.6);
       this.scene.add(this.light);
       const ball = new THREE.IcosahedronGeometry(1, run.id.length > 3000 ? 2 : 4);
-      this.spheres = this.many(ball, new THREE.MeshPhongMaterial({ shininess: 40, specular: "#555555" }), run.id.length);
+      this.spheres = this.many(ball, new THREE.MeshPhongMaterial({ shininess: 40, specular: "#555555", ...LAST }), run.id.length);
       const most = Math.max(...run.starts.map((start, k) => start - (run.starts[k - 1] ?? 0)), 0);
-      this.bridges = this.many(new THREE.BoxGeometry(), new THREE.MeshLambertMaterial({ color: BRIDGE }), most);
+      this.bridges = this.many(new THREE.BoxGeometry(), new THREE.MeshLambertMaterial({ color: BRIDGE, ...LAST }), most);
       this.walls = new THREE.Group();
       this.scene.add(this.walls);
       for (const mesh of run.meshes) this.walls.add(this.wall(mesh));
@@ -93,6 +95,7 @@
     many(geometry, material, count) {
       const mesh = new THREE.InstancedMesh(geometry, material, Math.max(count, 1));
       mesh.frustumCulled = false;
+      mesh.renderOrder = 1;
       this.scene.add(mesh);
       return mesh;
     }
@@ -102,8 +105,9 @@
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(corners), 3));
       geometry.computeVertexNormals();
-      const look = solid ? { color: METAL } : { color: WALL, transparent: true, opacity: 0.14, depthWrite: false };
+      const look = solid ? { color: METAL, ...LAST } : { color: WALL, transparent: true, opacity: 0.14, depthWrite: false };
       const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ ...look, side: THREE.DoubleSide }));
+      mesh.renderOrder = solid ? 1 : 0;
       if (!solid)
         mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 25), new THREE.LineBasicMaterial({ color: "#7d8994" })));
       mesh.visible = !hidden;
@@ -207,16 +211,25 @@
     }
   }
 
+  /** Ticks from 0 up to a value, at most so many steps of 1, 2 or 5 times a power of ten. */
+  function ticks(most, steps) {
+    if (!(most > 0)) return [0, 1];
+    const power = 10 ** Math.floor(Math.log10(most / steps)), step = power * [1, 2, 5, 10].find((unit) => most <= steps * unit * power * 1.5);
+    return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (_, k) => +(k * step).toPrecision(6));
+  }
+
   /** Curves of one title as a picture; returns what moves their dots. */
   function chart(parent, title, runs) {
     const curves = runs.map((run) => run.curves.find((curve) => curve.title === title)).filter(Boolean);
-    const right = Math.max(...curves.flatMap((c) => c.x)), top = Math.max(...curves.flatMap((c) => c.y)) || 1;
-    const x = (t) => 28 + (180 * t) / (right || 1), y = (v) => 122 - (96 * v) / top;
-    const text = (at, said, anchor) => `<text x="${at[0]}" y="${at[1]}" text-anchor="${anchor}" font-size="10" fill="#27323d">${said}</text>`;
+    const last = Math.max(...curves.flatMap((c) => c.x)), most = Math.max(...curves.flatMap((c) => c.y));
+    const times = ticks(last, 4), values = ticks(most, 4), right = Math.max(last, times.at(-1)), top = Math.max(most, values.at(-1));
+    const x = (t) => 34 + (180 * t) / right, y = (v) => 122 - (98 * v) / top;
+    const text = (at, said, anchor) => `<text x="${at[0]}" y="${at[1]}" text-anchor="${anchor}" font-size="11" fill="#27323d">${said}</text>`;
+    const along = times.map((t) => `<path d="M${x(t)} 122v4" stroke="#aab3bb"/>${text([x(t), 137], t, "middle")}`).join("");
+    const up = values.map((v) => `<path d="M34 ${y(v)}H214" stroke="#e1e6eb"/>${text([30, y(v) + 4], v, "end")}`).join("");
     const figure = made("div", parent);
-    figure.innerHTML = `<svg viewBox="0 0 220 142" role="img"><path d="M28 26V122H208" fill="none" stroke="#aab3bb"/>
-      ${text([2, 14], title, "start")}${text([24, 30], +top.toPrecision(3), "end")}${text([24, 125], 0, "end")}
-      ${text([28, 136], 0, "middle")}${text([208, 136], `${right.toPrecision(3)} s`, "end")}</svg>`;
+    figure.innerHTML = `<svg viewBox="0 0 226 154" role="img">${up}<path d="M34 22V122H214" fill="none" stroke="#aab3bb"/>
+      ${text([2, 12], title, "start")}${along}${text([124, 151], "time in s", "middle")}</svg>`;
     const svg = figure.firstChild, part = (tag, values) => {
       const element = svg.appendChild(document.createElementNS(svg.namespaceURI, tag));
       for (const [name, value] of Object.entries(values)) element.setAttribute(name, value);

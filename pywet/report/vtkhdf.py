@@ -14,6 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
+from pywet.errors import PywetError
 from pywet.files import atomic_write
 from pywet.report import vtk
 from pywet.runs.rundir import RunDir
@@ -27,6 +28,8 @@ class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
     def __init__(self, run: RunDir, kind: str) -> None:
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
         self.run, self.kind = run, kind
+        self.failed: PywetError | None = None
+        """Why an output could not be made: VTK shows an exception and goes on."""
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         times = self.run.timeline.times.tolist()
@@ -38,13 +41,17 @@ class _Series(VTKPythonAlgorithmBase):  # type: ignore[misc]
         asked, line = outputs.GetInformationObject(0), self.run.timeline
         time = asked.Get(Pipeline.UPDATE_TIME_STEP()) if asked.Has(Pipeline.UPDATE_TIME_STEP()) else 0.0
         step = int(line.steps[np.abs(line.times - time).argmin()])
-        asked.Get(vtkDataObject.DATA_OBJECT()).ShallowCopy(vtk.output(self.run, self.kind, step))
-        return 1
+        try:
+            asked.Get(vtkDataObject.DATA_OBJECT()).ShallowCopy(vtk.output(self.run, self.kind, step))
+        except PywetError as error:
+            self.failed = error
+        return int(self.failed is None)
 
 
 def write(run_dir: Path) -> list[Path]:
     """Write the files of a run into its folder `vtk` and return them."""
     run = RunDir(Path(run_dir))
+    _ = run.timeline  # refused here, not within VTK
     files = [run.path / "vtk" / f"{kind}.vtkhdf" for kind in vtk.KINDS]
     for kind, path in zip(vtk.KINDS, files, strict=True):
         series = _Series(run, kind)
@@ -54,5 +61,9 @@ def write(run_dir: Path) -> list[Path]:
             writer.SetFileName(str(temporary))
             writer.SetWriteAllTimeSteps(True)
             writer.SetCompressionLevel(COMPRESSION)
-            vtk.run_writer(writer, path)
+            try:
+                vtk.run_writer(writer, path)
+            finally:
+                if series.failed:
+                    raise series.failed
     return files

@@ -21,7 +21,7 @@ def half_width(values: Sequence[float]) -> float | None:
 
 
 def with_interval(values: Sequence[float], digits: int = 3) -> str:
-    """Mean ± half width, both to the decimal place of the half width's second digit; one value to so many digits.
+    """Mean ± half width, both to the half width's second digit, or to units; one value to so many digits.
 
     >>> with_interval([0.40, 0.44]), with_interval([0.4218]), with_interval([12047.0])
     ('0.42 ± 0.25', '0.422', '12047')
@@ -32,7 +32,5 @@ def with_interval(values: Sequence[float], digits: int = 3) -> str:
     if not half:
         one = f"{middle:.0f}" if abs(middle) >= 10**digits else f"{middle:.{digits}g}"
         return one if half is None else f"{one} ± 0"
-    places = 1 - floor(log10(half))
-    if places <= 0:
-        return f"{round(middle, places):.0f} ± {round(half, places):.0f}"
+    places = max(0, 1 - floor(log10(half)))
     return f"{middle:.{places}f} ± {half:.{places}f}"

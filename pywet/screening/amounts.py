@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from scipy.optimize import brentq
 
-from pywet.config import Case, Materials, Scale
+from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.laws.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
@@ -18,12 +18,13 @@ THINNEST = 1e-13
 """Thinnest film over the radius of its sphere; below it, their sum in double precision hardly knows of the film."""
 
 
-def amounts_of(case: Case, materials: Materials, scale: Scale) -> tuple[Amount, ...]:
+def amounts_of(config: Config, case: Case, scale: Scale) -> tuple[Amount, ...]:
     """What is asked for and made of each class: its mass or volume where the case says it, else the reference material's mass.
 
     All for the sieve of `feed`, in proportion to the sieve's area. The same number of the same sizes as the reference material is
     the same volume, as the paper chose glass (section 5.1). Raises `ConfigError` where a class is less than half a sphere.
     """
+    materials = config.materials
     screen = materials.screen(case.aperture_mm)
     pitch = 1e-3 * (screen.aperture_mm.value + screen.wire_diameter_mm.value)
     feed = materials.feed
@@ -34,8 +35,8 @@ def amounts_of(case: Case, materials: Materials, scale: Scale) -> tuple[Amount, 
     else:
         material = feed.reference_material if case.class_mass_g is None else case.material
         class_mass = 1e-3 * (feed.class_mass_g.value if case.class_mass_g is None else case.class_mass_g)
-        wanted = [share * class_mass / materials.size(material, d).sphere_mass_kg for d in case.diameters_mm]
-    masses = [materials.size(case.material, d).sphere_mass_kg for d in case.diameters_mm]
+        wanted = [share * class_mass / config.size(material, d).sphere_mass_kg for d in case.diameters_mm]
+    masses = [config.size(case.material, d).sphere_mass_kg for d in case.diameters_mm]
     asked = [n * mass for n, mass in zip(wanted, masses, strict=True)]
     return amounts(CLASS_NAMES, asked, masses, f"case {case.case}, {case.name}")
 

@@ -47,7 +47,7 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
     settings = config.settings
     chosen = replace(
         plan_effects(classes, pairs, liquid, peak_speed(vibration), settings.effects, settings.laws_as_read),
-        amounts=amounts.amounts_of(case, config.materials, scale),
+        amounts=amounts.amounts_of(config, case, scale),
     )
     if chosen.effects.bridges:
         refuse_unwetted(config, case, walls=chosen.effects.wall_films)
@@ -160,11 +160,11 @@ def assemble(config: Config, case: Case, scale: Scale, made: Ingredients, appara
 
 def sphere_classes(config: Config, case: Case, scale: Scale) -> tuple[SphereClass, ...]:
     """The classes small, near_mesh, large (types 1, 2, 3) with their counts."""
-    counts = [a.count for a in amounts.amounts_of(case, config.materials, scale)]
+    counts = [a.count for a in amounts.amounts_of(config, case, scale)]
     angle = config.materials.sphere(case.material).contact_angle_deg.value
     classes = []
     for kind, (name, diameter, count) in enumerate(zip(CLASS_NAMES, case.diameters_mm, counts, strict=True), start=1):
-        size = config.materials.size(case.material, diameter)
+        size = config.size(case.material, diameter)
         classes.append(
             SphereClass(
                 name=name,
@@ -208,7 +208,7 @@ def liquid_of(config: Config, case: Case, classes: tuple[SphereClass, ...]) -> L
     if case.liquid_percent == 0:
         return None
     data = config.materials.liquid_named(case.liquid)
-    volume = amounts.liquid_volume(classes, case.liquid_percent, data.density_kg_per_m3.value)
+    volume = amounts.liquid_volume(classes, config.liquid_percent(case.case), data.density_kg_per_m3.value)
     return Liquid(
         surface_tension_N_per_m=data.surface_tension_N_per_m.value,
         viscosity_Pa_s=data.viscosity_Pa_s.value,

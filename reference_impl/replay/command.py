@@ -24,6 +24,7 @@ def outcome(folder: Path, out: Path | None = None, functions: Mapping[str, str] 
     try:
         if not folder.is_dir():
             raise io.ReplayError(f"{folder} is no folder; expected the folder of a run")
+        io.refuse_special(folder)
         forget(folder, out)
         if nothing_to_replay(folder):
             reason = f"{folder} is dry: it has no bridges and recorded no motion; {whole.said(whole.check(folder))}"

@@ -127,7 +127,7 @@ def lateness(run: Run, held: Held, lives: Lives) -> tuple[Floats, Floats]:
 
 def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     """Whether the sphere of a formation had a bridge, a look before, with a part of the wall that has a corner in common with
-    the event's: at the edge between them both have one closest point, where a sphere has one bridge."""
+    the event's or runs through its triangle: where both have one closest point, a sphere has one bridge."""
     parts, fixed = nearest.parts(run), bodies(run)
     corners, part, own = parts.setup.corners, parts.setup.part, int(event["j"])
     same_wall = (parts.wall[part] == parts.wall[own]) & (part != own)
@@ -136,7 +136,11 @@ def _over_an_edge(run: Run, lives: Lives, event: pd.Series, look: int) -> bool:
     if not len(others):
         return False
     near = np.reshape(cKDTree(points).query(others)[0], (-1, 3)).min(axis=1) < CORNER
-    beside = np.unique(part[same_wall][near])
+    triangle, boxes = corners[int(event["triangle"])], corners[same_wall]
+    through = (boxes.min(axis=1) <= triangle.max(axis=0) + CORNER) & (
+        boxes.max(axis=1) >= triangle.min(axis=0) - CORNER
+    )
+    beside = np.unique(part[same_wall][near | through.all(axis=1)])
     kind = np.where(fixed.half_width[beside] < fixed.radius[int(event["i"])], laws.SMALL_WALL, laws.LARGE_WALL)
     rows = pd.DataFrame({"partner_kind": kind, "i": int(event["i"]), "j": beside})
     return bool((lives.at(keys(rows), np.full(len(beside), max(look, lives.start)), strictly=False) >= 0).any())

@@ -18,10 +18,11 @@ import numpy as np
 import pandas as pd
 from pyarrow import parquet
 
+from reference_impl.faults import Refused
 from reference_impl.replay.arrays import Table
 
 
-class ReplayError(Exception):
+class ReplayError(Refused):
     """The logs are missing or do not go together; one sentence."""
 
 
@@ -62,6 +63,21 @@ WALL_TABLES = ("triangles", "parts")
 LOGS = ("events", "contacts", "bridges", "films", "wall_films")
 TABLES = (*START, *LOGS)
 SHED = "drops"
+
+
+def refuse_special(folder: Path) -> None:
+    """Refuse a run with a pipe or a device for a file, which may never end, or a table whose rows no memory holds."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    for path in (p for pattern in ("*", "history/*", "results/*", "engine/*", "stl/*") for p in folder.glob(pattern)):
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise ReplayError(f"{path} is a pipe or a device; expected a regular file: run the case again")
+        if path.suffix == ".parquet":
+            with readable(path):
+                about = parquet.read_metadata(path)
+            if 8 * about.num_rows * about.num_columns > memory:
+                raise ReplayError(
+                    f"{path} says that it has {about.num_rows} rows, which no memory here holds: run the case again"
+                )
 
 
 def where(folder: Path, name: str) -> Path:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from reference_impl.scene.configuration import near, number, width_m
+from reference_impl.scene.configuration import near, number, reading, width_m
 
 NAMES = ("small", "near_mesh", "large")
 SMALLEST_GAP = 1e-3
@@ -47,20 +47,34 @@ def classes(config: Mapping[str, Any]) -> tuple[Class, ...]:
     for name in NAMES:
         diameter = float(case[f"{name}_mm"])
         own = near(data["spheres"][case["material"]]["sizes"], "diameter_mm", diameter)
-        radius, dense = 0.5e-3 * number(own, "diameter_mm"), number(own, "density_kg_per_m3")
+        radius, dense = 0.5e-3 * number(own, "diameter_mm"), density(own, config)
         if volume is not None:
             amount = 1e-6 * float(volume) / (math.pi / 6.0 * (1e-3 * diameter) ** 3)
         elif mass is not None:
             amount = 1e-3 * float(mass) / Class(name, radius, dense, 1, True).mass
         else:
             other = near(data["spheres"][feed["reference_material"]]["sizes"], "diameter_mm", diameter)
-            of_reference = Class(
-                name, 0.5e-3 * number(other, "diameter_mm"), number(other, "density_kg_per_m3"), 1, True
-            )
+            of_reference = Class(name, 0.5e-3 * number(other, "diameter_mm"), density(other, config), 1, True)
             amount = 1e-3 * number(feed, "class_mass_g") / of_reference.mass
         found.append(Class(name, radius, dense, 1, diameter < float(case["aperture_mm"])))
         asked.append(share * amount * found[-1].mass)
     return tuple(replace(c, count=n) for c, n in zip(found, whole(asked, [c.mass for c in found]), strict=True))
+
+
+def density(size: Mapping[str, Any], config: Mapping[str, Any]) -> float:
+    """Of a size of spheres [kg/m3]: as given, or by the reading of its mass the weighed one over its volume."""
+    if reading(config, "sphere_mass", "density") == "density":
+        return number(size, "density_kg_per_m3")
+    return 1e-3 * number(size, "mass_g") / (math.pi / 6.0 * (1e-3 * number(size, "diameter_mm")) ** 3)
+
+
+def moisture(config: Mapping[str, Any]) -> float:
+    """Liquid over the mass of the spheres: the case's per cent, or by the reading of its amount what is left of them."""
+    share = 0.01 * float(config["case"]["liquid_percent"])
+    if reading(config, "liquid_amount", "full") == "full":
+        return share
+    lost = number(config["materials"]["spheres"][config["case"]["material"]], "residual_liquid_percent")
+    return share * (100.0 - lost) / 100.0
 
 
 def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
@@ -85,7 +99,7 @@ def whole(asked: Sequence[float], one: Sequence[float]) -> list[int]:
 def film(of: Sequence[Class], config: Mapping[str, Any]) -> float:
     """Thickness [m] of the same film on every sphere, which holds the case's per cent of the spheres' mass."""
     liquid = number(config["materials"]["liquid"], "density_kg_per_m3")
-    volume = 0.01 * float(config["case"]["liquid_percent"]) * sum(c.count * c.mass for c in of) / liquid
+    volume = moisture(config) * sum(c.count * c.mass for c in of) / liquid
     # 4/3 pi sum n ((r+h)^3 - r^3) = a h + b h^2 + c h^3 by Newton's method; convex from h = 0, so from the flat film down
     a, b, c = (k * math.pi * sum(o.count * o.radius**p for o in of) for k, p in ((4.0, 2), (4.0, 1), (4.0 / 3.0, 0)))
     h = volume / a

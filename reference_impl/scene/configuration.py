@@ -37,6 +37,11 @@ def of_run(folder: Path) -> dict[str, Any] | None:
     return dict(found)
 
 
+def reading(config: Mapping[str, Any], key: str, default: str) -> str:
+    """How a place of the paper that is left open is read (docs/readings.md)."""
+    return str((config["settings"].get("readings") or {}).get(key, default))
+
+
 def number(group: Mapping[str, Any], key: str) -> float:
     """The value of an entry."""
     entry = group[key]

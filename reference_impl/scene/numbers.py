@@ -8,7 +8,7 @@ from typing import Any
 
 from reference_impl.scene import amounts, effects, tower
 from reference_impl.scene.amounts import Class
-from reference_impl.scene.configuration import OF_OUTPUT, OF_TIME, contact, near, number
+from reference_impl.scene.configuration import OF_OUTPUT, OF_TIME, contact, near, number, reading
 
 GRAVITY = 9.81
 MARGIN = 0.010
@@ -114,8 +114,8 @@ def _liquid(config: Mapping[str, Any], of: Sequence[Class]) -> Expected:
 
 
 def _motion(config: Mapping[str, Any]) -> Expected:
-    motion, readings = config["materials"]["motion"], config["settings"].get("readings") or {}
-    peak = {"zero_to_peak": 1e-3, "peak_to_peak": 0.5e-3}[readings.get("amplitude", "zero_to_peak")]
+    motion = config["materials"]["motion"]
+    peak = {"zero_to_peak": 1e-3, "peak_to_peak": 0.5e-3}[reading(config, "amplitude", "zero_to_peak")]
     stroke, found = near(motion["strokes"], "set_amplitude_mm", float(config["case"]["set_amplitude_mm"])), {}
     for axis in "xyz":
         amplitude, phase = f"{axis}_amplitude_mm", f"{axis}_phase_deg"
@@ -165,7 +165,7 @@ def _times(config: Mapping[str, Any]) -> Expected:
         "rotation": (None, "nothing turns"),
         "retire": (_retires(config), "config.yaml: retire"),
         "contacts": (config["settings"].get("contacts", "batched"), "config.yaml: contacts"),
-        "wall_film": ((config["settings"].get("readings") or {}).get("wall_film", "triangle"), "config.yaml: readings"),
+        "wall_film": (reading(config, "wall_film", "triangle"), "config.yaml: readings"),
     }
     along = zip("xyz", (speed, 0.0, 0.0), strict=True)
     return {**found, **{f"slide.velocity_m_per_s.{axis}": (v, "scales.yaml: slide_speed_m_per_s") for axis, v in along}}
@@ -208,7 +208,7 @@ def flat(scene: Mapping[str, Any]) -> dict[str, Any]:
             for w in scene["walls"]
         },
     }
-    put("", {**scene, **named})
+    put("", {"wall_film": "triangle", **scene, **named})
     for key in ("classes", "walls"):
         found[key] = [row["name"] for row in scene[key]]
     return found

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from reference_impl.replay.arrays import Floats
-from reference_impl.scene.configuration import number, pitch_m, screen, width_m
+from reference_impl.scene.configuration import number, pitch_m, reading, screen, width_m
 
 MOTION = {
     "wires": "vibrates", "side_wall": "vibrates", "feed_bin": "fixed", "slide": "slides", "outlet": "vibrates",
@@ -49,8 +49,8 @@ class Plan:
         thickness, clearance = (1e-3 * number(tower, f"{name}_mm") for name in ("wall_thickness", "clearance"))
         aperture, wire = (1e-3 * number(screen(config), f"{name}_mm") for name in ("aperture", "wire_diameter"))
         wire_sides = int(number(scale, "wire_sides"))
-        reading = (config["settings"].get("readings") or {}).get("small_wall", "wire_radius")
-        half = {"wire_radius": 0.5 * wire, "half_facet": 0.5 * wire * math.sin(math.pi / wire_sides)}[reading]
+        facet = 0.5 * wire * math.sin(math.pi / wire_sides)
+        half = {"wire_radius": 0.5 * wire, "half_facet": facet}[reading(config, "small_wall", "wire_radius")]
         return cls(sides, apothem, thickness, pitch_m(config), aperture, wire, wire_sides, clearance, width, half)
 
     @property

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reference_impl.faults import border
+from reference_impl.faults import Refused, border, reading, regular
 from reference_impl.replay.arrays import Floats
 from reference_impl.shown import drawn, scenes, sentences, tables
 from reference_impl.shown.drawn import Curve, Panel
@@ -311,7 +311,10 @@ def _missing(runs: Runs, figure: str, section: str, panels: list[Panel]) -> Iter
 
 def main(arguments: list[str]) -> int:
     """Say what is shown wrong."""
-    read = check(Path(arguments[0]), Path(arguments[1]))
+    if len(arguments) != 2:
+        raise Refused(f"{len(arguments)} arguments were given; expected REPORT CASES.csv")
+    with reading(" and ".join(arguments), "the report of a folder of runs and the table of its cases"):
+        read = check(regular(Path(arguments[0])), regular(Path(arguments[1])))
     print(
         f"{read.curves} curves, {read.numbers} numbers and {read.scenes} numbers of 3-D scenes read; {len(read.faults)} wrong"
     )

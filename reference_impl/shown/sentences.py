@@ -17,8 +17,8 @@ from reference_impl.shown import tables
 from reference_impl.shown.tables import Told
 
 PRESETS = {
-    "bridges formed": ("formations", "whole"),
-    "bridges ruptured": ("ruptures", "whole"), "wall time in s": ("wall_s", "1 places"),
+    "bridges formed": (("events", "formations"), "whole"),
+    "bridges ruptured": (("events", "ruptures"), "whole"), "wall time in s": (("wall_s",), "3 digits"),
 }  # fmt: skip
 SIEVES = {"round": "cylinder", "square": "square"}
 LOST = 1e-12
@@ -98,7 +98,7 @@ def _lead(text: str, cases: Cases) -> Iterator[Told]:
     yield "head, time", _one(said, r"passed (\S+) s after"), times[0], "2 digits"
     for name, moist in (("dry", False), ("moist", True)):
         shares = cases.passed(moist)
-        words = re.search(rf"(\d+)(?: to (\d+))? % {name}", said)
+        words = re.search(rf"(\d\S*)(?: ± \S+)?(?: to (\d\S*)(?: ± \S+)?)? % {name}", said)
         if shares and "% with" not in said:  # of one configuration each amount is told by itself, as in the first table
             yield f"head, least passed {name}", words[1] if words else "", min(shares), "unit"
             yield f"head, most passed {name}", (words[2] or words[1]) if words else "", max(shares), "unit"
@@ -133,18 +133,20 @@ def _proof(text: str, cases: Cases) -> Iterator[str]:
     """Whether what is said of the proof is so, wherever it is said."""
     bad = [n for n in cases.moist if not cases.agrees(n)]
     names = {name for n in cases.listed for name in cases.quantities(n)}
-    errors = [s["ledger_error"] for n in cases.moist if (s := cases.summary[n]) and s["ledger_error"] is not None]
+    errors = [e for n in cases.moist for e in tables.of_seeds(cases.folder, f"case{n:02d}", ("ledger_error",))]
     whole = "; no liquid is lost" if errors and max(errors) <= LOST else ""
     agrees = f"an independent reference recomputed every moist case and agrees on all {len(names)} quantities{whole}."
     unknown = any((cases.replay[n] or {}).get("unchecked") for n in cases.moist)
-    wanted = (
-        "Bookkeeping and forces recomputed but for laws that the reference does not know: of the rest, "
-        if unknown
-        else "Bookkeeping and forces recomputed: "
-    )
+    nothing = any((cases.replay[n] or {}).get("nothing_compared") for n in cases.listed)
+    wanted = f"Bookkeeping and forces recomputed{' in part' if nothing else ''}"
+    wanted += " but for laws that the reference does not know: of the rest, " if unknown else ": "
     wanted += agrees
     if bad:
-        wanted = f"Not cross-checked: case{'s' if len(bad) > 1 else ''} {', '.join(map(str, bad))}."
+        groups = [("The independent reference disagrees", [n for n in bad if cases.quantities(n)]),
+                  ("Not cross-checked", [n for n in bad if not cases.quantities(n)])]  # fmt: skip
+        wanted = " ".join(
+            f"{start}: case{'s' if len(of) > 1 else ''} {', '.join(map(str, of))}." for start, of in groups if of
+        )
     if not cases.moist:
         wanted = "Nothing moist to cross-check."
     for said in re.findall(r'<p class="proof">(.*?)</p>', text, re.DOTALL):
@@ -248,30 +250,28 @@ def _presets(text: str, cases: Cases) -> Iterator[Told]:
         yield f"presets, case {number}, columns", "1" if tuple(head[1:]) == names else "0", 1.0, "whole"
         for column, preset in enumerate(names, 1):
             suffix = f"_{preset}" if (cases.folder / f"case{number:02d}_{preset}").exists() else ""
-            data = cases.json(number, "summary.json", suffix) or {}
-            data = {**data, **(data.get("events") or {})}
             for row in rows:
-                where = f"presets, {row[0]}, {preset}"
-                if row[0] == "fraction retained":  # of one seed, or mean ± standard deviation, and of how many
-                    yield where, row[column].split(",")[0].split(" ")[0], _retained(cases, number, suffix), "3 places"
+                where, run = f"presets, {row[0]}, {preset}", f"case{number:02d}{suffix}"
+                if row[0] == "fraction retained":  # of one seed, or mean ± interval, and of how many
+                    yield from tables.spread(where, row[column].split(",")[0], _retained(cases, run), "3 places")
                 elif row[0] in PRESETS:
                     key, digits = PRESETS[row[0]]
-                    yield where, row[column], data.get(key), digits
+                    yield from tables.spread(where, row[column], tables.of_seeds(cases.folder, run, key), digits)
                 else:
-                    yield where, row[column], _held(cases, number, row[0].removeprefix("liquid "), suffix), "2 places"
+                    held = _held(cases, run, row[0].removeprefix("liquid "))
+                    text = row[column].removesuffix(" %")
+                    yield from tables.spread(where, text, held, "2 places")
 
 
-def _retained(cases: Cases, number: int, suffix: str) -> float | None:
-    """Fraction retained at the end, the mean over all seeds of a case."""
-    name = f"case{number:02d}{suffix}"
-    seeds = [folder for folder in cases.folder.glob(f"{name}-*") if folder.name.removeprefix(f"{name}-").isdigit()]
-    paths = [folder / "results" / "fraction_retained.parquet" for folder in (cases.folder / name, *seeds)]
-    ends = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
-    return sum(ends) / len(ends) if ends else None
+def _retained(cases: Cases, run: str) -> list[float]:
+    """Fraction retained at the end, of all seeds of a case."""
+    folders = [cases.folder / run, *tables.seed_folders(cases.folder, run)]
+    paths = [folder / "results" / "fraction_retained.parquet" for folder in folders]
+    return [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in paths if path.exists()]
 
 
-def _held(cases: Cases, number: int, label: str, suffix: str) -> float | None:
-    """Share of the liquid that a holder has at the end."""
-    name = tables.HOLDERS.get(label)
-    liquid, whole = (_end(cases, number, "liquid_by_holder", f"{c}_m3", suffix) for c in (name, "initial"))
-    return None if liquid is None or not whole else liquid / whole
+def _held(cases: Cases, run: str, label: str) -> list[float]:
+    """Per cent of the liquid that a reservoir has at the end, of all seeds."""
+    name = tables.HOLDERS.get(label, "")
+    held = tables.of_seeds(cases.folder, run, ("liquid_end_m3", name), 100.0)
+    return [h / w for h, w in zip(held, tables.of_seeds(cases.folder, run, ("initial_liquid_m3",)), strict=True)]

@@ -5,12 +5,13 @@ from __future__ import annotations
 import html
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 CASES = {
     "steps": ("steps",), "wall s": ("wall_s",), "Y at end": ("fraction_retained_end",), "cannot pass": ("coarse_share",),
@@ -51,9 +52,14 @@ def presets(part: str) -> tuple[int, tuple[str, str]] | None:
 
 def table(text: str) -> list[list[str]]:
     """The words in the cells of the first table, row by row; a line break is a bar."""
-    inner = re.search(r"<table>.*?</table>", text, re.DOTALL)
-    rows = re.findall(r"<tr.*?>(.*?)</tr>", inner[0], re.DOTALL) if inner else []
-    return [[_words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
+    return next(every_table(text), [])
+
+
+def every_table(text: str) -> Iterator[list[list[str]]]:
+    """The same of every table: what stands in columns by case is divided into several."""
+    for inner in re.findall(r"<table>.*?</table>", text, re.DOTALL):
+        rows = re.findall(r"<tr.*?>(.*?)</tr>", inner, re.DOTALL)
+        yield [[_words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
 
 
 def _words(cell: str) -> str:
@@ -72,10 +78,39 @@ def summary(folder: Path, number: int) -> dict[str, Any] | None:
 
 def retained_end(folder: Path, number: int, data: Mapping[str, Any]) -> float:
     """Fraction retained at the end, the mean over the case's seeds: its own folder and those named caseNN-SEED."""
-    pattern = f"case{number:02d}-*/results/fraction_retained.parquet"
-    seeds = [path for path in folder.glob(pattern) if path.parts[-3].partition("-")[2].isdigit()]
+    return float(np.mean(retained_ends(folder, number, data)))
+
+
+def retained_ends(folder: Path, number: int, data: Mapping[str, Any]) -> list[float]:
+    """The same of every seed."""
+    seeds = (run / "results" / "fraction_retained.parquet" for run in seed_folders(folder, f"case{number:02d}"))
     further = [float(pd.read_parquet(path)["fraction_retained"].iloc[-1]) for path in seeds]
-    return (float(data["fraction_retained_end"]) + sum(further)) / (1 + len(further))
+    return [float(data["fraction_retained_end"]), *further]
+
+
+def seed_folders(folder: Path, name: str) -> list[Path]:
+    """Folders of a case's further seeds, named caseNN-SEED."""
+    there = (path.parent.parent for path in folder.glob(f"{name}-*/results/fraction_retained.parquet"))
+    return sorted(path for path in there if path.name.removeprefix(f"{name}-").isdigit())
+
+
+def of_seeds(folder: Path, name: str, path: tuple[str, ...], factor: float = 1.0) -> list[float]:
+    """A number of summary.json by its keys, of a case's folder and of those of its further seeds that have one."""
+    files = [run / "summary.json" for run in (folder / name, *seed_folders(folder, name))]
+    values = [_deep(json.loads(file.read_text()), path) for file in files if file.exists()]
+    return [factor * v for v in values if v is not None] if values and values[0] is not None else []
+
+
+def spread(where: str, text: str, values: Sequence[float], digits: str) -> Iterator[Told]:
+    """A number of several seeds, mean ± half width of its 95 % interval to the places that are shown; of one as `digits` says."""
+    if len(values) < 2:
+        yield where, text, values[0] if values else None, digits
+        return
+    shown, _, rest = text.removesuffix(" %").partition(" ± ")
+    places = f"{len(shown.partition('.')[2])} places"
+    half = float(stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values)))
+    yield f"{where}, mean", shown, float(np.mean(values)), places
+    yield f"{where}, interval", rest, half, places if half else "whole"
 
 
 def of_case(folder: Path, number: int, name: str, suffix: str = "") -> Any:
@@ -117,7 +152,7 @@ def wrong_of(told: list[Told]) -> list[str]:
 
 def _deep(data: Any, path: tuple[str, ...]) -> Any:
     for name in path:
-        data = data[name] if data is not None else None
+        data = data.get(name) if data is not None else None
     return data
 
 
@@ -131,7 +166,10 @@ def _cases(text: str, folder: Path) -> Iterator[Told]:
         yield f"{where}, spheres", row[head.index("spheres")], sum(data["spheres"].values()), "whole"
         for name, path in CASES.items():
             whole = path[0] in ("steps", "events")
-            yield f"{where}, {name}", row[head.index(name)], _deep(data, path), "whole" if whole else "3 digits"
+            values = of_seeds(folder, f"case{int(row[0]):02d}", path)
+            values = values[:1] if name in ("steps", "cannot pass") else values
+            values = retained_ends(folder, int(row[0]), data) if name == "Y at end" else values
+            yield from spread(f"{where}, {name}", row[head.index(name)], values, "whole" if whole else "3 digits")
 
 
 def _ledger(text: str, folder: Path) -> Iterator[Told]:
@@ -142,53 +180,58 @@ def _ledger(text: str, folder: Path) -> Iterator[Told]:
         if data is None:
             yield f"{where}, case", row[0], None, "whole"
             continue
-        yield f"{where}, put in", row[head.index("put in")], 1e9 * data["initial_liquid_m3"], "5 digits"
+        run = f"case{int(row[0]):02d}"
+        put_in = of_seeds(folder, run, ("initial_liquid_m3",), 1e9)
+        yield from spread(f"{where}, put in", row[head.index("put in")], put_in, "5 digits")
         for name, key in LEDGER.items():
-            end = data["liquid_end_m3"].get(key)
-            yield f"{where}, {name}", row[head.index(name)], None if end is None else 1e9 * end, "4 digits"
-        yield f"{where}, largest error", row[head.index("largest error")], data["ledger_error"], "power"
+            ends = of_seeds(folder, run, ("liquid_end_m3", key), 1e9)
+            yield from spread(f"{where}, {name}", row[head.index(name)], ends, "4 digits")
+        worst = max(of_seeds(folder, run, ("ledger_error",)), default=None)
+        yield f"{where}, largest error", row[head.index("largest error")], worst, "power"
 
 
 def _agreement(text: str, folder: Path) -> Iterator[Told]:
-    head, *rows = table(section(text, "agreement")) or [[]]
-    columns = {k: int(name.split()[1]) for k, name in enumerate(head) if name.startswith("case ")}
-    replays = {number: of_case(folder, number, "replay.json") for number in columns.values()}
-    for row in rows:
-        for k, number in columns.items():
-            compared = (replays[number] or {"quantities": {}})["quantities"]
-            known = {name.replace("_", " "): q for name, q in compared.items()}
-            quantity, where = known.get(row[0]), f"cross-check, {row[0]}, case {number}"
-            if quantity is None:
-                yield where, row[k], None, "power"
-                continue
-            largest, _, median = row[k].partition(" | ")
-            yield f"{where}, largest", largest, quantity["largest"], "power"
-            yield f"{where}, median", median, quantity["median"], "power"
+    for head, *rows in every_table(section(text, "agreement")):
+        columns = {k: int(name.split()[1]) for k, name in enumerate(head) if name.startswith("case ")}
+        replays = {number: of_case(folder, number, "replay.json") for number in columns.values()}
+        for row in rows:
+            for k, number in columns.items():
+                compared = (replays[number] or {"quantities": {}})["quantities"]
+                known = {name.replace("_", " "): q for name, q in compared.items()}
+                quantity, where = known.get(row[0]), f"cross-check, {row[0]}, case {number}"
+                if quantity is None:
+                    yield where, row[k], None, "power"
+                    continue
+                largest, _, median = row[k].partition(" | ")
+                yield f"{where}, largest", largest, quantity["largest"], "power"
+                yield f"{where}, median", median, quantity["median"], "power"
 
 
 def _effects(text: str, folder: Path) -> Iterator[Told]:
-    head, *rows = table(section(text, "effects")) or [[]]
-    for row in rows:
-        for k, name in enumerate(head[2:], 2):
-            plan = of_case(folder, int(name), "plan.json")
-            known = {r["effect"].replace("_", " "): r["number"] for r in plan["rows"]} if plan else {}
-            yield f"effects, {row[0]}, case {name}", row[k], known.get(row[0]), "2 digits"
+    for head, *rows in every_table(section(text, "effects")):
+        for row in rows:
+            for k, name in enumerate(head[2:], 2):
+                plan = of_case(folder, int(name), "plan.json")
+                known = {r["effect"].replace("_", " "): r["number"] for r in plan["rows"]} if plan else {}
+                yield f"effects, {row[0]}, case {name}", row[k], known.get(row[0]), "2 digits"
 
 
 def _contributed(text: str, folder: Path) -> Iterator[Told]:
-    head, *rows = table(section(text, "contributed")) or [[]]
-    for row in rows:
-        for k, name in enumerate(head[2:], 2):
-            data = of_case(folder, int(name), "contributions.json") or {"effects": {}}
-            audited = {r["effect"]: r for r in (of_case(folder, int(name), "audit.json") or {}).get("rows", [])}
-            key = FORCES.get(row[0], row[0].replace(" ", "_"))
-            where = f"contributions, {row[0]}, case {name}"
-            shown, _, predicted = row[k].partition(" | predicted ")
-            value = audited[key]["measured"] if key in audited else data["effects"].get(key, {}).get("impulse_share")
-            if shown.endswith("%"):
-                yield where, shown, value, "2 digits" if (value or 0) < 0.995 else "3 digits"
-            if predicted:
-                yield f"{where}, predicted", predicted, audited.get(key, {}).get("predicted"), "2 digits"
+    for head, *rows in every_table(section(text, "contributed")):
+        for row in rows:
+            for k, name in enumerate(head[2:], 2):
+                data = of_case(folder, int(name), "contributions.json") or {"effects": {}}
+                audited = {r["effect"]: r for r in (of_case(folder, int(name), "audit.json") or {}).get("rows", [])}
+                key = FORCES.get(row[0], row[0].replace(" ", "_"))
+                where = f"contributions, {row[0]}, case {name}"
+                shown, _, predicted = row[k].partition(" | predicted ")
+                value = (
+                    audited[key]["measured"] if key in audited else data["effects"].get(key, {}).get("impulse_share")
+                )
+                if shown.endswith("%"):
+                    yield where, shown, value, "2 digits" if (value or 0) < 0.995 else "3 digits"
+                if predicted:
+                    yield f"{where}, predicted", predicted, audited.get(key, {}).get("predicted"), "2 digits"
 
 
 def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
@@ -198,7 +241,7 @@ def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
     for row in rows:
         configs = {n: of_case(folder, n, "config.json") for n in left}
         for name, retained, passed in re.findall(
-            r"(dry|\S+ % liquid): (\S+?)(?: ± \S+ \(\d+ seeds\))?, (\S+ %) passed", row[2]
+            r"(dry|\S+ % liquid): (\S+(?: ± \S+)?)(?: \(\d+ seeds\))?, (\S+(?: ± \S+)? %) passed", row[2]
         ):
             amount = 0.0 if name == "dry" else float(name.split()[0])
             cases_of = {n: c["case"] for n, c in configs.items() if c}
@@ -208,10 +251,10 @@ def _passed(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
             if not same or data is None:
                 yield f"{where}: no such case", retained, None, "3 digits"
                 continue
-            end, coarse = retained_end(folder, same[0], data), data["coarse_share"]
-            yield f"{where}, retained", retained, end, "3 digits"
-            share = (1.0 - end) / (1.0 - coarse)
-            yield f"{where}, passed", passed, round(share, 2), "3 digits"
+            ends, coarse = retained_ends(folder, same[0], data), data["coarse_share"]
+            shares = [100.0 * (1.0 - end) / (1.0 - coarse) for end in ends]
+            yield from spread(f"{where}, retained", retained, ends, "3 digits")
+            yield from spread(f"{where}, passed", passed.removesuffix(" %"), shares, "unit")
             yield f"{where}, cannot pass", row[1], coarse, "3 digits"
 
 
@@ -229,7 +272,7 @@ def screen(case: Mapping[str, Any]) -> str:
 def _cards(text: str, folder: Path, cases: list[int]) -> Iterator[Told]:
     """The numbers on top that are the worst of all cases."""
     said = {words: value for value, words in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", text)}
-    errors = [s["ledger_error"] for n in cases if (s := summary(folder, n)) and s["ledger_error"] is not None]
+    errors = [error for n in cases for error in of_seeds(folder, f"case{n:02d}", ("ledger_error",))]
     replays = [r["quantities"].values() for n in cases if (r := of_case(folder, n, "replay.json"))]
     worst = [q["largest"] for rows in replays for q in rows if q["tolerance"] <= 1e-9]
     for words, values in (("largest error of the liquid ledger", errors), ("largest relative deviation", worst)):

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.integrate import DOP853, LSODA, Radau
 from scipy.optimize import brentq
 
-from reference_impl.faults import border
+from reference_impl.faults import Refused, border, reading, regular
 from reference_impl.spheres.forces import accelerations
 
 SOLVERS = {"dop853": DOP853, "radau": Radau, "lsoda": LSODA}
@@ -285,7 +285,10 @@ def solve(description: dict[str, Any], solver: str = "dop853", rtol: float = 1e-
 
 def main() -> int:
     """Solve one file and print JSON."""
-    answer = solve(json.loads(Path(sys.argv[1]).read_text()))
+    if len(sys.argv) != 2:
+        raise Refused(f"{len(sys.argv) - 1} arguments were given; expected FILE.json")
+    with reading(sys.argv[1], "a collision as docs/sphere_collisions.md describes it, in JSON"):
+        answer = solve(json.loads(regular(Path(sys.argv[1])).read_text()))
     print(json.dumps(answer, indent=2, default=lambda a: a.tolist()))
     return 0
 

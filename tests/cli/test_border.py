@@ -12,9 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet.cli.app import app
-from pywet.errors import FAULT
-from pywet.laws import registry
+from pywet.engines import process
+from pywet.errors import FAULT, PywetError, border
+from pywet.laws import own, registry
 from reference_impl import faults
+from tests.reliability.test_bad_calls import in_process
 
 
 def one_of_a_kind(said: str) -> Path:
@@ -49,13 +51,51 @@ def test_memory_that_ran_out_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> Non
     assert "pywet laws: this needs more memory than there is (Unable to allocate 4 EiB" in result.stderr
 
 
-@pytest.mark.parametrize("module", ["pywet.engines.liggghts.worker", "pywet.report.render"])
-def test_programs_beside_the_command_end_the_same_way(module: str) -> None:
-    """Called without what they need."""
-    ended = subprocess.run([sys.executable, "-m", module], capture_output=True, text=True, check=False)
-    assert ended.returncode == FAULT, ended.stderr
-    assert "a fault in pywet" in ended.stderr
-    one_of_a_kind(ended.stderr)
+PROGRAMS = [
+    (["pywet.engines.liggghts.worker"], "expected RUN_DIR ENGINE_FOLDER STEP RANKS"),
+    (["pywet.engines.lammps.worker", "."], "expected RUN_DIR ENGINE_FOLDER"),
+    (["pywet.report.render", ".", "p.png", "ten"], "STEP is ten; expected a whole number"),
+    (["pywet.report.movie", ".", "."], "expected RUN_DIR OUT FRAMES"),
+    (["pywet.report.closeup", ".", "p.png", "0", ""], "SPHERE is empty; expected a whole number"),
+    (["reference_impl.spheres.spheres"], "expected FILE.json"),
+    (["reference_impl.shown.report", "one"], "expected REPORT CASES.csv"),
+]
+
+
+@pytest.mark.parametrize(("words", "says"), PROGRAMS, ids=lambda p: p[0] if isinstance(p, list) else "")
+def test_programs_beside_the_command_say_what_they_need(
+    words: list[str], says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process, "die_with_parent", lambda: None)  # of this very process
+    code, said = in_process(words[0], words[1:])
+    assert code == 1 and len(said.splitlines()) == 1 and says in said, said
+
+
+def test_a_fault_of_a_program_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["render.py", "run", "p.png", "1"])
+    with pytest.raises(SystemExit) as ended, border():
+        raise IndexError("list index out of range")
+    assert ended.value.code == FAULT
+    said = capsys.readouterr().err
+    assert said.startswith("render.py run p.png 1: a fault in pywet, not in what was given (IndexError: list index")
+    one_of_a_kind(said)
+
+
+def test_a_word_without_end_is_shown_by_its_ends(capsys: pytest.CaptureFixture[str]) -> None:
+    """What was expected is not pushed out of the sentence by what was given."""
+    with pytest.raises(SystemExit), border():
+        raise PywetError(f"there is no engine {'a' * 4000}z; expected liggghts or lammps")
+    assert capsys.readouterr().err == f"there is no engine {'a' * 80}…{'a' * 78}z; expected liggghts or lammps\n"
+
+
+def test_links_in_a_circle_are_no_fault(tmp_path: Path) -> None:
+    """Of a law's file, which is looked for with its links followed."""
+    (tmp_path / "law.py").symlink_to("law.py")
+    own.trust([f"{tmp_path}/law.py:force"], tmp_path)
+    with pytest.raises(PywetError, match=r"law\.py does not exist; expected path/to/file.py:function"):
+        registry.get("capillary", f"{tmp_path}/law.py:force")
 
 
 def test_every_program_of_the_package_has_the_border() -> None:

@@ -104,7 +104,7 @@ def test_a_screening_class_of_less_than_half_a_sphere_is_refused() -> None:
     loaded = config.load(Path("config"))
     case = loaded.case(2).model_copy(update={"class_mass_g": 1.0})
     with pytest.raises(ConfigError, match=r"case 2, case02: .* of large are .* of one sphere"):
-        cases.amounts.amounts_of(case, loaded.materials, loaded.scale("smoke"))
+        cases.amounts.amounts_of(loaded, case, loaded.scale("smoke"))
 
 
 def test_a_total_within_the_limit_keeps_the_nearest_numbers() -> None:

@@ -29,6 +29,8 @@ SCENES: dict[tuple[str, str], str] = {
     ("wall_film", "wall"): "wall_film is wall, expected triangle",
     ("wall_transfer", "at_fifth"): "effects.transfer is parabola_walls_at_fifth, expected parabola",
     ("wall_transfer", "at_tenth"): "effects.transfer is parabola_walls_at_tenth, expected parabola",
+    ("liquid_amount", "less_residual"): "liquid.initial_film_thickness_m is 6.70466839e-05, expected 7.43253212e-05",
+    ("sphere_mass", "weighed"): "classes.small.density_kg_per_m3 is 1428.57477, expected 1358",
     ("amplitude", "peak_to_peak"): "vibration.amplitude_m.z is 0.00045, expected 0.0009",
 }
 """Reading -> what the replay says where a scene is built with it and its configuration claims the default."""

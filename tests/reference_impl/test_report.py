@@ -333,6 +333,27 @@ def test_faults_of_bands_are_found_and_named(name: str, seeded: Path, monkeypatc
     assert any(said in fault for fault in faults), faults
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda t: re.sub(r"<td>(0\.\d+) ± [\d.]+</td>", r"<td>\1</td>", t),
+            "table of cases, case 2, Y at end, interval",
+        ),
+        (lambda t: re.sub(r"(<b>\S+) ± [\d.]+ \(3", r"\1 ± 0.99 (3", t), "first table, .*, retained, interval"),
+        (lambda t: re.sub(r"± [\d.]+ % passed", "± 99 % passed", t), "first table, .*, passed, interval"),
+    ],
+)
+def test_faults_of_intervals_are_found_and_named(change: Callable[[str], str], said: str, seeded: Path) -> None:
+    """A number of one seed where there are three, and intervals that are not Student's."""
+    page = written(seeded)
+    text = page.read_text()
+    assert change(text) != text
+    page.write_text(change(text))
+    faults = read(page)
+    assert any(re.search(said, fault) for fault in faults), faults
+
+
 def cell(section: str, row: str, column: int, change: Callable[[str], str]) -> Callable[[str], str]:
     """One cell of a table changed: section, words of the first cell of its row, number of the column."""
 

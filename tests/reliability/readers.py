@@ -185,6 +185,8 @@ def raw(path: Path) -> None:
 
 
 def config(path: Path) -> None:
+    """The file by itself first: what is refused there would be refused in the folder."""
+    loading._read_model(path, loading.FILES[path.name])
     loading.load(path.parent)
 
 

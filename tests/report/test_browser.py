@@ -9,14 +9,21 @@ import re
 import zlib
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 from PIL import Image
 
+from pywet import config as settings
 from pywet.files import read_table
-from pywet.report import browser, page
+from pywet.report import browser, page, pictures, report
+from pywet.report.collect import CaseResult
 from pywet.runs.rundir import RunDir
+from pywet.screening.verdict import Agreement
+
+ROOT = Path(__file__).parents[2]
 
 
 def unpacked(run: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -143,6 +150,73 @@ def test_bridges_can_be_left_out_and_the_scene_turned(shown: Any) -> None:
     assert shown.evaluate(where) != pytest.approx(before, abs=5)
     shown.click(".reset")
     assert shown.evaluate(where) == pytest.approx(before, abs=0.5)
+
+
+PANEL = "document.querySelector('.viewer').panels[0]"
+
+
+def test_walls_in_front_do_not_wash_out_spheres(shown: Any) -> None:
+    """Seen from below, sphere 1 is behind the translucent plane of the side walls: its colour is that without walls."""
+    shown.evaluate(f"{PANEL}.camera.position.set(0.01, -0.05, -0.09), {PANEL}.controls.update()")
+    x, y = (round(v) for v in shown.evaluate(f"{PANEL}.where(0)"))
+    seen = []
+    for visible in ("true", "false"):
+        shown.evaluate(
+            f"{PANEL}.walls.children.forEach((wall, k) => (wall.visible = k === 1 && {visible})), {PANEL}.draw()"
+        )
+        seen.append(picture(shown))
+    assert seen[1][y, x, 2] - seen[1][y, x, 0] > 20
+    assert np.abs(seen[0] - seen[1]).max() > 5  # the wall is drawn
+    assert np.abs(seen[0] - seen[1])[y, x].max() <= 2
+
+
+def test_small_curves_have_ticks(shown: Any) -> None:
+    """Fraction retained from 0 to 1 in fifths, time to 0.02 s in steps of 0.005 s."""
+    said = shown.locator(".charts svg").first.locator("text").all_text_contents()
+    assert [t for t in ("0.2", "0.4", "0.6", "0.8", "1") if t not in said] == []
+    assert [t for t in ("0.005", "0.01", "0.015", "0.02", "time in s") if t not in said] == []
+
+
+def test_curves_are_saved_as_csv_and_svg(tmp_path: Path, tab: Any) -> None:
+    """Two curves of two points: a head and four rows, quoted names; the drawing is whole by itself. No network is asked."""
+    figure, axes = pictures.plt.subplots()
+    axes.plot([0.0, 1.0], [1.0, 0.25], label='M = 5 %, "near"')
+    axes.plot([0.0, 1.0], [1.0, 0.5], label="dry")
+    axes.set_ylabel("fraction retained")
+    axes.legend()
+    file = page.write(tmp_path / "p.html", "P", "", [page.Section("Curve", page.curves(figure, "one"))])
+    tab.goto(file.as_uri())
+    saved = {}
+    for end in ("csv", "svg"):
+        link = tab.locator(f"a[download='fraction_retained.{end}']")
+        with tab.expect_download() as download:
+            link.click()
+        saved[end] = Path(download.value.path()).read_text()
+    table = pd.read_csv(io.StringIO(saved["csv"]))
+    assert table["label"].tolist() == ['M = 5 %, "near"'] * 2 + ["dry"] * 2
+    assert table["y"].tolist() == [1.0, 0.25, 1.0, 0.5] and table["x"].tolist() == [0.0, 1.0] * 2
+    drawn = ElementTree.fromstring(saved["svg"])
+    assert drawn.tag == "{http://www.w3.org/2000/svg}svg" and "dry" in "".join(drawn.itertext())
+    assert [said for said in tab.said if not said.startswith("data:")] == []
+
+
+def test_tables_of_eighteen_cases_fit_the_page(tmp_path: Path, tab: Any) -> None:
+    """At a width of 1280 pixels no table of effects or of the cross-check is cut off at its right."""
+    quantity = "capillary force at touch / weight (1/Bond number)"
+    row = {"effect": "viscous tangential", "on": True, "number": 0.0654, "threshold": 0.01, "quantity": quantity}
+    compared = Agreement("contact_tangential_torque", "largest of the step", 3, 2.5e-13, 1.1e-16, 1e-9)
+    config = settings.load(ROOT / "config")
+    plan = {"rows": [{**row, "why": "", "law": None}]}
+    results = [CaseResult(case, (), plan=plan, agreement=(compared,)) for case in config.cases.values()]
+    out = tmp_path / "report.html"
+    report._render(config, "full", results, ROOT / "workflow" / "report", None, out)
+    tab.set_viewport_size({"width": 1280, "height": 900})
+    tab.goto(out.as_uri())
+    tab.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = true))")
+    sizes = tab.evaluate(
+        "[...document.querySelectorAll('#effects .scroll, #agreement .scroll')].map((s) => [s.scrollWidth, s.clientWidth])"
+    )
+    assert len(sizes) == 2 + 3 and all(inner <= outer for inner, outer in sizes), sizes
 
 
 def test_the_library_names_no_place_in_a_network() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib.image
@@ -24,10 +27,46 @@ def test_telling_step_is_where_a_third_has_passed(run: Path) -> None:
     assert render.telling_step(RunDir(run)) == 100
 
 
-def test_colours_reach_a_little_beyond_the_thickest_film(run: Path) -> None:
-    # Thickest at the start: 5e-9 m3 on a 2 mm sphere, h = (3L/(4 pi) + r^3)^(1/3) - r = 98.2 um.
+def test_colours_reach_to_the_tick_above_the_thickest_film(run: Path) -> None:
+    """5e-9 m³ on a 2 mm sphere: h = (3L/(4π) + r³)^(1/3) − r = 94.9 µm, so the ticks are 0, 20, …, 100 µm."""
     thickest = (3 * 5e-9 / (4 * np.pi) + 8e-9) ** (1 / 3) - 2e-3
-    assert render.colour_limit(RunDir(run), 0) == pytest.approx(1.05 * thickest, rel=1e-9)
+    assert 1e6 * thickest == pytest.approx(94.9, abs=0.1)
+    assert render.colour_limit(RunDir(run), 0) == pytest.approx(100e-6, rel=1e-9)
+    assert sketch.colour_ticks(100.0).tolist() == [0, 20, 40, 60, 80, 100]
+
+
+@pytest.mark.parametrize("largest", [0.31, 0.5, 1.0, 4.99, 7.2, 25.0, 83.9, 1234.0])
+def test_ticks_of_a_colour_bar_are_equal_round_steps(largest: float) -> None:
+    """Three to six ticks from 0 to the first at or above the largest value, printed without loss by their format."""
+    ticks = sketch.colour_ticks(largest)
+    assert 3 <= len(ticks) <= 6 and ticks[-2] < largest <= ticks[-1]
+    printed = [float(f"{tick:.{render.places(ticks[1])}f}") for tick in ticks]
+    assert printed == pytest.approx(ticks.tolist(), abs=1e-12) and np.ptp(np.diff(printed)) < 1e-9
+
+
+FAR = """
+import sys
+from pathlib import Path
+import numpy as np
+from pywet.report import render
+from pywet.runs.rundir import RunDir
+run = RunDir(Path(sys.argv[1]))
+centre, width = render.view(run, 200)
+plotter = render.plotter((900, 750))
+render._add_bridges(plotter, run, 200, centre, 2.0)
+pixels, _ = render.pixels(plotter, run, centre, 16 * width, (900, 750))
+print(int(((pixels[..., 0] > 180) & (pixels[..., 2] < 120)).sum()))
+"""
+
+
+def test_bridges_are_seen_in_a_large_bed(run: Path) -> None:
+    """From 16 times as far the cuboids of the synthetic run alone cover one pixel; with edges of two pixels more than five."""
+    environment = {**os.environ, "VTK_DEFAULT_OPENGL_WINDOW": "vtkOSOpenGLRenderWindow"}
+    command = [sys.executable, "-c", FAR, str(run)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip("VTK cannot draw here")
+    assert int(done.stdout) > 5
 
 
 def test_sketch_shows_the_films(run: Path, tmp_path: Path) -> None:

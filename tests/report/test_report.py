@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from pywet.config.entries import NonNegativeEntry, PositiveEntry
 from pywet.errors import PywetError
 from pywet.report import answer, plots, presets, report
 from pywet.report.collect import CaseResult, collect
+from pywet.screening import verdict
 from tests.screening import synthetic
 
 ROOT = Path(__file__).parent.parent.parent
@@ -171,15 +173,18 @@ def test_the_first_screen_answers(config: settings.Config, folder: Path) -> None
 
 def test_several_seeds_have_an_interval_and_say_what_is_significant() -> None:
     """Means and Student's intervals of the seeds by hand; 0.706 against 0.717 with these spreads is no difference."""
-    dry = answer.Passed(1, 5.0, 0.705, 0.5, (0.70, 0.72, 0.74, 0.66))
-    moist = answer.Passed(2, 7.0, 0.7175, 0.5, (0.71, 0.75, 0.69, 0.72))
-    far = answer.Passed(3, 9.0, 0.9, 0.2, (0.90, 0.91, 0.89, 0.90))
-    assert dry.interval == " ± 0.054 (4 seeds)"
-    said = answer.Row("", 1.0, 0.3, (dry, moist)).significance
-    assert said.startswith("7 % liquid against 5 % liquid: not significant, difference from -0.04")
-    assert answer.Row("", 1.0, 0.3, (dry, far)).significance.startswith("9 % liquid against 5 % liquid: significant")
-    one = answer.Passed(3, 9.0, 0.9, 0.2, (0.9,))
-    assert "inconclusive" in answer.Row("", 1.0, 0.3, (dry, one)).significance and not one.interval
+    dry = answer.Passed(1, 5.0, 0.2, (0.70, 0.72, 0.74, 0.66))
+    moist = answer.Passed(2, 7.0, 0.2, (0.71, 0.75, 0.69, 0.72))
+    far = answer.Passed(3, 9.0, 0.2, (0.90, 0.91, 0.89, 0.90))
+    assert (dry.retained, dry.passed) == ("0.705 ± 0.054 (4 seeds)", "36.9 ± 6.8")  # 0.054/(1 − 0.2) in per cent
+    row = answer.Row("", 1.0, 0.2, (dry, moist))
+    assert row.significance.startswith("7 % liquid against 5 % liquid: not significant, difference from -0.04")
+    assert "36.9 ± 6.8 % with 5 % liquid" in answer.sentence([row]) and row.significance in answer.sentence([row])
+    assert answer.Row("", 1.0, 0.2, (dry, far)).significance.startswith("9 % liquid against 5 % liquid: significant")
+    one = answer.Passed(3, 9.0, 0.2, (0.9,))
+    assert "inconclusive" in answer.Row("", 1.0, 0.2, (dry, one)).significance and one.retained == "0.9"
+    two = answer.sentence([row, answer.Row("", 1.0, 0.2, (dry, far))])
+    assert "significant difference in 1 of 2 comparisons" in two and "35.3 ± 4.9 to 36.9 ± 6.8 % moist" not in two
 
 
 def test_the_caveat_of_the_scale_stands_first(config: settings.Config, folder: Path) -> None:
@@ -195,14 +200,48 @@ def test_laws_that_were_not_checked_are_said(config: settings.Config, folder: Pa
     replayed.write_text(json.dumps({**REPLAY, "unchecked": [own], "second": {"rupture": "/x/second.py:reach"}}))
     text = _write(config, folder)
     assert '<span class="fair">case 2 not checked: capillary (own law)</span>' in text
-    assert '<span class="fair">case 2 held against a second function of the user' in text
+    assert '<span class="fair">case 2 compared with a reference implementation of the user' in text
     assert '<span class="fair">done; not checked: capillary (own law)</span>' in text
     assert "1 but for laws of their own" in text
-    proof, proven = answer.proof(collect(folder, [config.case(2)]))
-    assert proven and proof.startswith(
+    proof, agrees = answer.proof(collect(folder, [config.case(2)]))
+    assert agrees and proof.startswith(
         "Bookkeeping and forces recomputed but for laws that the reference does not know"
     )
     assert "/home/somebody" not in text
+
+
+def test_kinds_of_which_nothing_was_compared_are_said(config: settings.Config, folder: Path) -> None:
+    """In the sentence on the check, below it and in the case's row; the verdict of the run is `in part`."""
+    sentence = "dry contacts with walls: there is none in the sampling windows"
+    (folder / "case02" / "replay.json").write_text(json.dumps({**REPLAY, "nothing_compared": [sentence]}))
+    text = _write(config, folder)
+    proof, _ = answer.proof(collect(folder, [config.case(2)]))
+    assert proof.startswith("Bookkeeping and forces recomputed in part: ")
+    assert f'<span class="fair">case 2 nothing compared: {sentence}</span>' in text
+    assert f'<span class="fair">done; nothing compared: {sentence}</span>' in text
+    standing = verdict.standing(folder / "case02")
+    assert (standing.word, standing.grade) == ("in part", "fair") and sentence in standing.sentence
+
+
+def test_the_word_proven_is_nowhere(config: settings.Config, folder: Path) -> None:
+    """A page says what was recomputed, not that anything is proven."""
+    assert "proven" not in _write(config, folder).lower()
+
+
+def test_every_number_of_several_seeds_has_its_interval(config: settings.Config, folder: Path) -> None:
+    """Y at end of 0.5 and 0.7: 0.6 ± 12.706 × 0.1 (Student, one degree of freedom); bridges formed of 4 and 6: 5 ± 13."""
+    first = folder / "case02"
+    for run, y, formed in ((first, 0.5, 4), (Path(shutil.copytree(first, folder / "case02-8")), 0.7, 6)):
+        table = pd.read_parquet(run / "results" / "fraction_retained.parquet")
+        table.loc[table.index[-1], "fraction_retained"] = y
+        table.to_parquet(run / "results" / "fraction_retained.parquet")
+        summary = json.loads((run / "summary.json").read_text())
+        summary["events"]["formations"] = formed
+        (run / "summary.json").write_text(json.dumps({**summary, "fraction_retained_end": y}))
+    text = _write(config, folder)
+    row = next(line for line in text.split('<section id="cases">')[1].splitlines() if ">0.6 ± " in line)
+    assert "<td>0.6 ± 1.3</td>" in row and "<td>5 ± 13</td>" in row
+    assert "interval of the mean over the seeds" in text and "inconclusive" in text
 
 
 def test_pages_that_were_made_are_linked(config: settings.Config, folder: Path) -> None:

@@ -15,7 +15,7 @@ from pywet.engines.lammps.deck import SCRIPT
 from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.worker import corner_points
 from pywet.engines.process import die_with_parent
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, arguments, border
 from pywet.files import read_table
 from pywet.scene import Scene
 
@@ -71,7 +71,8 @@ def main() -> int:
     """`python -m pywet.engines.lammps.worker RUN_DIR ENGINE_FOLDER`."""
     die_with_parent()
     with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
-        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve())
+        run_dir, folder = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path)
+        run(run_dir.resolve(), folder.resolve())
     return 0
 
 

@@ -23,7 +23,7 @@ from pywet.engines.liggghts.plugin_api import Plugin
 from pywet.engines.liggghts.process import LOOP_TIME
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import die_with_parent
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, arguments, border
 from pywet.files import read_parts, read_table, write_json
 from pywet.scene import Scene
 
@@ -126,7 +126,8 @@ def main() -> int:
     """`python -m pywet.engines.liggghts.worker RUN_DIR ENGINE_FOLDER STEP RANKS`; STEP of the checkpoint to go on from, or 0."""
     die_with_parent()
     with border(say=lambda sentence: print(f"ERROR: {sentence}", file=sys.stderr, flush=True)):
-        run(Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve(), int(sys.argv[3]), int(sys.argv[4]))
+        run_dir, folder, done, ranks = arguments(RUN_DIR=Path, ENGINE_FOLDER=Path, STEP=int, RANKS=int)
+        run(run_dir.resolve(), folder.resolve(), done, ranks)
     return 0
 
 

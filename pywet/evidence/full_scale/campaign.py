@@ -203,7 +203,7 @@ def main(
         typer.echo("\n".join(table(jobs)))
         return
     command = [sys.executable, "-P", "-m", "pywet.cli.app", "run", "--scale", scale]
-    about = {"variant": variant, "scale": scale, "commit": commit()}
+    about = {"variant": variant, "scale": scale, "commit": commit(), "readings": "; ".join(config.readings)}
     failed = Campaign(jobs, data, command, about, cores).run()
     for job in failed:
         typer.echo(f"{job.name} failed: {job.failed}", err=True)

@@ -13,7 +13,7 @@ import typer
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import border
-from pywet.evidence.full_scale import basis, kept, reasons, retirement, spread, trials
+from pywet.evidence.full_scale import basis, kept, reasons, retirement, spread, stroke, trials
 from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement, judge, neighbours
 from pywet.evidence.full_scale.kept import Kept
 from pywet.evidence.full_scale.spread import Runs
@@ -273,7 +273,7 @@ def _answer(statement: Statement, answer: Answer) -> str:
 
 def _figures(folder: Path, config: Config, runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
     results = [_result(config, number, runs) for number in sorted(runs)]
-    lines = []
+    lines = _figure(folder, "fig09", "Fig. 9: path of the screen over one period, as configured", stroke.fig9(config))
     for name, (title, draw) in FIGURES.items():
         lines += _figure(folder, name, title, plots.grid(draw(results)))
     lines += [

@@ -18,6 +18,7 @@ import typer
 from pywet.errors import PywetError, border
 from pywet.evidence.full_scale.kept import COARSE, DIGITS, UNDERSIZE, WALLS, Kept
 from pywet.evidence.full_scale.quantities import MAJORITY, through
+from pywet.evidence.full_scale.trials import named
 from pywet.files import read_json, write_csv
 from pywet.runs.rundir import RunDir
 from pywet.screening.results import column
@@ -33,7 +34,13 @@ def side_walls(runs: Sequence[RunDir]) -> pd.DataFrame:
     rows = []
     for run in runs:
         liquid = run.table("results/liquid_by_holder").iloc[-1]
-        height = read_json(run.path / "config.json", "run the case again")["apparatus"]["side_wall_height_mm"]["value"]
+        file = run.path / "config.json"
+        try:
+            height = float(read_json(file, "run the case again")["apparatus"]["side_wall_height_mm"]["value"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise PywetError(
+                f"{file} has no number apparatus.side_wall_height_mm.value; expected that of a screening case"
+            ) from error
         ratio = sum(liquid[f"{w}_m3"] for w in WALLS) / liquid["coarse_material_m3"]
         rows.append((height, liquid["time_since_opening_s"], ratio))
     return pd.DataFrame(sorted(rows), columns=["side_wall_height_mm", "time_since_opening_s", "walls_over_coarse"])
@@ -43,11 +50,11 @@ def curves(runs: Sequence[RunDir]) -> pd.DataFrame:
     """Y, Y_small and Y_near of trials after the opening, by trial and case, from run directories NAME-CASE of `trials.py`."""
     parts = []
     for run in runs:
-        trial, case = run.path.name.rsplit("-", 1)
+        trial, case = named(run)
         table = run.table("results/fraction_retained")
         names = {"fraction_retained": "all", **{column("fraction_retained", kind): kind for kind in UNDERSIZE}}
         part = table[["time_since_opening_s", *names]].rename(columns=names)[table["time_since_opening_s"] >= 0.0]
-        parts.append(part.assign(case=int(case), trial=trial))
+        parts.append(part.assign(case=case, trial=trial))
     return pd.concat(parts).sort_values(["case", "trial", "time_since_opening_s"])
 
 

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import pandas as pd
 import typer
 
-from pywet.errors import PywetError, border
+from pywet.errors import PywetError, border, shown
 from pywet.evidence.accuracy import edit
 from pywet.evidence.full_scale.kept import DIGITS
 from pywet.files import write_csv
@@ -83,13 +83,21 @@ def fig14(runs: Annotated[list[Path], typer.Argument(help="Run directories, NAME
     write_csv(table, FIG14_FILE, float_format=DIGITS)
 
 
+def named(run: RunDir) -> tuple[str, int]:
+    """Trial and case of a run, as its folder says."""
+    name, _, case = run.path.name.rpartition("-")
+    if not (name and case.isdecimal()):
+        raise PywetError(f"{shown(run.path)} is not named as a trial's run; expected NAME-CASE, such as sticky-2")
+    return name, int(case)
+
+
 def divisions(run: RunDir) -> dict[str, float | str]:
     """Shares of the liquid in the divisions of Fig. 14 at the end of a run, what is retained then, and when."""
     liquid, retained = (run.table(f"results/{name}").iloc[-1] for name in ("liquid_by_holder", "fraction_retained"))
-    name, case = run.path.name.rsplit("-", 1)
+    name, case = named(run)
     shares = {title: sum(liquid.get(f"{h}_m3", 0.0) for h in of) / liquid["initial_m3"] for title, of in FIG14.items()}
     about = {"time_since_opening_s": liquid["time_since_opening_s"], "fraction_retained": retained["fraction_retained"]}
-    return {"case": int(case), "trial": name, **about, **shares}
+    return {"case": case, "trial": name, **about, **shares}
 
 
 if __name__ == "__main__":

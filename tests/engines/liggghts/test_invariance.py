@@ -168,3 +168,24 @@ def test_bridge_at_a_wire_crossing(tmp_path: Path) -> None:
     held = ledger["films"] + ledger["bridges"] + ledger["walls"]
     assert (held / ledger["initial"] - 1.0).abs().max() < 1e-12
     assert replay(tmp_path)["ok"]  # forces at wires and the life of their liquid, by the independent reference
+
+
+def test_bridge_comes_off_a_flat_crossing(tmp_path: Path) -> None:
+    """Wires of six sides have flat tops that are one face where they cross: one bridge there, and one with the other wire as
+    soon as the sphere has left that face, however near it is by then."""
+    outline = 0.013 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    wires = build_wires(8e-3, 2e-3, 6, 0.01, outline)
+    surface = Surface(**{**wires.__dict__, "motion": "fixed"})
+    at, top = float(wire_positions(1e-2, 1e-3, 0.01)[1]), 1e-3 * math.sin(math.pi / 3)
+    bodies = [small.Sphere(1, (at - 3e-4, at + 1e-4, R + top + 2e-5), (0.05, 0.0, 0.0), driven=True)]
+    small.prepare(
+        tmp_path, spheres_of(R), bodies, contacts(1), liquid=WATER, effects=small.PAPER, walls=[surface],
+        wall_angle_rad=math.radians(45.0), time_step_s=2e-5, steps=1500, output_interval_s=1e-3,
+    )  # fmt: skip
+    small.run(tmp_path, bodies)
+    events = beds.table(tmp_path, "history/events")
+    formed = events[events["kind"] == 0]
+    assert formed["step"].tolist()[0] == 0 and formed["j"].nunique() == 2
+    left = 8e-4 / 0.05 / 2e-5  # half a side of 1 mm from the wire's middle, 0.3 mm before which it began
+    assert formed["step"].iloc[1] == pytest.approx(left, abs=2)
+    assert replay(tmp_path)["ok"]

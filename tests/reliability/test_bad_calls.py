@@ -1,0 +1,116 @@
+"""Generated calls that cannot be right end in one sentence, a non-zero exit code, in time; the working folder stays as it is.
+
+Every command of `pywet`, the programs `python -m …` and benchmarks/wet/score.py; every kind of file that they read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import runpy
+import shutil
+import sys
+import warnings
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import given as generated
+from typer.testing import CliRunner
+
+from pywet import shipped
+from pywet.cli.app import app
+from pywet.engines import process
+from pywet.report import app as viewer
+from tests.reliability import bad_calls
+from tests.reliability.test_bad_inputs import NEVER
+from tests.reliability.test_fuzzed_files import limited
+from tests.screening import synthetic
+
+ROOT = Path(__file__).parents[2]
+FEW, MANY = 60, 400
+LIMIT_S = 60
+HINTS = re.compile(
+    r"expected|mend|Usage|usage:|run the case|make it again|see |is missing|no scene\.json|is not|cannot|could not|No such",
+    re.IGNORECASE,
+)
+
+
+def in_process(program: str, words: list[str]) -> tuple[int, str]:
+    """Exit status and all that is said by a program in this process."""
+    said, before = io.StringIO(), sys.argv
+    sys.argv = [program, *words]
+    try:
+        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a module that is imported already is run once more
+            (runpy.run_path if program.endswith(".py") else runpy.run_module)(program, run_name="__main__")
+        code = 0
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    finally:
+        sys.argv = before
+    return code, said.getvalue()
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_a_call_that_cannot_be_right_is_refused_in_a_sentence(
+    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = synthetic.make(tmp_path / "made" / "case02")
+    work, ends, programs = tmp_path / "work", Counter[int](), Counter[str]()
+    shipped.begin(work)
+    (work / "results" / "smoke" / "case05").mkdir(parents=True)
+    (work / "results" / "smoke" / "case05" / "trajectory.parquet").write_text("days of work")
+    before = content(work)
+    monkeypatch.chdir(work)
+    monkeypatch.setattr(process, "die_with_parent", lambda: None)  # of this very process
+
+    def served(*_: object) -> None:
+        raise AssertionError("a server was started")
+
+    monkeypatch.setattr(viewer, "Server", served)
+
+    def tried(call: bad_calls.Call) -> None:
+        here, config, run = (tmp_path / name for name in ("here", "config", "run"))
+        for folder in (here, config, run):
+            shutil.rmtree(folder, ignore_errors=True)
+        here.mkdir()
+        shutil.copytree(ROOT / "config", config)
+        shutil.copytree(made, run)
+        for name, text in bad_calls.BESIDE.items():
+            (here / name).write_text(text)
+        folder = run if call.name == "scene.json" else config if "{config}" in call.words else here
+        (folder / call.name).unlink(missing_ok=True) if call.name else None
+        bad_calls.write(folder / call.name, call.content)
+        words = list(bad_calls.given(call, here=here, config=config, run=run, made=made, file=here / call.name))
+        with limited(LIMIT_S):
+            if call.program:
+                path = str(ROOT / call.program) if call.program.endswith(".py") else call.program
+                code, said = in_process(path, words)
+            else:
+                result = CliRunner(env={"COLUMNS": "400", "NO_COLOR": "1"}).invoke(app, words)
+                code, said = result.exit_code, result.stderr + result.stdout
+                assert result.exception is None or isinstance(result.exception, SystemExit), repr(result.exception)
+        os.chdir(work)
+        assert code in (1, 2) and not any(never in said for never in NEVER), (code, said[-2000:])
+        assert len(said.strip()) > 20 and HINTS.search(said), said
+        assert {name: content(work).get(name) for name in before} == before
+        ends[code] += 1
+        programs[call.program or f"pywet {call.words[0]}"] += 1
+
+    quiet = settings(
+        max_examples=count, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    )
+    quiet(generated(bad_calls.CALLS)(tried))()
+    print(
+        f"{sum(ends.values())} calls that cannot be right, {ends[1]} with exit code 1, {ends[2]} with 2:",
+        dict(programs),
+    )
+    assert sum(ends.values()) >= count * 0.75  # of MANY 300; hypothesis repeats none
