@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from pywet.errors import PywetError, shown
+from pywet.errors import PywetError, one_line, shown
 from pywet.files import atomic_write
 
 INSIDE = Path(__file__).parent / "shipped"
@@ -69,7 +69,7 @@ def examples() -> list[str]:
 def _contents(example: str) -> dict[str, bytes]:
     """Files of an example by their names."""
     if example not in examples():
-        raise PywetError(f"there is no example {shown(example)}; expected one of {', '.join(examples())}")
+        raise PywetError(f"there is no example {one_line(example)}; expected one of {', '.join(examples())}")
     if example == "case":
         files = {f"config/{path.name}": path.read_bytes() for path in sorted(place("config").iterdir())}
         return files | {"Snakefile": SNAKEFILE.encode(), "README.md": README.encode()}

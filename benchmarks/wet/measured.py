@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -36,7 +36,7 @@ SPEEDS = np.geomspace(0.5, 5.0, 10)
 TENSIONS, THICK, SEEDS = (0.02, 0.07), (0.005, 0.1), (1, 2, 3)
 """Of the drum: silicone oil and water [N/m]; 5 and 100 mPa s."""
 Said = tuple[str, bool | None]
-"""Numbers in words, and whether the statement holds; None: it cannot be told."""
+"""Numbers in words, and whether the statement is confirmed; None: inconclusive."""
 
 
 def impact(
@@ -89,9 +89,9 @@ def of_bridges() -> Iterator[tuple[str, Said]]:
     power = math.log(fast / slow) / math.log(100.0)
     yield (
         "speed",
-        (f"law `pitois`: power {power:.3f}, by construction; the stock models of LIGGGHTS and YADE: none", True),
+        (f"law `pitois`: power {power:.3f}", True),
     )
-    yield "rest", ("preset `exact` is that solution, in the engine to 0.002 % ([scores](wet_benchmarks.md))", True)
+    yield "rest", ("preset `exact` is that solution ([scores](wet_benchmarks.md))", True)
     (force, end), (more, longer), (_, larger) = (bridge(v, r) for v, r in ((1e-9, 2e-3), (2e-9, 2e-3), (1e-9, 4e-3)))
     law = registry.get("capillary", "rabinovich").functions[0]
     one, two = (law(0.0, v, 2e-3, 2e-3, bodies.WETTED, bodies.WETTED, 0.0728) for v in (1e-9, 2e-9))
@@ -99,7 +99,7 @@ def of_bridges() -> Iterator[tuple[str, Said]]:
     yield "volume", (f"{text}; `rabinovich` {1e6 * one:.0f} and {1e6 * two:.0f} µN", more > force)
     yield "longer", (f"{1e6 * end:.0f} and {1e6 * longer:.0f} µm exact", longer > end)
     yield "larger", (f"1 µl, spheres of 2 and 4 mm: {1e6 * end:.0f} and {1e6 * larger:.0f} µm exact", larger < end)
-    yield "tension", ("does not depend on it without gravity, in any law here", False)
+    yield "tension", ("independent of it in every law (no gravity)", False)
 
 
 def of_impacts() -> Iterator[tuple[str, Said]]:
@@ -107,16 +107,19 @@ def of_impacts() -> Iterator[tuple[str, Said]]:
     bends = [bend(*restitution(viscosity)) for viscosity in VISCOSITIES]
     yield (
         "line",
-        (f"bent by {100 * min(bends):.0f} to {100 * max(bends):.0f} % of its range, see below", max(bends) < 0.05),
+        (
+            f"deviates by {100 * min(bends):.0f} to {100 * max(bends):.0f} % of its range",
+            max(bends) < 0.05,
+        ),
     )
     of_layer = buck_tables.layer
     thin, thick = (sticking(layer=of_layer("glass_1.74mm", "water", t)) for t in (100, 400))
-    yield "thicker", (f"100 and 400 µm of water: {thin:.2f} and {thick:.2f} m/s", thick > thin)
+    yield "thicker", (f"100 and 400 µm: {thin:.2f} and {thick:.2f} m/s", thick > thin)
     water, glycerol = (sticking(layer=of_layer("glass_1.74mm", name, 400)) for name in ("water", "glycerol50"))
     yield "viscous", (f"400 µm, 1 and 6.7 mPa s: {water:.2f} and {glycerol:.2f} m/s", glycerol > water)
     sizes = {p: sticking(p, of_layer(p, "water", 200)) for p in ("glass_1.74mm", "glass_0.91mm", "alumina_1.74mm")}
     big, small, light = sizes.values()
-    text = f"200 µm: glass of 1.74 mm {big:.2f}, of 0.91 mm {small:.2f}, γ-Al2O3 of 1.74 mm {light:.2f} m/s"
+    text = f"glass 1.74 mm {big:.2f}, 0.91 mm {small:.2f}, γ-Al2O3 1.74 mm {light:.2f} m/s"
     yield "lighter", (text, min(small, light) > big)
     two = [(name, of_layer(name, "water", t)) for name, t in (("glass_1.74mm", 400), ("glass_0.91mm", 200))]
     pairs = [tuple(impact(v, *of) for of in two) for v in (1.0, 2.0, 3.0)]
@@ -133,15 +136,15 @@ def of_beds() -> Iterator[tuple[str, Said]]:
     """Bridges less contacts per sphere, of the moist beds kept; a row of three spheres."""
     kept = pd.read_csv(HERE / "seeds.csv").query("problem == 'settling_bed' and case == 'moist'")
     said, holds = [], True
-    for program in ("LIGGGHTS + pywet, paper", "YADE, Rabinovich"):
+    for program, short in (("LIGGGHTS + pywet, paper", "pywet"), ("YADE, Rabinovich", "YADE")):
         of = kept[kept["program"] == program].set_index("quantity")
         bridges, contacts = of.loc["bridges per sphere"], of.loc["contacts per sphere"]
         more, seeds = float(bridges["mean"] - contacts["mean"]), int(bridges["seeds"])
         limit = half_width(math.hypot(bridges["deviation"], contacts["deviation"]), seeds, seeds - 1, 0.95)
-        said.append(f"{program}: {more:.2f} ± {limit:.2f} ({100 * (more / 2.0 - 1.0):+.0f} %)")
+        said.append(f"{short}: {more:.2f} ± {limit:.2f} ({100 * (more / 2.0 - 1.0):+.0f} %)")
         holds = holds and abs(more - 2.0) <= limit
-    yield "packing", (f"bridges less contacts of 150 spheres, 1 % of water: {'; '.join(said)}", holds)
-    yield "critical", ("hard spheres (Davis 2023, eq. 42): does not depend on it", False)
+    yield "packing", ("; ".join(said), holds)
+    yield "critical", ("independent of it (hard spheres, Davis 2023, eq. 42)", False)
 
 
 @dataclass(frozen=True)
@@ -181,10 +184,10 @@ def of_drums() -> Iterator[tuple[str, Said]]:
     """What the drum's angle changes by: mean of pairs of runs that are alike in the rest, and what chance makes of it."""
     of, n = angles(), len(angles().columns)
     text, sign = _change(of.xs(TENSIONS[1], level="tension") - of.xs(TENSIONS[0], level="tension"))
-    yield "cohesion", (f"20 to 70 mN/m, mean of 5 and 100 mPa s, seeds: {n}: {text}", sign)
-    yield "stability", ("the same runs", sign is not None or None)
+    yield "cohesion", (f"20 to 70 mN/m, {n} seeds: {text}", sign)
+    yield "stability", ("same runs", sign is not None or None)
     text, sign = _change(of.xs(THICK[1], level="viscosity") - of.xs(THICK[0], level="viscosity"))
-    yield "thick", (f"5 to 100 mPa s, mean of 20 and 70 mN/m, seeds: {n}: {text}", sign is not None or None)
+    yield "thick", (f"5 to 100 mPa s, {n} seeds: {text}", sign is not None or None)
 
 
 def _change(of: pd.DataFrame) -> tuple[str, bool | None]:
@@ -195,29 +198,21 @@ def _change(of: pd.DataFrame) -> tuple[str, bool | None]:
     return f"{mean:+.1f} ± {limit:.1f}°", None if abs(mean) <= limit else mean > 0.0
 
 
+def source(row: Mapping[Any, str]) -> str:
+    """The source of a statement, with how it was read unless that is an abstract, and its uncertainty if one is given."""
+    usual = {"read": "abstract", "uncertainty": "not given"}
+    return "; ".join([row["source"], *(row[key] for key, value in usual.items() if row[key] != value)])
+
+
 def tables() -> dict[str, list[str]]:
     """Lines of the page's tables, by their names."""
-    said = dict([*of_bridges(), *of_impacts(), *of_drums(), *of_beds()])
-    lines = ["| measured | source, how read, uncertainty | here | |", "|---|---|---|---|"]
+    computed = dict([*of_bridges(), *of_impacts(), *of_drums(), *of_beds()])
+    lines = ["| measured | source | computed | |", "|---|---|---|---|"]
     for row in pd.read_csv(HERE / "measured.csv").to_dict("records"):
-        text, holds = said[row["key"]]
-        answer = {True: "holds", False: "**does not hold**", None: "not told apart"}[holds]
-        lines.append(
-            f"| {row['measured']} | {row['source']}; {row['read']}; {row['uncertainty']} | {text} | {answer} |"
-        )
-    bent = ["| viscosity | St | e_n | all | the faster half |", "|---|---|---|---|---|"]
-    for viscosity in VISCOSITIES:
-        inverse, kept = restitution(viscosity)
-        quick = inverse < np.median(inverse)
-        bends = " | ".join(f"{100 * bend(*part):.0f} %" for part in ((inverse, kept), (inverse[quick], kept[quick])))
-        cells = f"{1 / inverse.max():.0f} to {1 / inverse.min():.0f} | {kept.min():.3f} to {kept.max():.3f} | {bends}"
-        bent.append(f"| {1e3 * viscosity:g} mPa s | {cells} |")
-    turned = ["| liquid | angle by seed [°] |", "|---|---|"]
-    for (viscosity, tension), of in angles().iterrows():
-        turned.append(
-            f"| {1e3 * tension:g} mN/m, {1e3 * viscosity:g} mPa s | " + ", ".join(f"{a:.1f}" for a in of) + " |"
-        )
-    return {"statements": lines, "bends": bent, "drums": turned}
+        text, confirmed = computed[row["key"]]
+        answer = {True: "confirmed", False: "**not confirmed**", None: "inconclusive"}[confirmed]
+        lines.append(f"| {row['measured']} | {source(row)} | {text} | {answer} |")
+    return {"statements": lines}
 
 
 def page() -> None:

@@ -1,4 +1,4 @@
-"""Reads the logs of a run and writes the replay's result. The column names are those of the written schema (docs/replay.md).
+"""Reads the logs of a run and writes the replay's result. The column names are those of `pywet/schema.py`.
 
 What grows with the length of a run is read in parts (stream.py); whole tables of it only where `Run.table` is asked for them.
 """
@@ -185,7 +185,7 @@ def complete(path: Path, names: Any, needed: Sequence[str]) -> None:
     lacking = [column for column in needed if column not in names]
     if lacking:
         raise ReplayError(
-            f"{path} lacks {', '.join(lacking)}; expected the columns of docs/replay.md: run the case again"
+            f"{path} lacks {', '.join(lacking)}; expected the columns of pywet/schema.py: run the case again"
         )
 
 
