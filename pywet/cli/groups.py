@@ -23,6 +23,7 @@ GROUPS = {
         "calibrate": "calibrate examples/calibrations/small_drum.yaml",
     },
     "Results": {
+        "report": "report results/smoke/case02",
         "view": "view results/smoke/case02 --movie",
         "app": "app results/smoke/case01 results/smoke/case02",
         "plot": "plot results/smoke/case02* --out fig.pdf",

@@ -65,6 +65,10 @@ class Budget:
     """Where weight began to act on each sphere; not a number where it has not yet."""
     doubt: float = 0.0
     """Scale of the work [J] on spheres that met others just before they entered, whose way until then is not known."""
+    way: float = 0.0
+    """Sizes of the works of gravity [J] from output to output up to there, of all spheres."""
+    fastest: Floats = field(default_factory=lambda: np.zeros(1))
+    """Largest speed of each sphere at an output so far [m/s]."""
     before: tuple[Floats, Floats, Floats] | None = None
     """Step, places and speeds of the last output of the part before."""
 
@@ -78,19 +82,20 @@ class Budget:
         if not len(outputs):
             return
         m, free = self.setup.mass, self.setup.free
-        fall, doubt = self._fall(outputs, x, v, events)
+        fall, way, doubt = self._fall(outputs, x, v, events)
         room = float(np.linalg.norm(self.setup.gravity) * m.sum()) * 1e-6
         own: dict[str, Any] = {
             "step": outputs,
             "kinetic": 0.5 * ((v**2).sum(axis=2) * m * free).sum(axis=1),
             "spin": 0.2 * ((w**2).sum(axis=2) * m * self.setup.radius**2 * free).sum(axis=1),
             "gravity": fall.sum(axis=1),
-            "gravity_size": np.abs(fall).sum(axis=1) + doubt + room,
+            "gravity_size": way + doubt + room,
         }
         self.rows.append(pd.DataFrame({**own, **of_bridges}))
 
-    def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, float]:
-        """Work of gravity on every sphere at the outputs [J], since the start or since it entered; `doubt`."""
+    def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, Floats, float]:
+        """Work of gravity on every sphere at the outputs [J], since the start or since it entered; of all spheres the sum of
+        its sizes from output to output, which a sphere that comes back does not make vanish; `doubt`."""
         enters, dt, m = self.setup.enters, self.setup.step, self.setup.mass
         if self.begun is None:
             self.begun = np.where(enters[:, None] > 0, np.nan, x[0])
@@ -109,8 +114,18 @@ class Budget:
                 way = np.abs((at[k + 1, n] - at[k, n]) @ self.setup.gravity)
                 self.doubt += float(m[n] * way) / LIMITS["gravity"]
         self.before = outputs[-1:], x[-1:], v[-1:]
-        fall = ((x - self.begun) * self.setup.gravity).sum(axis=2) * m
-        return np.where(outputs[:, None] >= enters, fall, 0.0), self.doubt
+        whole = np.where(step[:, None] >= enters, ((at - self.begun) * self.setup.gravity).sum(axis=2) * m, 0.0)
+        ways = self.way + np.concatenate([[0.0], np.cumsum(np.abs(np.diff(whole, axis=0)).sum(axis=1))])
+        self.way = float(ways[-1])
+        return whole[-len(outputs) :], ways[-len(outputs) :], self.doubt + self._touching(v)
+
+    def _touching(self, v: Floats) -> float:
+        """Scale of what an output within an impact leaves open [J]: powers at whole steps miss Δt²/4 of the acceleration, in
+        an impact at most the fastest speed so far times the circular frequency of the stiffest contact."""
+        self.fastest = np.maximum(self.fastest, np.linalg.norm(v, axis=2).max(axis=0))
+        stiffest = max(pair["normal_stiffness_N_per_m"] for pair in self.setup.scene["pairs"])
+        missed = 0.25 * self.setup.step**2 * self.fastest * np.sqrt(stiffest / self.setup.mass)
+        return float(np.linalg.norm(self.setup.gravity) * (self.setup.mass * missed).sum()) / LIMITS["gravity"]
 
     @property
     def known(self) -> bool:
