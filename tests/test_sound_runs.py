@@ -41,6 +41,17 @@ SCENES: dict[str, dict[str, Any]] = {
         }],
         "walls": [{"name": "tray", "block": {"low_mm": [-20, -20, -5], "high_mm": [20, 20, 0]}}],
     },
+    "outputs within an impact": {
+        "duration_s": 0.012, "materials": {"steel": {"density_kg_per_m3": 7850}}, "liquid": {"film_um": 5},
+        "spheres": [{
+            "name": "ball", "material": "steel", "diameter_mm": 10, "at_mm": [[0, 0, 6]],
+            "velocity_m_per_s": [0, 0, -2.2],
+        }],
+        "walls": [
+            {"name": "plate", "block": {"low_mm": [-20, -20, -1], "high_mm": [20, 20, 0]}},
+            {"name": "tray", "vessel": {"inner_width_mm": 50, "height_mm": 20, "origin_mm": [0, 0, -60]}},
+        ],
+    },
 }  # fmt: skip
 THIN_PLATE: dict[str, Any] = {
     "duration_s": 0.36, "materials": {"steel": {"density_kg_per_m3": 7850}}, "liquid": {"film_um": 5},
