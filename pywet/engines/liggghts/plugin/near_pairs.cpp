@@ -213,21 +213,21 @@ void NearPairs::propose_pairs(std::vector<Event> &events) {
 // it is nearer and this one's closest point lies on it, too; or the sphere's bridge with it, of before or of this step, has its
 // foot at a point of both faces.
 bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
-  const WallPair &pair = wall_pairs_[c];
+  const WallPair &mine = wall_pairs_[c];
   const Walls &walls = world_.walls;
-  const double near = ONE_PLACE * world_.spheres.radius(pair.i);
+  const double near = ONE_PLACE * world_.spheres.radius(mine.i);
   size_t first = c, last = c + 1;
-  while (first > 0 && wall_pairs_[first - 1].i == pair.i) first--;
-  while (last < wall_pairs_.size() && wall_pairs_[last].i == pair.i) last++;
+  while (first > 0 && wall_pairs_[first - 1].i == mine.i) first--;
+  while (last < wall_pairs_.size() && wall_pairs_[last].i == mine.i) last++;
   for (size_t k = first; k < last; k++) {
     WallPair &other = wall_pairs_[k];
-    if (k == c || other.site.mesh != pair.site.mesh) continue;
-    const bool bridged = wall_rest_[k] == INF || proposed_.count(key_of(LARGE_WALL, pair.i, other.j));  // either kind of wall
+    if (k == c || other.site.mesh != mine.site.mesh) continue;
+    const bool bridged = wall_rest_[k] == INF || proposed_.count(key_of(LARGE_WALL, mine.i, other.j));  // either kind of wall
     const bool shared = walls.on_border(other.j, own.point, near);
     if (bridged && shared) return true;
     if (!bridged && !shared) continue;
     const Vec foot = walls.closest(Vec(world_.engine.at.x[other.a]), other.site).point;
-    if (bridged ? walls.on_border(pair.j, foot, near) : norm(foot - own.point) > near) return true;
+    if (bridged ? walls.on_border(mine.j, foot, near) : norm(foot - own.point) > near) return true;
   }
   return false;
 }

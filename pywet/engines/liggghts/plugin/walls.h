@@ -196,17 +196,19 @@ class Walls {
     using Corner = std::array<double, 4>;  // mesh, x, y, z
     auto corner = [&](int p, const Vec &v) { return Corner{double(parts[p].mesh), v.x, v.y, v.z}; };
     std::map<Corner, int> part_at;         // the part at a corner, -1: several
-    for (size_t k = 0; k < triangles.size(); k++)
-      for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c}) {
-        const auto [at, fresh] = part_at.emplace(corner(part_of[k], *v), part_of[k]);
-        if (!fresh && at->second != part_of[k]) at->second = -1;
-      }
-    for (size_t k = 0; k < triangles.size(); k++)
-      for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c})
-        if (part_at[corner(part_of[k], *v)] < 0) {
-          parts[part_of[k]].border.push_back(int(k));
-          break;
+    for (int p = 0; p < int(parts.size()); p++)
+      for (int k : parts[p].triangles)
+        for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c}) {
+          const auto [at, fresh] = part_at.emplace(corner(p, *v), p);
+          if (!fresh && at->second != p) at->second = -1;
         }
+    for (int p = 0; p < int(parts.size()); p++)
+      for (int k : parts[p].triangles)
+        for (const Vec *v : {&triangles[k].a, &triangles[k].b, &triangles[k].c})
+          if (part_at[corner(p, *v)] < 0) {
+            parts[p].border.push_back(k);
+            break;
+          }
   }
 
   void bound(int p) {
