@@ -93,7 +93,7 @@ class Budget:
         }
         self.rows.append(pd.DataFrame({**own, **of_bridges}))
 
-    def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, Floats, float]:
+    def _fall(self, outputs: Floats, x: Floats, v: Floats, events: pd.DataFrame) -> tuple[Floats, Floats, Floats]:
         """Work of gravity on every sphere at the outputs [J], since the start or since it entered; of all spheres the sum of
         its sizes from output to output, which a sphere that comes back does not make vanish; `doubt`."""
         enters, dt, m = self.setup.enters, self.setup.step, self.setup.mass
@@ -119,13 +119,16 @@ class Budget:
         self.way = float(ways[-1])
         return whole[-len(outputs) :], ways[-len(outputs) :], self.doubt + self._touching(v)
 
-    def _touching(self, v: Floats) -> float:
+    def _touching(self, v: Floats) -> Floats:
         """Scale of what an output within an impact leaves open [J]: powers at whole steps miss Δt²/4 of the acceleration, in
         an impact at most the fastest speed so far times the circular frequency of the stiffest contact."""
-        self.fastest = np.maximum(self.fastest, np.linalg.norm(v, axis=2).max(axis=0))
+        speed = np.linalg.norm(v, axis=2)
+        fastest = np.maximum.accumulate(np.concatenate([np.maximum(self.fastest, speed[:1]), speed[1:]]))
+        self.fastest = fastest[-1]
         stiffest = max(pair["normal_stiffness_N_per_m"] for pair in self.setup.scene["pairs"])
-        missed = 0.25 * self.setup.step**2 * self.fastest * np.sqrt(stiffest / self.setup.mass)
-        return float(np.linalg.norm(self.setup.gravity) * (self.setup.mass * missed).sum()) / LIMITS["gravity"]
+        missed = 0.25 * self.setup.step**2 * fastest * np.sqrt(stiffest / self.setup.mass)
+        doubt = np.linalg.norm(self.setup.gravity) * (self.setup.mass * missed).sum(axis=1) / LIMITS["gravity"]
+        return np.asarray(doubt, dtype=float)
 
     @property
     def known(self) -> bool:

@@ -48,8 +48,9 @@ def _moved(shown: Floats, own: Floats, broken: Floats) -> Iterator[Suspect]:
         ratio = np.median((shown[broken] / own[broken])[np.abs(own[broken]) > 0])
         unit = next((f" ({name})" for value, name in UNITS.items() if abs(ratio / value - 1.0) < 1e-9), "")
         yield Suspect(f"it is {ratio:.9g} times what it should be{unit}", ratio * own, float(ratio))
-    by = np.median(shown[broken] - own[broken], axis=0)
-    words = ", ".join(f"{v:.6g}" for v in np.atleast_1d(by))
+    by = np.atleast_1d(np.median(shown[broken] - own[broken], axis=0))
+    by = np.where(np.abs(by) > 1e-9 * np.abs(by).max(), by, 0.0)  # what round-off moved
+    words = ", ".join(f"{v:.6g}" for v in by)
     yield Suspect(f"it is moved by {words}", own + by)
     for rows, name in ((1, "the row before"), (-1, "the row after")):
         yield Suspect(f"it is that of {name}", np.roll(own, rows, axis=0))

@@ -227,7 +227,8 @@ bool NearPairs::given_to_neighbour(size_t c, const Closest &own) {
     if (bridged && shared) return true;
     if (!bridged && !shared) continue;
     const Vec foot = walls.closest(Vec(world_.engine.at.x[other.a]), other.site).point;
-    if (bridged ? walls.on_border(mine.j, foot, near) : norm(foot - own.point) > near) return true;
+    const bool same = norm(foot - own.point) <= near;  // also of faces that lie on one another, as where wires cross
+    if (bridged ? same || walls.on_border(mine.j, foot, near) : !same) return true;
   }
   return false;
 }
