@@ -61,9 +61,11 @@ class Need:
 
 @cache
 def _machine() -> cost.Coefficients:
-    known = cost.kept()
-    if known is not None:
-        return known
+    return cost.kept() or stored_machine()
+
+
+def stored_machine() -> cost.Coefficients:
+    """The costs of the machine that `machine.json` names."""
     stored: dict[str, Any] = read_json(ELSEWHERE)
     return cost.Coefficients(Costs(**stored["few"]), Costs(**stored["many"]))
 
