@@ -1,4 +1,4 @@
-"""On what grounds the campaign's settings stand: its springs against the stored errors and prices of the accuracy study."""
+"""Grounds of the campaign's settings: errors and costs of its contact stiffness in the stored accuracy study."""
 
 from __future__ import annotations
 
@@ -23,19 +23,16 @@ def lines() -> list[str]:
     springs = " and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items())
     return [
         "\n## Settings\n",
-        "A time step of a tenth of the shortest collision, and springs of a stiffness of",
-        f"{springs}, where there",
-        "are four times as many spheres. What the accuracy study says of springs (reduced scale, 8 mm, its first second of",
-        "screening, against the paper's stiffness, in % of the feed; ± is what chance may make of the mean over the seeds, 99 %;",
-        "[what accuracy costs](accuracy.md)):\n",
-        "| springs | price dry, moist | retained, dry: mean | at the end | moist: mean | at the end |",
+        f"The time step is a tenth of the shortest collision, the contact stiffness {springs}. Errors of the stiffness at",
+        "reduced scale, 8 mm, after one second of screening, against the paper's stiffness, in % of the feed ± 99 % limit",
+        "([what accuracy costs](accuracy.md)):\n",
+        "| stiffness | cost dry, moist | retained, dry: mean | at the end | moist: mean | at the end |",
         "|" + "---|" * 6,
         *(_row(row) for row in rows),
         "",
-        "0.03 is told from 0.1 in no column; 0.01 errs more than twice as much as 0.1 at the end, dry. One run of that scale has",
-        f"a standard deviation of {100 * spread:.1f} % at the end, dry. The spheres at 5.6 mm are smaller, and an impact",
-        "dents them by a smaller part of their diameter, which goes with √(d/k): 0.03 is for near-mesh spheres",
-        "of 5 mm what 0.042 is for those of 7 mm. From a time step of 0.1 to one of 0.025 no difference is told from chance.",
+        "0.03 and 0.1 differ significantly in no column; 0.01 errs more than twice as much as 0.1 at the end, dry. One run has a",
+        f"standard deviation of {100 * spread:.1f} % at the end, dry. Overlap over diameter varies as √(d/k): 0.03 is for",
+        "spheres of 5 mm what 0.042 is for those of 7 mm. Time steps of 0.1 to 0.025 do not differ significantly.",
     ]  # fmt: skip
 
 

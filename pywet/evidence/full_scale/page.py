@@ -1,4 +1,4 @@
-"""docs/full_scale.md and its figures, made from the kept tables alone: `python -m pywet.evidence.full_scale.page`."""
+"""docs/full_scale.md and its figures, made from the stored tables alone: `python -m pywet.evidence.full_scale.page`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import typer
 from pywet import config as settings
 from pywet.config import Config
 from pywet.errors import border
-from pywet.evidence.full_scale import basis, kept, reasons, retirement, spread, stroke, trials
-from pywet.evidence.full_scale.judging import FAILS, HOLDS, MISSING, OPEN, Answer, Statement, judge, neighbours
+from pywet.evidence.full_scale import basis, headline, kept, reasons, retirement, spread, stroke, trials
+from pywet.evidence.full_scale.judging import FAILS, MISSING, OPEN, Answer, Statement, judge, neighbours
 from pywet.evidence.full_scale.kept import Kept
 from pywet.evidence.full_scale.spread import Runs
 from pywet.evidence.full_scale.statements import STATEMENTS
@@ -32,36 +32,38 @@ FIGURES = {
     "fig13": ("Fig. 13: by size class", plots.classes),
     "fig15": ("Fig. 15: where the liquid is", plots.liquid),
 }
+FIRST = "fig12"
+"""Figure that opens the page."""
 PICTURES = {
     "fig11a": "Fig. 11a: case 3 three seconds after the opening; darker spheres have thicker films",
     "fig11b": "Fig. 11b: the same close by; bridges as cuboids of their volume",
 }
 """Made by `pictures.py` from a run itself, which is not kept."""
-HEAD = """# Full scale
+METHOD = """
+## Method
 
-The screening cases at the paper's own size (200 mm sieve) and for its 20 s, and what they say of the statements that Elskamp &
-Kruggel-Emden (2018) make of their simulations in sections 5.2 and 5.3. Made by `python -m pywet.evidence.full_scale.page` from
-the tables in `docs/full_scale/data`, which `make full` stores as each case ends. Times count from the opening of the slide.
-Each statement is a range that its words allow (`pywet/evidence/full_scale/statements.py` lists the words). The ranges were fixed
-when the 18 cases of the table below were known and before any other run is judged by them; their digest is stored with each later
-run. By an earlier, one-sided list 23 of the statements 1 to 39 were confirmed, 12 not and 4 inconclusive.
+The 18 screening cases of Elskamp & Kruggel-Emden (2018) on their 200 mm sieve for 20 s; times count from the opening of the
+slide. `make full` runs the cases and stores their tables in `docs/full_scale/data`, from which
+`python -m pywet.evidence.full_scale.page` makes this page. A statement of the paper is a range that its words allow
+(`pywet/evidence/full_scale/statements.py`). The ranges were fixed when these 18 cases were known and before any other run is
+judged; their digest is stored with each later run. By an earlier, one-sided list 23 of the statements 1 to 39 were confirmed, 12
+not and 4 inconclusive.
 """
 
 COMMITS = {
-    "3cef7a2": "`1d46192` with the way since the last look mended in `reference_impl/replay/formations.py` as in `8d56677`",
-    "18fe5ad": "`16a5c35` with the walls' way as the engine's own sum (`pywet/apparatus/motion.py`)",
+    "3cef7a2": "`1d46192` with the fix of `8d56677` in `reference_impl/replay/formations.py`",
+    "18fe5ad": "`16a5c35` with the walls' displacement as the engine sums it (`pywet/apparatus/motion.py`)",
 }
-"""Commits that tables name and the history lacks -> what they are."""
+"""Commit that tables name and the history lacks -> what it is."""
 
 BEYOND = """
 ## What the paper says its model lacks
 
-Fines and bin get too little water there, coarse material and screen (walls, too, with POM) too much, for want of "vibrating
-dewatering". Here liquid can be shed in free motion, and can have weight ([effects](effects.md#effects-in-no-preset)).
+In the paper fines and bin get too little water, coarse material and screen too much, for want of "vibrating dewatering". Here
+liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
 {full}
 
-At the smoke scale (sieve of 50 mm, springs of a hundredth) they do to the divisions of Fig. 14, in % of all liquid, {time:.1f} s
-after the opening, one seed each, replayed (`python -m pywet.evidence.full_scale.trials`): a check, not a prediction.
+At smoke scale, {time:.1f} s after the opening, one seed each (`python -m pywet.evidence.full_scale.trials`), in % of all liquid:
 """
 SWITCHED = ("shedding", "liquid_weight")
 """Names of variants that are the campaign's settings with this effect on."""
@@ -71,13 +73,12 @@ def honest(runs: Runs) -> str:
     """What the page can be trusted with."""
     seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
     several = f"Several seeds of cases {', '.join(seeded)}, one of each other" if seeded else "One seed of each case"
-    return f"""## Honest read
+    return f"""## Limits
 
-{several}; softer springs than the paper's; and dimensions of the apparatus that the paper does not give. What
-holds, holds for these runs. A case of one seed has its neighbour's spread at the same time, and 5.6 mm passes four times as
-slowly as its neighbour of 8 mm: late in the run chance is larger there than the page says. What does not hold says first of all
-that this simulation is not the paper's: where no reason stands beside it, it is not known whether the settings, the apparatus
-or the model is why.
+{several}; contact stiffness below the paper's; and dimensions of the apparatus that the paper does not give
+([rig](rig.md)). Cases of one seed are given the spread of their neighbour at the same time; with 5.6 mm, where passage is four
+times as slow, this is too small late in the run. A statement that is not confirmed shows first that this simulation differs from
+the paper's; where no reason is given, settings, apparatus and model are all possible.
 """
 
 
@@ -89,8 +90,11 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     answers = [(s, judge(s, runs)) for s in STATEMENTS]
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = reasons.lines([n for n in open_ if n in reasons.REASONS], runs)
+    results = [_result(config, number, runs) for number in sorted(runs)]
     lines = [
-        HEAD,
+        *headline.lines(runs, answers),
+        *(_drawn(data.parent, FIRST, results) if runs else []),
+        METHOD,
         "## Runs\n",
         *_runs(config, runs, variants),
         *_price(runs),
@@ -101,11 +105,11 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
         "\n## Statements\n",
         *_statements(answers),
         *(["\n## Why a statement is not confirmed\n", *reasons.lines(failed, runs)] if failed else []),
-        *(["\n## What is known of inconclusive statements\n", *known] if known else []),
+        *(["\n## Inconclusive statements\n", *known] if known else []),
         *_beyond(runs, variants),
     ]
     if runs:
-        lines += ["\n## Figures\n", *_figures(data.parent, config, runs, variants)]
+        lines += ["\n## Figures\n", *_figures(data.parent, stroke.fig9(config), results, runs, variants)]
     lines += ["\n" + honest(runs)]
     return "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
 
@@ -144,25 +148,24 @@ def _price(runs: Runs) -> list[str]:
         return []
     return [
         f"\nA moist case takes {np.median(ratios):.2f} times the processor time of its dry one in the median, "
-        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed: not side by side, mostly beside other "
-        "work, not all by one version)."
+        f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed, on a loaded machine, several versions)."
     ]
 
 
 def _lacking(runs: Runs, stiff: Runs) -> list[str]:
     """What the page cannot say for want of runs."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
-    lines = ["", "Where no sizes stand, none were recorded.\n"]
+    lines = ["", "–: not recorded, or nothing to replay.\n"]
     if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
         lines += [
-            f"- **Missing: {SEEDS} seeds of cases {', '.join(map(str, SEEDED))}** (there are {seeds}). What chance makes at full",
+            f"- **Missing: {SEEDS} seeds of cases {', '.join(map(str, SEEDED))}** (there are {seeds}). The scatter at full",
             "  scale is measured with fewer, or taken as none where there is one.",
         ]
     left = [n for n in SEEDED if not stiff.get(n)]
     if left:
         lines += [
-            f"- **Missing: cases {', '.join(map(str, left))} with the paper's own stiffness.** What softer springs do at full",
-            "  scale is taken from the reduced scale (below), not measured.",
+            f"- **Missing: cases {', '.join(map(str, left))} with the paper's stiffness.** The effect of a lower one",
+            "  is taken from the reduced scale (below), not measured.",
         ]
     return lines
 
@@ -182,8 +185,8 @@ def _row(config: Config, k: Kept) -> str:
     if about["resumed_at_step"] is not None:  # what was spent before a kill is not known
         hours = f"> {hours}"
     own = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
-    springs = f"springs {about['normal_stiffness_N_per_m'] / own:.2g}"
-    chosen = f"{about['scale']}, {springs}, dt {1e6 * about['time_step_s']:.3g} µs"
+    stiffness = f"stiffness {about['normal_stiffness_N_per_m'] / own:.2g}"
+    chosen = f"{about['scale']}, {stiffness}, dt {1e6 * about['time_step_s']:.3g} µs"
     counts = f"{events} | {about['contacts']:,} | {ledger}"
     sizes = ", ".join(_size(about.get(key)) for key in ("peak_memory_B", "replay_peak_memory_B", "disk_B"))
     took = "–" if about.get("replay_cpu_s") is None else f"{about['replay_cpu_s']:.0f}"
@@ -196,15 +199,11 @@ def _size(number: float | None) -> str:
 
 
 def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
-    verdicts = [a.verdict for _, a in answers]
-    counted = "; ".join(
-        f"{len(part)} on {of}: " + ", ".join(f"{part.count(v)} {v}" for v in (HOLDS, FAILS, OPEN, MISSING) if v in part)
-        for of, part in (("screening", verdicts[:39]), ("laws", verdicts[39:]))
-    )
     return [
-        f"{len(answers)} statements; {counted}. ± is half the 95 % interval of the mean over seeds; where the cases of a",
-        "statement have one seed in common, of what the seeds of the neighbour (8 mm, 1 mm, the same material, dry or with",
-        "5 %) make of it. A limit within it: inconclusive. Statements 40 to 48 are on laws alone.\n",
+        "±: half the 95 % interval of the mean over seeds; where the cases of a statement have one seed in common, the scatter",
+        "of their neighbour (8 mm, 1 mm, the same material, dry or with 5 %). A statement with a limit within it is",
+        "inconclusive.",
+        "Y: fraction retained, U: undersize on the screen over undersize fed.\n",
         "| | place | statement | numbers | answer |",
         "|" + "---|" * 5,
         *(_answer(s, a) for s, a in answers),
@@ -212,7 +211,7 @@ def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
 
 
 def _division(run: Kept, title: str) -> float:
-    """Share of all liquid at the end in a division of Fig. 14; holders that a run's table lacks have none."""
+    """Share of all liquid at the end in a division of Fig. 14; a liquid reservoir that a run's table lacks has none."""
     have = run.tables["liquid_by_holder"].columns
     return sum(float(run.liquid(h)[-1]) for h in trials.FIG14[title] if f"{h}_m3" in have)
 
@@ -226,8 +225,8 @@ def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
     for effect in SWITCHED:
         cases = sorted(variants.get(effect, {}))
         if table := spread.rows(runs, variants.get(effect, {}), cases, DIVISIONS | spread.DRY):
-            said = f"At full scale `{effect}` was on in one run each of cases {', '.join(map(str, cases))}, the rest as in the"
-            lines += [f"\n{said} campaign; shares are of all liquid at 20 s:\n", *spread.head(f"with {effect}"), *table]
+            said = f"At full scale, one run each of cases {', '.join(map(str, cases))} with `{effect}`; shares are of all liquid"
+            lines += [f"\n{said} at 20 s:\n", *spread.head(f"with {effect}"), *table]
     left = [f"`{effect}`" for effect in SWITCHED if effect not in variants]
     return "\n".join([*lines, *([f"\nNo run at full scale has {' or '.join(left)}."] if left else [])])
 
@@ -248,10 +247,8 @@ def _beyond(runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
         "|" + "---|" * (len(trials.FIG14) + 3),
         *rows,
         "\n" + "; ".join(_moved(table, trial) for trial in ("shedding", "liquid_weight")) + ", of all liquid.",
-        "A minus means that it has more there. That is mostly because more or less has passed (last column), which one seed",
-        "cannot tell from chance: with four seeds the smoke scale tells 4 to 6 % apart ([what accuracy costs](accuracy.md)).",
-        "So the weight's effect cannot be told, nor whether all of shedding's is its own. In case 3, where more can be",
-        "shed, two seeds differ by 3 %, and shedding takes 19 and 22 % from the coarse material 1.4 s after the opening.",
+        "A minus means that it has more there. With one seed the effect of weight is inconclusive, and so is how much of the",
+        "difference shedding makes ([what accuracy costs](accuracy.md)).",
     ]
 
 
@@ -271,11 +268,17 @@ def _answer(statement: Statement, answer: Answer) -> str:
     return f"| {statement.number} | {statement.place} | {statement.says} | {'; '.join(parts)} | {answer.verdict} |"
 
 
-def _figures(folder: Path, config: Config, runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
-    results = [_result(config, number, runs) for number in sorted(runs)]
-    lines = _figure(folder, "fig09", "Fig. 9: path of the screen over one period, as configured", stroke.fig9(config))
-    for name, (title, draw) in FIGURES.items():
-        lines += _figure(folder, name, title, plots.grid(draw(results)))
+def _drawn(folder: Path, name: str, results: Sequence[CaseResult]) -> list[str]:
+    title, draw = FIGURES[name]
+    return _figure(folder, name, title, plots.grid(draw(results)))
+
+
+def _figures(
+    folder: Path, path: str, results: Sequence[CaseResult], runs: Runs, variants: Mapping[str, Runs]
+) -> list[str]:
+    lines = _figure(folder, "fig09", "Fig. 9: path of the screen over one period, as configured", path)
+    for name in FIGURES:
+        lines += _drawn(folder, name, results) if name != FIRST else []
     lines += [
         f"![{title}](full_scale/{name}.webp)\n"
         for name, title in PICTURES.items()

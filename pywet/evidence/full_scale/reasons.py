@@ -1,6 +1,6 @@
 """Why a statement is not confirmed: the reason found, with the run that tests it.
 
-The numbers stand in docs/full_scale/reasons/<statement>.csv. They are made from run directories by
+The numbers are in docs/full_scale/reasons/<statement>.csv. They are made from run directories by
 `python -m pywet.evidence.full_scale.reasons STATEMENT RUN…`: 7 (and 2, 17, 21), 6 (and 20, 32) and 12 take runs of `trials.py`,
 26 runs that differ in the side wall's height.
 """
@@ -81,8 +81,8 @@ def _slower(runs: Runs, folder: Path) -> str:
     early = less.y(0.5, 5.0) - full.y(0.5, 5.0)
     left = [100 * run.at(run.undersize, 5.0) for run in (full, less)]
     return (
-        f"passage is over sooner here. From 0.5 to 5 s 0.8 mm holds {early:.3f} of the feed back on average; at 5 s "
-        f"{left[0]:.0f} % of the undersize is left with 1 mm, {left[1]:.0f} % with 0.8 mm. Why it is sooner: see 7."
+        f"passage ends sooner here. From 0.5 to 5 s 0.8 mm holds {early:.3f} of the feed back on average; at 5 s "
+        f"{left[0]:.0f} % of the undersize is left with 1 mm, {left[1]:.0f} % with 0.8 mm. The cause: see 7."
     )
 
 
@@ -91,9 +91,9 @@ def _wider(runs: Runs, folder: Path) -> str:
     means = [f"{of('deep', n, 'all'):.2f} in place of {of('as_is', n, 'all'):.2f}" for n in (7, 8)]
     gaps = [narrow.y(*span) - wide.y(*span) for span in ((5.0, 10.0), (10.0, 20.0))]
     return (
-        f"three of its four parts hold; POM with 5.6 mm is over sooner here: Y7 − Y1 is {gaps[0]:.3f} from 5 to 10 s and "
-        f"{gaps[1]:.3f} from 10 to 20 s, with {100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. "
-        "With 5.6 mm, too, the pace hangs on the bed's depth: twice as deep, tried "
+        f"three of its four parts are confirmed; passage of POM with 5.6 mm ends sooner here: Y7 − Y1 is "
+        f"{gaps[0]:.3f} from 5 to 10 s and {gaps[1]:.3f} from 10 to 20 s, with {100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. "
+        "With 5.6 mm, too, the pace depends on the depth of the bed: twice as deep, "
         f"{TRIED}, the screen has {means[0]} of the feed dry on average, {means[1]} with 5 %."
     )
 
@@ -103,13 +103,13 @@ def _early(runs: Runs, folder: Path) -> str:
     dry, five, ten = (runs[k][0] for k in (1, 2, 3))
     y = [k.y(0.5, 2.5) for k in (dry, five, ten)]
     return (
-        f"passage is over sooner here. From 0.5 to 2.5 s 5 % of liquid holds {y[1] - y[0]:.3f} of the feed back on average and "
+        f"passage ends sooner here. From 0.5 to 2.5 s 5 % of liquid holds {y[1] - y[0]:.3f} of the feed back on average and "
         f"10 % holds {y[2] - y[1]:.3f} more; at 3 s {100 * dry.at(dry.undersize, 3.0):.0f} % of the undersize is left dry, "
         f"{100 * five.at(five.undersize, 3.0):.0f} and {100 * ten.at(ten.undersize, 3.0):.0f} % moist. A bed twice as deep, "
-        f"tried {TRIED}, has {of('deep', 1, 'all'):.2f} of the feed on the screen on average in place of "
+        f"{TRIED}, has {of('deep', 1, 'all'):.2f} of the feed on the screen on average in place of "
         f"{of('as_is', 1, 'all'):.2f} dry, {of('deep', 3, 'all'):.2f} in place of {of('as_is', 3, 'all'):.2f} with 10 %: the "
-        "pace hangs on the bed's depth, and that on the width of the sieve, which the paper does not give. Why 10 % does hold "
-        "more back is not known."
+        "pace depends on the depth of the bed, which follows from the diameter of the sieve ([rig](rig.md)). Why 10 % delays "
+        "passage further is not known."
     )
 
 
@@ -117,8 +117,8 @@ def _small_first(runs: Runs, folder: Path) -> str:
     of = _trials(folder)
     lags = [of(trial, 3, SMALL) - of(trial, 3, NEAR) for trial in ("as_is", "sticky", "deep")]
     return (
-        f"not known. Neither twice the surface tension nor a bed twice as deep turns it round: {TRIED} the mean of "
-        f"Y_small − Y_near is {lags[0]:+.3f} as it is, {lags[1]:+.3f} and {lags[2]:+.3f} with these."
+        f"not known. Neither twice the surface tension nor a bed twice as deep reverses it: {TRIED} the mean of "
+        f"Y_small − Y_near is {lags[0]:+.3f} without, {lags[1]:+.3f} and {lags[2]:+.3f} with them."
     )
 
 
@@ -164,9 +164,9 @@ def _closer(runs: Runs, folder: Path) -> str:
         both = [[of(trial, n, "all") for n in cases] for cases in groups]
         tried.append(" and ".join(f"{max(each) - min(each):.3f}" for each in both))
     return (
-        f"the trend is there, but 1 mm lies closer together because its passage is over sooner here: from 2 to 10 s the means "
+        f"the trend is there, but 1 mm lies closer together because its passage ends sooner here: from 2 to 10 s the means "
         f"of cases 10 to 12 are within {late:.4f} of the feed, of 13 to 15 within {later:.4f}; from 0.5 to 2 s within "
-        f"{early:.3f} and {slower:.3f}. While most of a bed is still there 0.8 mm does lie closer together: tried {TRIED}, the "
+        f"{early:.3f} and {slower:.3f}. While most of the bed is on the screen 0.8 mm lies closer together: {TRIED}, the "
         f"means are within {tried[0]}, with a bed twice as deep within {tried[1]}."
     )
 
@@ -174,8 +174,8 @@ def _closer(runs: Runs, folder: Path) -> str:
 def _nothing_left(runs: Runs, folder: Path) -> str:
     dry, moist = (100.0 * runs[n][0].at(runs[n][0].undersize, 20.0) for n in (7, 8))
     return (
-        f"its first half holds, moist spheres are slower at first. But the dry screen is empty of undersize here: {dry:.2f} % is "
-        f"left at 20 s, so that {moist:.1f} % with liquid cannot be less. Why passage is over sooner than the paper's: see 6."
+        f"its first half is confirmed. But the dry screen is empty of undersize here: {dry:.2f} % is "
+        f"left at 20 s, so that {moist:.1f} % with liquid cannot be less. The cause: see 6."
     )
 
 
@@ -186,7 +186,7 @@ def _still_changing(runs: Runs, folder: Path) -> str:
         h: 100.0 * (run.at(run.liquid(h), 20.0) - run.at(run.liquid(h), since)) for h in ("coarse_material", "fines")
     }
     return (
-        f"three of its four parts hold, glass comes closer to an equilibrium than POM. In case 11, of which a tenth of the "
+        f"three of its four parts are confirmed. In case 11, of which a tenth of the "
         f"undersize is left at {since:.1f} s, the shares of coarse material and fines change by "
         f"{moved['coarse_material']:+.1f} and {moved['fines']:+.1f} % of all liquid after "
         "that: the last tenth of the undersize takes its liquid along."
@@ -204,8 +204,8 @@ def _too_little_left(runs: Runs, folder: Path) -> str:
             f"screen at 20 s; the coarse material holds {held[0]:.1f} % of the liquid, the fines {held[1]:.1f} %"
         )
     return (
-        f"its first half holds, small spheres are still there. But {'; '.join(said)}: most has passed, and took the "
-        f"liquid along. Why passage is over sooner than the paper's: see 6."
+        f"its first half is confirmed. But {'; '.join(said)}: most has passed and took its "
+        f"liquid along. The cause: see 6."
     )
 
 
@@ -213,7 +213,7 @@ def _at_once(runs: Runs, folder: Path) -> str:
     run = runs[1][0]
     left = {t: 100.0 * run.at(run.undersize, t) for t in (2.0, 5.0, 10.0)}
     shares = ", ".join(f"{of:.1f} % at {t:g} s" for t, of in left.items())
-    return f"passage is over sooner here: of the undersize {shares} is left. Why it is sooner: see 7."
+    return f"passage ends sooner here: of the undersize {shares} is left. The cause: see 7."
 
 
 def _glass_pegs(runs: Runs, folder: Path) -> str:
@@ -222,7 +222,7 @@ def _glass_pegs(runs: Runs, folder: Path) -> str:
     return (
         f"at 5.6 mm glass is retarded much more than POM: Y is {ends[1]:.3f} and {ends[0]:.3f} at 20 s, with {stuck[1]:.0f} and "
         f"{stuck[0]:.0f} large spheres wedged from 10 to 20 s on average. With 0.8 mm the two materials differ by hardly more "
-        "than the range. Why dry glass pegs more than in the paper is not known."
+        "than the range. Why dry glass pegs more here is not known."
     )
 
 
@@ -251,11 +251,11 @@ REASONS: dict[int, Callable[[Runs, Path], str]] = {
                  "from a third of the rupture distance on; Rabinovich leaves it by up to 24 % beyond half of it."),
     43: _of_laws("in the first configuration Rabinovich leaves the exact bridge by 20 % at 0.7 of the rupture distance."),
     47: _of_laws("the parabola (35-43) gives the opposite (size ratios 1.5, 2 and 3): between spheres of 10° the larger gets "
-                 "more than between spheres of 40°. Section 5.3 says so itself of glass (15°) and POM (40°): statement 33, "
-                 "which is confirmed. Both cannot be true: impossible under any reading of these equations at the "
-                 "rupture distance."),
+                 "more than between spheres of 40°. Section 5.3 says the same of glass (15°) and POM (40°): statement 33, "
+                 "which is confirmed. Both cannot be true under any reading of these equations at the rupture "
+                 "distance."),
     48: _of_laws("the steps over angles are confirmed. Over V* the parabola at the rupture distance gives the opposite "
-                 "trend, and none of one sign where the angles differ by 10° beside 40°."),
+                 "trend, and none of one sign where the angles differ by 10°, near 40°."),
 }  # fmt: skip
 TESTS: dict[int, Callable[[Sequence[RunDir]], pd.DataFrame]] = {
     6: curves,

@@ -31,10 +31,9 @@ TEXT = """
 ## Retirement
 
 Runs named `retire` take spheres that lie in the collecting bin [out of the run](engine.md#retired-spheres) four times a second.
-What passes, when, and how much liquid stays above are compared with runs that keep all spheres; a difference of the means is
-significant where chance alone makes as large a one in less than one of twenty cases (Student, with the spread of the seeds that
-keep all spheres). How the liquid below is shared by fines and the bin's walls changes: each sphere that comes to rest wets the
-floor, which a pile would have covered. The sum of both is compared as well.
+Passage and liquid are compared with runs that retain all spheres; significant: seeds alone make as large a difference of the
+means in less than one of twenty cases (Student). Fines and the bin's walls share the liquid differently, since each sphere that
+comes to rest wets the floor; their sum is compared as well.
 """
 
 
@@ -44,14 +43,15 @@ def lines(kept: Runs, retired: Runs) -> list[str]:
     if not cases:
         return []
     head = (
-        "| case | quantity | seeds | all kept | standard deviation | retired | difference | significant |",
+        "| case | quantity | seeds | all spheres | standard deviation | retired | difference | significant |",
         "|" + "---|" * 8,
     )
     rows = [row for case in cases for row in _compared(case, kept[case], retired[case])]
-    price = "| case | engine [core-hours]: all kept | retired | replay [s]: all kept | retired | disk [GB]: all kept | retired |"
+    asked = "engine [core-hours]", "replay [s]", "disk [GB]"
+    head_of_costs = f"| case | {' | '.join(f'{name}: all spheres | retired' for name in asked)} |"
     costs = [_cost(case, kept[case], retired[case]) for case in cases]
-    note = "\nTimes are of different days and beside other work; the least of each case's runs."
-    return [TEXT, *head, *rows, "", price, "|" + "---|" * 7, *costs, note]
+    note = "\nLeast time of each case's runs, made on different days on a loaded machine."
+    return [TEXT, *head, *rows, "", head_of_costs, "|" + "---|" * 7, *costs, note]
 
 
 def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[str]:

@@ -1,4 +1,4 @@
-"""What chance and softer springs do at full scale: seeds of a case against each other and against its run `paper`."""
+"""Scatter of seeds and effect of a lower contact stiffness at full scale: seeds of a case against its run `paper`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MOIST: dict[str, Callable[[Kept], float]] = {
 
 
 def rows(runs: Runs, other: Runs, cases: Sequence[int], asked: Quantities | None = None) -> list[str]:
-    """For each case with seeds each quantity's mean and standard deviation, and what another way of running makes of it."""
+    """For each case with seeds each quantity's mean and standard deviation, and how a run with other settings differs."""
     lines = []
     for case in cases:
         seeds = runs.get(case, ())
@@ -59,15 +59,14 @@ def lines(runs: Runs, stiff: Runs, cases: Sequence[int]) -> list[str]:
     if not table:
         return []
     return [
-        "\n## Chance, and the paper's springs\n",
-        "Seeds of a case differ in where the spheres fall into the feed bin. Of the runs named `paper`, which have the paper's",
-        "stiffness and a time step of a tenth of its shortest collision, there is one each: told from chance is what lies",
-        "farther off than another seed would in one of twenty cases (Student), of which some tables of this length have one.\n",
-        *head("with the paper's springs"),
+        "\n## Seeds, and the paper's contact stiffness\n",
+        "Seeds differ in where the spheres fall into the feed bin. Of the runs named `paper`, with the paper's stiffness, there",
+        "is one each. Significant: farther off than another seed would be in one of twenty cases (Student).\n",
+        *head("with the paper's stiffness"),
         *table,
     ]
 
 
 def head(other: str) -> tuple[str, str]:
     """Of the table of `rows`."""
-    return f"| case | quantity | seeds | mean | standard deviation | {other} | told from chance |", "|" + "---|" * 7
+    return f"| case | quantity | seeds | mean | standard deviation | {other} | significant |", "|" + "---|" * 7

@@ -179,7 +179,7 @@ def test_the_page_draws_what_there_is(tmp_path: Path) -> None:
     write_json(half, {**read_json(half, ""), "cpu_s": 2400.0})
     text = page.page_text(tmp_path / "data", settings.load(ROOT / "config"))
     assert (
-        "Not run yet: 3, 4, 5" in text and "| case02-1 | full, springs 0.1, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
+        "Not run yet: 3, 4, 5" in text and "| case02-1 | full, stiffness 0.1, dt 1 µs | 1.00 | 10 | 7 | 1e-15 |" in text
     )
     assert "A moist case takes 1.50 times" in text and "1.50 to 1.50 (1 pairs" in text
     assert {p.name for p in tmp_path.glob("*.svg")} == {f"fig{k}.svg" for k in ("09", 10, 12, 13, 14, 15)}
@@ -203,7 +203,7 @@ def test_the_numbers_of_the_readme_are_those_of_the_kept_tables() -> None:
         f"of 39 statements that the paper makes of its curves, {holding} are confirmed, {failing} are not, each with its "
         f"reason, and {open_} are inconclusive" in readme
     )
-    chance = told.partition("## Chance, and the paper's springs")[2].partition("## Statements")[0]
+    chance = told.partition("## Seeds, and the paper's contact stiffness")[2].partition("## Statements")[0]
     rows = re.findall(r"^\| (\d+) \| (.+?) \| \d+ \| (\S+) \| \S+ \| (\S+) \| (yes|no), ", chance, re.MULTILINE)
     moved = {(case, of): (float(mean), float(by)) for case, of, mean, by, far in rows if far == "yes"}
     assert len(rows) == 20 and set(moved) == {("2", "half of the undersize is through [s]"), ("2", "of the walls")}
