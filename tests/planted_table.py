@@ -1,4 +1,4 @@
-"""Writes docs/planted_faults.md, one table of all planted faults, from the tests: `python -m tests.planted_table`."""
+"""Writes docs/planted_faults.md, one table of all injected faults, from the tests: `python -m tests.planted_table`."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ ENGINE = (
           {name: (quantity, words) for name, (_, _, quantity, words) in planted_in_bin.FAULTS.items()}),
     Place("log", "the history of a sound run of twelve spheres, or the laws and constants that it claims",
           "reference_impl/test_diagnosis.py", shown(planted_log.FAULTS)),
-    Place("tables", "tables beside the logs of the yard's sound run", "reference_impl/test_planted_yard.py",
+    Place("tables", "tables next to the logs of that sound run", "reference_impl/test_planted_yard.py",
           shown(planted_yard.FAULTS)),
-    Place("motion", "what the reference is told of a sound run's bodies and contacts", "reference_impl/test_newton.py",
+    Place("motion", "what the reference reads of a sound run's bodies and contacts", "reference_impl/test_newton.py",
           motion()),
 )  # fmt: skip
 AFTER = (
@@ -78,25 +78,24 @@ AFTER = (
           of_report(test_scenes.FAULTS, "3-D scene")),
     Place("page", "the report's page", "reference_impl/test_report.py", of_report(test_report.SHOWN, "page")),
 )  # fmt: skip
-HEAD = """# Planted faults
+HEAD = """# Injected faults
 
-Made by `python -m tests.planted_table` from the tests that plant them: each of these {count} faults is planted in a sound
-run (alone; in the tables of the yard beside such as touch nothing of it), must show in the quantity of the replay that
-stands beside it ([what it holds against what](replay.md)), and must be named by these words. {before} are planted before
-the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are found without a name. Rounds that take long
-run with `pytest -m slow`.
+Each of these {count} faults is injected alone into a sound run (those in the tables of the yard together with faults in other
+tables), must show in the quantity of the [replay](replay.md) in its row, and must be named by the words in its row: {before}
+before the engine, {engine} in it or its logs, {after} downstream of it; {nameless} are found without a name.
+`python -m tests.planted_table` makes this page from the tests; long rounds run with `pytest -m slow`.
 
 """
 UNSEEN = (
-    ("a bridge missed between two outputs outside the windows, and made up for before the next", "",
-     "missed formations are looked for at output steps and in windows; a late one shows in its event"),
+    ("a bridge that is missed between two outputs outside the detailed-logging intervals, and formed before the next", "",
+     "missed formations are searched for at outputs and in those intervals; a late one shows in its event"),
     ("errors of the exact bridge's tables below their stated limits", "",
-     "a sample of the records is solved anew: force within 1e-3 of that at touch, rupture distance within 2e-4"),
-    ("a law that is not built in", "", "its term is taken as logged (`unchecked` in replay.json)"),
+     "a sample of the records is solved again: force within 1e-3 of that at touch, rupture distance within 2e-4"),
+    ("a custom law", "", "its term is taken as logged (`unchecked` in replay.json)"),
     ("contact forces of the dry model, without recorded motion", "",
      "with `output.window_trajectories` Newton's law shows them"),
-    ("a wrong reading of a paper that both sides share", "",
-     "both are written from the same mended equations; the atlas and the exact bridge judge the laws"),
+    ("a wrong reading of a paper that engine and reference share", "",
+     "both use the same corrected equations; the law comparison and the exact bridge judge the laws"),
 )  # fmt: skip
 """What the replay cannot see without a run to show it."""
 WHY = {
@@ -104,36 +103,30 @@ WHY = {
     "forces outside the contact log": "forces are logged in windows; volumes, shares and films are checked in the whole run",
 }
 TAIL = """
-Where faults cannot be told apart by the records, all are said (`alike` in replay.json): a film that is taken too thin at a
-wall and one whose growth is not seen at once; a wall that never gets a bridge and one bridge to a mesh, where every sphere
-at that part has another one. What motion, works and counts show of a fault again stands with it as its consequence: each
-fault planted in the log gives one finding. A fault of `scene.json` planted afterwards parts it from the deck as well; that
-finding stands further down in the replay's list.
+If the records cannot distinguish faults, all candidates are reported (`alike` in replay.json). What motion, energy budget and
+counts show of the same fault is reported as its consequence, so that a fault in the log gives one finding. A fault injected into
+`scene.json` also contradicts the deck; that finding is further down in the replay's list.
 
-## How much of a run each of them sees
+## Coverage
 
-- Late formations and late ruptures: every event of the run. A film a few per cent too thin is seen where the sphere comes
-  so slowly that the difference is more than its way in a step (in the yard: 5 % of a film of some 30 µm at 15 mm/s and 2e-5
-  s). Beside an edge the closest point of a wall may have been on a triangle with less liquid one step before: a formation
-  that looks late is let pass there, unless the nearest output shows that the sphere cannot have been near another triangle.
-- Missed formations, triangles, ends and gaps: every output, and every step of the windows that record motion.
-- Forces outside the windows: groups of spheres that nothing new meets from one output to the next, up to 2000 steps in all,
-  evenly spread; without walls, dry contacts, semi-implicit drag and `bridges_every`.
-- Works: in sum at every output; shared out among the effects where a window holds two outputs.
+- Late formation or rupture: every event. A film a few per cent too thin shows where a sphere approaches slowly (in the yard: 5 %
+  of 30 µm at 15 mm/s and 2e-5 s). Near an edge a formation that seems late is accepted if the sphere may have been at another
+  triangle one step before.
+- Missed formation, triangle, end, gap: every output, and every step of the intervals that record motion.
+- Forces outside those intervals: groups of spheres without new neighbours between outputs, up to 2000 steps in all; without
+  walls, dry contacts, semi-implicit drag and `bridges_every`.
+- Energy budget: its sum at every output; shared among the effects where an interval holds two outputs.
 
-## What the replay cannot see
+## What the replay cannot detect
 
-Those with a fault are run with it, agree all the same, and are tests that say so.
-
-| what | planted | why it is not seen |
+| what | injected and run | why |
 |---|---|---|
 {unseen}
 
-## Honest read
+## Limits
 
-Each fault was planted alone, and the list is of faults that somebody thought of: it shows that these are found and named,
-not that others would be. [Faults by chance](faults_by_chance.md) are the fairer test, and find less. A wrong reading of a
-paper that both sides share is found by no replay ([shared readings](shared_readings.md)).
+The list is of faults that somebody thought of. [Random faults](faults_by_chance.md) are the fairer test and find less. A wrong
+reading that both sides share is found by no replay ([shared readings](shared_readings.md)).
 """
 
 
@@ -150,7 +143,7 @@ def page() -> str:
     counts = {"before": len([*rows(BEFORE)]), "engine": len([*rows(ENGINE)]), "after": len([*rows(AFTER)])}
     head = HEAD.format(count=len(table), nameless=sum(row[3] == "–" for row in table), **counts)
     places = [f"- **{p.word}**: {p.sentence} (`tests/{p.test}`, {len(p.faults)})" for p in (*BEFORE, *ENGINE, *AFTER)]
-    lines = ["", "| fault | planted in | shows in | named |", "|---|---|---|---|", *map(line, table)]
+    lines = ["", "| fault | injected into | shows in | named |", "|---|---|---|---|", *map(line, table)]
     seen = [line((what, words, WHY[what])) for what, (_, _, words) in planted.UNSEEN.items()] + [*map(line, UNSEEN)]
     return head + "\n".join([*places, *lines]) + "\n" + TAIL.format(unseen="\n".join(seen))
 

@@ -1,4 +1,4 @@
-"""Writes docs/faults_by_chance.md from the kept table of trials: `python -m tests.faults.page [faults.csv]` keeps that first."""
+"""Writes docs/faults_by_chance.md from the stored trials: `python -m tests.faults.page [faults.csv]` stores that file first."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ WHY = "why"
 """Further column of the kept table: why what nobody notices is no fault, or what it would take to see it."""
 BEFORE = "before"
 """Further column: who noticed when it was first tried, before checks and tests were added because of it."""
-HEAD = """# Faults by chance
+HEAD = """# Random faults
 
-Made by `python -m tests.faults.page` from `faults_by_chance.csv`, the kept outcome of `python -m tests.faults`.
-{count} random changes, {distinct} of them distinct.
+Of {faults} random changes that are faults and do not crash, {found} are noticed, {early} of them before checks were added because
+of this study. `python -m tests.faults.page` makes this page from `faults_by_chance.csv`, the stored outcome of {count} changes,
+{distinct} of them distinct.
 
-`python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line
-at random places of the plugin, the laws, the driver, the scene, the results and the time series, and says of each who
-notices. One process has everything imported; each trial is a copy of it that reads anew what the change touches, with the
-engine in a copy of that one, and ends at the first who objects. Three scenes (case 2 on a sieve of 40 mm for 0.2 s; the same
-with prisms, semi-implicit drag, weight and drops; the same with bridges in every second step) are known line by line, and a
-fault runs in the first that comes to its line; a law that none of them uses runs in a scene with it. `--room plugin` (and
-others) keeps to one; a call with the same `--out` goes on where the last one ended; `--tests` then asks the test files that
-import the changed module about what is left.
+{table}
 
-- **crash**: a traceback or a signal, which nobody needs a check for; not counted as found.
-- **replay**, **program**, **tests**: who noticed first; the program stops with a sentence of its own, tests were asked last.
-- **alike**: nobody noticed, and the reason stands below: what the change gives is equal, or equal for every input that the
-  program accepts.
-- **open**: nobody noticed, and it is a fault.
-- *found*: of those that are neither crash nor alike; *before*: the same when they were first tried, before checks and tests
-  were added for what they showed.
+- **crash**: a traceback or a signal; not counted as found.
+- **replay**, **program**, **tests**: what noticed first; the program stops with a message, tests are asked last.
+- **alike**: not noticed, since the change makes no difference for any input that the program accepts.
+- **open**: not noticed, and a fault. If the reason does not name tests, tests may still notice it.
+- **before**, **found**: noticed changes of those that are neither crash nor alike, at the first trial and now.
 
-Where the reason says that tests were not asked, an open change may still be one that they notice.
+## Method
+
+`python -m tests.faults --new 300 --seed 1` changes an operator, a constant, an index, a sign, two arguments or a whole line at
+random positions of the program. A fault runs in the first of three scenes that executes its line (case 2 on a sieve of 40 mm for
+0.2 s; the same with analytic wires, semi-implicit drag, weight and drops; the same with bridges in every second step), or in a
+scene with its law. `--room plugin` restricts the part of the program; a call with the same `--out` resumes; `--tests` then runs
+the test files that import the changed module.
+
+## What nothing noticed
 
 """
 NOTICED = ("replay", "program", "tests")
@@ -55,7 +55,7 @@ def verdict(row: dict[str, str]) -> str:
 def page(rows: list[dict[str, str]]) -> str:
     """The whole page."""
     distinct = list({(r["file"], r["line"], r["what"]): r for r in rows}.values())
-    lines = [f"| room | changes | {' | '.join(NAMES)} | before | found |", "|---|" + "---|" * (len(NAMES) + 3)]
+    table = [f"| part | changes | {' | '.join(NAMES)} | before | found |", "|---|" + "---|" * (len(NAMES) + 3)]
     for room in [*dict.fromkeys(r["room"] for r in distinct), "all"]:
         tried = [r for r in distinct if room in ("all", r["room"])]
         of = Counter(verdict(r) for r in tried)
@@ -63,12 +63,15 @@ def page(rows: list[dict[str, str]]) -> str:
         early = sum(verdict(r) in NOTICED and r[BEFORE] not in OPEN for r in tried)
         counts = " | ".join(str(of[name]) for name in NAMES)
         all_faults = noticed + of["open"]
-        lines.append(f"| {room} | {len(tried)} | {counts} | {early} of {all_faults} | {noticed} of {all_faults} |")
-    lines += ["", "## What nobody noticed", "", "| where | change | why |", "|---|---|---|"]
+        table.append(f"| {room} | {len(tried)} | {counts} | {early} of {all_faults} | {noticed} of {all_faults} |")
+    lines = ["| where | change | why |", "|---|---|---|"]
     for r in sorted((r for r in distinct if r["by"] in OPEN), key=lambda r: (verdict(r), r["file"], int(r["line"]))):
         what = r["what"].replace("|", "\\|")
-        lines.append(f"| {r['file']}:{r['line']} | `{what}` | {r[WHY] or 'not looked into'} |")
-    return HEAD.format(count=len(rows), distinct=len(distinct)) + "\n".join(lines) + "\n"
+        lines.append(f"| {r['file']}:{r['line']} | `{what}` | {r[WHY] or 'not examined'} |")
+    head = HEAD.format(
+        count=len(rows), distinct=len(distinct), faults=all_faults, found=noticed, early=early, table="\n".join(table)
+    )
+    return head + "\n".join(lines) + "\n"
 
 
 def keep(table: Path) -> None:

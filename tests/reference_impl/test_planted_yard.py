@@ -59,8 +59,8 @@ def test_the_page_lists_every_fault() -> None:
     """All that tests plant, with quantity and words; README says how many."""
     page = planted_table.page()
     assert planted_table.PAGE.read_text() == page
-    counts = (re.search(words, page) for words in (r"each of these (\d+)", r"(\d+) downstream", r"; (\d+) are found"))
+    counts = (re.search(words, page) for words in (r"Each of these (\d+)", r"(\d+) downstream", r"; (\d+) are found"))
     count, after, nameless = (found[1] for found in counts if found)
-    said = f"[{count} planted faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
+    said = f"[{count} injected faults](docs/planted_faults.md), {after} of them downstream of the engine, are found"
     assert nameless == "6"
     assert f"{said}, all but six by name" in (planted_table.PAGE.parents[1] / "README.md").read_text()

@@ -92,7 +92,8 @@ def _wider(runs: Runs, folder: Path) -> str:
     gaps = [narrow.y(*span) - wide.y(*span) for span in ((5.0, 10.0), (10.0, 20.0))]
     return (
         f"three of its four parts are confirmed; passage of POM with 5.6 mm ends sooner here: Y7 − Y1 is "
-        f"{gaps[0]:.3f} from 5 to 10 s and {gaps[1]:.3f} from 10 to 20 s, with {100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. "
+        f"{gaps[0]:.3f} from 5 to 10 s and {gaps[1]:.3f} from 10 to 20 s, with "
+        f"{100 * narrow.at(narrow.undersize, 20.0):.1f} % of the undersize left at 20 s. "
         "With 5.6 mm, too, the pace depends on the depth of the bed: twice as deep, "
         f"{TRIED}, the screen has {means[0]} of the feed dry on average, {means[1]} with 5 %."
     )
