@@ -388,8 +388,8 @@ PROGRAMS: dict[str, Callable[[], Iterator[Row]]] = {
     "pywet collide wall": walls,
     "LIGGGHTS + pywet, laws of Davis": lambda: three_in_the_engine("liggghts"),
     "LAMMPS + pywet, laws of Davis": lambda: three_in_the_engine("lammps"),
-    "LIGGGHTS + pywet, laws of one's own": lambda: rebounds("liggghts"),
-    "LAMMPS + pywet, laws of one's own": lambda: rebounds("lammps"),
+    "LIGGGHTS + pywet, custom laws": lambda: rebounds("liggghts"),
+    "LAMMPS + pywet, custom laws": lambda: rebounds("lammps"),
 }
 
 

@@ -1,4 +1,4 @@
-"""The three drags of the problem wet_rebound as laws of one's own, for `programs.py`: an example of `pywet` with a user's law.
+"""The three drags of the problem wet_rebound as custom laws, for `programs.py`: an example of `pywet` with a user's law.
 
 The rigid bodies touch at S = 0, where the problem has the gap h = roughness; while they overlap nothing drags.
 """
