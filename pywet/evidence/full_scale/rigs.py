@@ -7,7 +7,6 @@ compares the statements of the paper with them. The ranges are those of `stateme
 
 from __future__ import annotations
 
-import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -109,8 +108,7 @@ def run(
 def configure(source: Path, out: Path, rig: str, aperture_mm: float) -> Path:
     """A copy of the configuration with a rig and the campaign's settings for this aperture; its folder."""
     target = out / f"settings-{rig}-{aperture_mm:g}mm"
-    shutil.rmtree(target, ignore_errors=True)
-    edit.write(source, target, "full", SETTINGS[aperture_mm], {**RIGS[rig], "config.yaml: retire": "on"})
+    edit.write_again(source, target, "full", SETTINGS[aperture_mm], {**RIGS[rig], "config.yaml: retire": "on"})
     return target
 
 
