@@ -23,11 +23,12 @@ setup:  ## engines by apt where missing, Python in .venv, the plugin
 peers: setup  ## YADE and LAMMPS for comparisons, chromium for pages too, where they can be installed
 	@tools/setup --peers
 
-lint: setup  ## ruff, mypy and, where it is installed, cppcheck
+lint: setup  ## ruff, mypy, the glossary and, where it is installed, cppcheck
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	tools/cppcheck
+	$(PYTHON) tools/glossary --check
 
 test: peers lint  ## lint and all tests (not those marked slow)
 	$(PYTHON) -m pytest -n 2 -m "not slow"

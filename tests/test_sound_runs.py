@@ -93,7 +93,7 @@ def test_results_of_a_run_with_an_objection_are_written(tmp_path: Path, monkeypa
     file.write_text(yaml.safe_dump({"name": "one", **SCENES["no bridge forms"]}))
     done = CliRunner().invoke(app, ["run-scene", str(file), "--out", str(tmp_path / "run")])
     said = " ".join(done.output.split())
-    assert done.exit_code == 1 and "one is missing; all results are in" in said
+    assert done.exit_code == 1 and "one is missing; all results are written and marked" in said
     made = {path.name for path in (tmp_path / "run").iterdir()}
     assert {"results", "summary.json", "replay.json", "vtk", "picture.png", "report.html"} <= made
     assert "one is missing" in (tmp_path / "run" / "report.html").read_text()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,8 +30,7 @@ class Runs:
         at_full = self.question.scale == "full" and aperture_mm is not None
         target = self.folder / name_of(place) / (f"settings-{aperture_mm:g}mm" if at_full else "settings")
         levels = campaign.SETTINGS.get(aperture_mm or 0.0, {}) if at_full else {}
-        shutil.rmtree(target, ignore_errors=True)
-        edit.write(self.source, target, self.question.scale, levels, self.question.entries(place))
+        edit.write_again(self.source, target, self.question.scale, levels, self.question.entries(place))
         return settings.load(target)
 
     def measure(self, place: Place, cases: Sequence[int], seeds: Sequence[int]) -> None:

@@ -132,6 +132,8 @@ def solve(shape: Shape, gap: float, volume: float, start: Floats | None) -> Floa
     guesses = [start] if start is not None else []
     guesses += [first_guess(shape, gap, volume, w) for w in (1.2, 1.0, 1.5, 0.8, 2.0)]
     for guess in guesses:
+        if not np.isfinite(guess).all():  # no such bridge: its law of rupture gives no gap
+            continue
         found = least_squares(
             equations, guess, args=(shape, gap, volume), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15
         )

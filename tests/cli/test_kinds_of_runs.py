@@ -59,6 +59,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     choice = scenes.Choice(spheres=20, seconds=0.02)
     for name in ("bed", "collision"):
         scenes.run(name, folder / name, choice)
+        assert CliRunner().invoke(app, ["replay", str(folder / name)]).exit_code == 0
     for kind in ("case", "dry"):
         Image.new("RGB", (8, 8)).save(folder / kind / "picture.png")
     (folder / "answer").write_text(json.dumps({"restitution": 0.5}))

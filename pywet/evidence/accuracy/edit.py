@@ -88,6 +88,13 @@ def write(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[
     put_into(target, {**entries(scale, levels), **(more or {})})
 
 
+def write_again(source: Path, target: Path, scale: str, levels: Levels, more: Mapping[str, Any] | None = None) -> None:
+    """As `write`, over the copies of an earlier call; any other file in the folder is refused."""
+    for name in settings.FILES:
+        (target / name).unlink(missing_ok=True)
+    write(source, target, scale, levels, more)
+
+
 def put_into(folder: Path, values: Mapping[str, Any]) -> None:
     """Put entries into the files of a configuration; comments and the order of keys stay.
 

@@ -214,9 +214,7 @@ def turned(config: Config, wanted: Iterable[int], out: Path) -> dict[int, Config
     made: dict[float, Config] = {}
     for aperture in {config.case(n).aperture_mm for n in wanted}:
         target = out / f"settings-{aperture:g}mm"
-        for name in settings.FILES:  # as a call before this one copied them; another file there is refused
-            (target / name).unlink(missing_ok=True)
-        edit.write(config.folder, target, "full", SETTINGS.get(aperture, {}))
+        edit.write_again(config.folder, target, "full", SETTINGS.get(aperture, {}))
         made[aperture] = settings.load(target)
     return {n: made[config.case(n).aperture_mm] for n in wanted}
 

@@ -118,7 +118,9 @@ def test_bridge_goes_over_an_edge_without_a_kick(tmp_path: Path) -> None:
     )  # fmt: skip
     small.run(tmp_path, bodies)
     log = beds.table(tmp_path, "history/contacts")
-    assert log.groupby("step").size().max() == 1  # one at a convex edge: none with the face beyond while the foot is there
+    assert (
+        log.groupby("step").size().max() == 1
+    )  # one at a convex edge: none with the face beyond while the foot is there
     past = log[log["xi_x"] > 0.0]
     assert len(past) > 500 and past["xj_x"].abs().max() < 1e-12  # its foot stays at the edge
     way = speed * math.hypot(1.0, 0.5) * step
