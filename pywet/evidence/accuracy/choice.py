@@ -2,7 +2,7 @@
 
 A level is charged, in each group of quantities, with the largest of its errors there. The burden of proof is on the cheaper
 level: one that is not dearer than the default in every round is charged with error and chance (its bound), the default and
-dearer ones with what is resolved. Charges of the knobs are added, prices multiplied. A looser accuracy allows all that a
+dearer ones with what is resolved. Charges of the settings are added, costs multiplied. A looser accuracy allows all that a
 tighter one does, and so never costs more.
 """
 

@@ -51,7 +51,7 @@ def front(config: Config, kind: str, scale: str) -> tuple[list[Point], Point]:
     moist, wanted = kind == "moist", PASSAGE if kind == "moist" else PASSAGE[:1]
 
     def point(chosen: choice.Chosen) -> Point:
-        levels = {knob: level for knob, level in chosen.levels.items() if knob in turned}
+        levels = {setting: level for setting, level in chosen.levels.items() if setting in turned}
         return Point(seconds(config, CASES[kind], scale, levels), max(chosen.error.values()))
 
     points = [point(chosen) for chosen in choice.combinations(choice.options(table, moist, turned), wanted)]
@@ -104,7 +104,7 @@ def chosen_rows(config: Config) -> list[str]:
         seen: list[dict[str, Any]] = []
         for accuracy in ACCURACIES:
             best = choice.choose(table, accuracy, True, choice.WANTED, turned)
-            levels = {knob: level for knob, level in best.levels.items() if knob in turned}
+            levels = {setting: level for setting, level in best.levels.items() if setting in turned}
             if levels not in seen:
                 took = duration(seconds(config, CASES["moist"], scale, levels))
                 names = ", ".join(_name(k, v) for k, v in levels.items() if v != table["default"][k])
@@ -113,8 +113,8 @@ def chosen_rows(config: Config) -> list[str]:
     return rows
 
 
-def _name(knob: str, level: Any) -> str:
-    return "`preset: exact`" if level == "exact" else f"{KNOBS[knob].title} {level}"
+def _name(setting: str, level: Any) -> str:
+    return "`preset: exact`" if level == "exact" else " ".join((KNOBS[setting].title, str(level)))
 
 
 def _errors(chosen: choice.Chosen) -> str:
@@ -128,19 +128,18 @@ def setting_rows(scale: str = "reduced") -> list[str]:
     columns = {"retained, dry": ("dry", "fraction retained"), "retained, moist": ("moist", "fraction retained")}
     columns |= {name: ("moist", name) for name in ("liquid shares", "force", "restitution")}
     rows = [f"| setting | cost | {' | '.join(columns)} |", "|---" * (2 + len(columns)) + "|"]
-    for knob, levels in table["knobs"].items():
-        for level in levels[:-1] if levels[-1]["level"] != table["default"][knob] else levels:
-            default = " (default)" if level["level"] == table["default"][knob] else ""
+    for setting, levels in table["knobs"].items():
+        title = KNOBS[setting].title
+        for level in levels[:-1] if levels[-1]["level"] != table["default"][setting] else levels:
+            default = " (default)" if level["level"] == table["default"][setting] else ""
             relative = level["price"].get("moist") or level["price"]["dry"]
-            cells = [_cell(table, knob, level["level"], *asked) for asked in columns.values()]
-            rows.append(
-                f"| {KNOBS[knob].title} {level['level']}{default} | {relative['ratio']:.2f} | {' | '.join(cells)} |"
-            )
+            cells = [_cell(table, setting, level["level"], *asked) for asked in columns.values()]
+            rows.append(f"| {title} {level['level']}{default} | {relative['ratio']:.2f} | {' | '.join(cells)} |")
     return rows
 
 
-def _cell(table: dict[str, Any], knob: str, level: Any, kind: str, group: str) -> str:
-    point = next((p for p in choice.points(table, knob, kind, group) if p["level"] == level), None)
+def _cell(table: dict[str, Any], setting: str, level: Any, kind: str, group: str) -> str:
+    point = next((p for p in choice.points(table, setting, kind, group) if p["level"] == level), None)
     if point is None:
         return "–"
     if point["value"] == 0.0 and point["limit"] == 0.0:

@@ -17,15 +17,15 @@ def _half(runs: Runs, case: int) -> str:
 
 def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
     """What liquid does to passage, where it goes, and how many statements are confirmed; none without the cases it is about."""
-    said = ["# Full scale", ""]
+    written = ["# Full scale", ""]
     if all(runs.get(n) for n in (1, 2, 10, 11)):
-        said += [
+        written += [
             f"- **Passage**: 5 % of liquid delays it. On 8 mm half of the undersize is through after {_half(runs, 1)} dry and "
             f"{_half(runs, 2)} moist (POM), {_half(runs, 10)} and {_half(runs, 11)} (glass); after 10 s all of it is.",
         ]
     if all(runs.get(n) for n in (7, 8, 16, 17)):
         y = [f"{runs[n][0].at(runs[n][0].retained(), 20.0):.2f}" for n in (7, 8, 16, 17)]
-        said += [
+        written += [
             f"  On 5.6 mm the screen retains {y[0]} of the feed dry and {y[1]} moist after 20 s (POM), {y[2]} dry and {y[3]} "
             "moist (glass, of which dry spheres peg).",
         ]
@@ -33,11 +33,11 @@ def lines(runs: Runs, answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
         if runs.get(n):
             k = runs[n][0]
             held = [100.0 * float(v[-1]) for v in (k.liquid("fines"), k.liquid("coarse_material"), k.walls)]
-            said += [
+            written += [
                 f"- **Liquid at the end**, {name} on 8 mm: {held[0]:.0f} % on fines, {held[1]:.0f} % on coarse spheres, "
                 f"{held[2]:.0f} % on walls."
             ]
-    return [*said, f"- **Statements of the paper**: {_counted(answers)}.", ""]
+    return [*written, f"- **Statements of the paper**: {_counted(answers)}.", ""]
 
 
 def _counted(answers: Sequence[tuple[Statement, Answer]]) -> str:
