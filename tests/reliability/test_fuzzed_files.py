@@ -43,6 +43,17 @@ def limited(seconds: int) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+@contextmanager
+def named(what: str, seconds: int = LIMIT_S) -> Iterator[None]:
+    """Within the time limit and without warnings; what is raised names the damaged file."""
+    try:
+        with limited(seconds), warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    except (Exception, TooLong) as error:
+        raise AssertionError(f"{what}: {type(error).__name__} {error}") from error
+
+
 def tried(name: str, folder: Path, seeds: range) -> Counter[str]:
     """How many damaged files were read, and how many refused; whatever else happens names the seed."""
     reader = READERS[name]
@@ -53,17 +64,14 @@ def tried(name: str, folder: Path, seeds: range) -> Counter[str]:
     for seed in seeds:
         path = paths[seed % len(paths)]
         path.write_bytes(mangled(sound[path], seed, path.suffix))
-        try:
-            with limited(LIMIT_S), warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")
+        with named(f"{name}, seed {seed}, {path.name}"):
+            try:
                 reader.read(path)
-            ends["read"] += 1
-        except reader.refusals as error:
-            said = str(error)  # `errors.border` shortens it and shows control characters as escapes
-            assert 10 < len(said) < 5000, (seed, said)
-            ends["refused"] += 1
-        except BaseException as error:
-            raise AssertionError(f"{name}, seed {seed}, {path.name}: {type(error).__name__} {error}") from error
+                ends["read"] += 1
+            except reader.refusals as error:
+                said = str(error)  # `errors.border` shortens it and shows control characters as escapes
+                assert 10 < len(said) < 5000
+                ends["refused"] += 1
         path.write_bytes(sound[path])
     return ends
 

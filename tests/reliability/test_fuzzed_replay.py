@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from reference_impl.replay import command
 from tests.reference_impl import newton_scenes
 from tests.reliability.mangled import mangled
-from tests.reliability.test_fuzzed_files import limited
+from tests.reliability.test_fuzzed_files import named
 
 BESIDE = (".engine.lock", ".pywet-run", "replay.json", "contributions.json", "output.log", "log.liggghts")
 """What the replay does not read."""
@@ -32,12 +30,8 @@ def test_a_run_with_a_damaged_file_is_replayed_or_refused(seeds: range | tuple[i
     for seed in seeds:
         path = paths[seed % len(paths)]
         path.write_bytes(mangled(sound[path], seed, path.suffix))
-        try:
-            with limited(LIMIT_S), warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")
-                found = command.outcome(run)
-        except BaseException as error:
-            raise AssertionError(f"seed {seed}, {path.relative_to(run)}: {type(error).__name__} {error}") from error
+        with named(f"seed {seed}, {path.relative_to(run)}", LIMIT_S):
+            found = command.outcome(run)
         assert (found["reason"] or "-").isprintable() and (found["status"] == "unreadable") == bool(found["reason"])
         ends[found["status"]] += 1
         path.write_bytes(sound[path])

@@ -94,7 +94,8 @@ def for_scale(scale: str) -> tuple[dict[str, Any], tuple[str, ...]]:
 def options(
     table: dict[str, Any], moist: bool, turned: Sequence[str] = CONFIGURABLE, longer_by: float = 1.0
 ) -> dict[str, list[Option]]:
-    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default.
+    """Levels of every knob that a moist or a dry case has, as they are charged; knobs not to be turned keep the default,
+    and a level with which a run of the study stopped is none.
 
     `longer_by`: of this case, the step of semi-implicit drag over that of explicit drag. The study's liquid is water, where both
     have the same step; with a thicker one the longer step divides the price.
@@ -108,6 +109,8 @@ def options(
             if price is None or knob not in CONFIGURABLE:
                 continue
             if knob not in turned and row["level"] != table["default"][knob]:
+                continue
+            if any(reason.partition(":")[0] in scenes for reason in row["failed"]):
                 continue
             longer = longer_by if (knob, row["level"]) == ("integration", "semi_implicit") else 1.0
             cheaper = price["low"] < longer and row["level"] != table["default"][knob]

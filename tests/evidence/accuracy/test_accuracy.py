@@ -503,3 +503,10 @@ def test_a_stored_table_that_lacks_a_setting_is_laid_beside_one_that_has_it() ->
     assert "bridges_every" in smoke["knobs"]
     without = {k: {n: v for n, v in reduced[k].items() if n != "bridges_every"} for k in ("knobs", "default")}
     assert f"{KNOBS['bridges_every'].title}: 4" in blocks.beside(smoke, [{**reduced, **without}])
+
+
+def test_a_level_whose_runs_stopped_is_never_chosen() -> None:
+    """At smoke scale moist runs with a time step of 0.2 stopped as unstable; without liquid that step is an option."""
+    table, turned = choice.for_scale("smoke")
+    levels = {moist: {o.level for o in choice.options(table, moist, turned)["fraction"]} for moist in (True, False)}
+    assert 0.2 not in levels[True] and {0.1, 0.05} <= levels[True] and 0.2 in levels[False]

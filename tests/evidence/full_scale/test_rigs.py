@@ -11,7 +11,7 @@ import typer
 from pywet import config as settings
 from pywet.errors import PywetError
 from pywet.evidence.full_scale import kept, rigs
-from pywet.evidence.full_scale.judging import fingerprint
+from pywet.evidence.full_scale.judging import fingerprint, judge
 from pywet.evidence.full_scale.quantities import through
 from pywet.evidence.full_scale.statements import STATEMENTS
 from pywet.screening import cases
@@ -67,3 +67,14 @@ def test_the_page_is_made_of_the_stored_tables() -> None:
             f"**{rig.removeprefix('sieve')} mm** after {passed:.1f} s" in " ".join(rigs.HEAD.split())
             and said in rigs.HEAD
         )
+
+
+def test_what_the_page_says_of_springs_and_glass() -> None:
+    """The same verdicts on 185 mm with both stiffnesses; more of glass (case 10) is left than of POM (case 1) after 10 s."""
+    found = kept.variants(ROOT / rigs.DATA)
+    for statement in STATEMENTS[:2]:
+        soft, stiff = (judge(statement, found[rig]).verdict for rig in ("sieve185", "sieve185_stiff"))
+        assert soft == stiff
+    for rig in ("sieve180", "sieve185", "sieve190"):
+        glass, pom = (found[rig][case][0] for case in (10, 1))
+        assert glass.at(glass.undersize, 10.0) > pom.at(pom.undersize, 10.0) + 0.05
