@@ -17,6 +17,7 @@ from pywet.evidence.full_scale.statements import STATEMENTS
 from pywet.screening import cases
 
 ROOT = Path(__file__).parents[3]
+FOUND = kept.variants(ROOT / rigs.DATA)
 
 
 def test_a_rig_is_in_its_configuration(tmp_path: Path) -> None:
@@ -48,21 +49,19 @@ def test_stored_runs_were_judged_by_the_ranges_of_today() -> None:
 
 def test_the_table_holds_what_a_rig_decides() -> None:
     """Statement 1 at 185 and 190 mm by hand from the stored curve: the time at which less than 1 % is left."""
-    found = kept.variants(ROOT / rigs.DATA)
-    (row,) = [line for line in rigs.lines(found) if line.startswith("| 1 |") and "verdict" not in line]
-    cells = dict(zip(found, [cell.strip() for cell in row.split("|")[3:-1]], strict=True))
+    (row,) = [line for line in rigs.lines(FOUND) if line.startswith("| 1 |") and "verdict" not in line]
+    cells = dict(zip(FOUND, [cell.strip() for cell in row.split("|")[3:-1]], strict=True))
     for rig in ("sieve185", "sieve190"):
-        run = found[rig][1][0]
+        run = FOUND[rig][1][0]
         by_hand = run.times[(run.undersize < 0.01).argmax()]
         assert float(cells[rig]) == pytest.approx(by_hand, abs=0.11)
 
 
 def test_the_page_is_made_of_the_stored_tables() -> None:
     """docs/rig.md, and the times that its first lines name."""
-    found = kept.variants(ROOT / rigs.DATA)
-    assert (ROOT / rigs.PAGE).read_text() == rigs.text(found)
+    assert (ROOT / rigs.PAGE).read_text() == rigs.text(FOUND)
     for rig, said in (("sieve190", "7.3 s"), ("sieve185", "9.1 s"), ("sieve180", "10.4 s")):
-        passed = through({1: found[rig][1][0]}, 1, 0.01)
+        passed = through({1: FOUND[rig][1][0]}, 1, 0.01)
         assert (
             f"**{rig.removeprefix('sieve')} mm** after {passed:.1f} s" in " ".join(rigs.HEAD.split())
             and said in rigs.HEAD
@@ -71,10 +70,9 @@ def test_the_page_is_made_of_the_stored_tables() -> None:
 
 def test_what_the_page_says_of_springs_and_glass() -> None:
     """The same verdicts on 185 mm with both stiffnesses; more of glass (case 10) is left than of POM (case 1) after 10 s."""
-    found = kept.variants(ROOT / rigs.DATA)
     for statement in STATEMENTS[:2]:
-        soft, stiff = (judge(statement, found[rig]).verdict for rig in ("sieve185", "sieve185_stiff"))
+        soft, stiff = (judge(statement, FOUND[rig]).verdict for rig in ("sieve185", "sieve185_stiff"))
         assert soft == stiff
     for rig in ("sieve180", "sieve185", "sieve190"):
-        glass, pom = (found[rig][case][0] for case in (10, 1))
+        glass, pom = (FOUND[rig][case][0] for case in (10, 1))
         assert glass.at(glass.undersize, 10.0) > pom.at(pom.undersize, 10.0) + 0.05
