@@ -9,7 +9,7 @@ import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.motion import impulses, nearest
-from reference_impl.replay import formations, laws
+from reference_impl.replay import formations, laws, missing
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, bodies, film_areas, pairs
 from reference_impl.replay.io import Run
@@ -109,7 +109,7 @@ def missed(run: Run) -> Iterator[Link]:
     """Where films touch, at an output step or where bridges act in a window, there is a bridge."""
     events = run.table("events")
     lives = Lives(none(), events, 0, -1)
-    table = formations.touching(run, lives, formations.Held(run))
+    table = missing.touching(run, lives, formations.Held(run))
     if not len(table):
         return
     logged, wall = table["missed"].to_numpy(float), table["partner_kind"].to_numpy() != laws.SPHERE

@@ -20,6 +20,7 @@ from reference_impl.replay import (
     formations,
     kept_tables,
     liquid,
+    missing,
     plans,
     retired,
     sampled,
@@ -127,7 +128,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
         found.add("drops", falling.check(liquid.mean_film(run)))
         if start < last <= step:
             found.add("end", liquid.end(part, shots[np.searchsorted(inside, last)], lives))
-        found.add("snapshots", formations.check(part, lives, by_log))
+        found.add("snapshots", missing.check(part, lives, by_log))
         found.add("snapshots", snapshots.check(part, tables, lives, inside, shots))
         by_log.keep(part)
         found.add("snapshots", bridge_ends.check(part))
