@@ -6,6 +6,8 @@ Not here: loading it into an engine (worker.py) or what it computes (plugin/).
 from __future__ import annotations
 
 import hashlib
+import os
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -20,6 +22,8 @@ SOURCES = Path(__file__).parent / "plugin"
 FLAGS = ["-std=c++17", "-O3", "-fPIC", "-shared", "-w", "-DOMPI_SKIP_MPICXX"]
 LOOPS = ["-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
 """Liberties that loops need to become vector instructions, and none that changes a bit of a result."""
+EXTRA = shlex.split(os.environ.get("PYWET_CXXFLAGS", ""))
+"""More words for the compiler, such as those of a sanitizer; a plugin built with them is another library of the cache."""
 VISIBILITY = ["-fvisibility=hidden", "-fvisibility-inlines-hidden"]
 INCLUDE = Path("/usr/include/liggghts")
 
@@ -49,7 +53,7 @@ def hash_of(sources: list[Path], *versions: str) -> str:
     digest = hashlib.sha256()
     for path in sources:
         digest.update(path.name.encode() + path.read_bytes())
-    for text in (*FLAGS, *LOOPS, *VISIBILITY, *versions, compiler_version()):
+    for text in (*FLAGS, *LOOPS, *EXTRA, *VISIBILITY, *versions, compiler_version()):
         digest.update(text.encode())
     return digest.hexdigest()[:16]
 
@@ -87,7 +91,7 @@ def compile_to(target: Path, before: list[str], sources: list[Path], after: list
     """Compile sources into a sealed library of the cache; compiler's words before and after them, `of` an engine's headers."""
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         built = Path(folder) / target.name
-        command = ["g++", *FLAGS, *LOOPS, *VISIBILITY, *before, *map(str, sources), "-o", str(built), *after]
+        command = ["g++", *FLAGS, *LOOPS, *EXTRA, *VISIBILITY, *before, *map(str, sources), "-o", str(built), *after]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:300])
