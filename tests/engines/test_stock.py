@@ -158,7 +158,7 @@ def test_easo_is_soulie_with_the_product_of_the_angles_and_a_wall_as_an_equal_sp
 
 
 @needs_liggghts
-def test_easo_crashes_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_easo_may_crash_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     deck = [
         line for line in (TEMPLATES / DECK).read_text().splitlines() if not line.startswith("fix             wall ")
     ]
@@ -167,8 +167,11 @@ def test_easo_crashes_at_a_primitive_wall(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr("pywet.engines.stock.liggghts.place", lambda name: tmp_path)
     points = table([(1e-6, V, WALL, 0.0, 0.0)])
     assert liggghts_force(points, "washino")["force"][0] == pytest.approx(rabinovich(1e-6, V, R / 2, 0.0), rel=1e-8)
+    # it reads beyond what is its own there: a run in five or so survives, and then with the force of a wall
     with pytest.raises(PywetError, match="signal 11"):
-        liggghts_force(points, "easo")
+        for _ in range(20):
+            survived = liggghts_force(points, "easo")["force"][0]
+            assert survived == pytest.approx(soulie(1e-6, V, R, R, 0.0), rel=1e-8)
 
 
 @needs_liggghts

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from pywet import config as settings
 from pywet.config import Config
+from pywet.errors import border
 from pywet.evidence.accuracy import choice, cost, edit, needs
 from pywet.evidence.accuracy.command import duration, habit
 from pywet.evidence.accuracy.knobs import KNOBS
@@ -174,4 +175,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with border():
+        main()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pywet.errors import border
 from pywet.evidence.effects.scenes import CONFIG, SCENES
 from pywet.evidence.effects.variants import plan_of
 from pywet.planning import costs
@@ -23,4 +24,5 @@ def rows() -> list[str]:
 
 
 if __name__ == "__main__":
-    print(*rows(), sep="\n")
+    with border():
+        print(*rows(), sep="\n")
