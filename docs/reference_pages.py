@@ -89,7 +89,7 @@ def unit_of(key: str) -> str:
 
 
 def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
-    from pywet.ranges import LIMITS as USUAL
+    from pywet.util.ranges import LIMITS as USUAL
 
     yield schema.get("description", "").replace("\n", " ")
     yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"

@@ -14,10 +14,10 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
-from pywet.files import read_model
 from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
 from pywet.laws.kinds import NEEDED, Laws
 from pywet.strict import Strict
+from pywet.util.files import read_model
 
 
 def _title(text: str) -> str:

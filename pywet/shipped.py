@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 
 from pywet.errors import PywetError, one_line, shown
-from pywet.files import atomic_write
+from pywet.util.files import atomic_write
 
 INSIDE = Path(__file__).parent / "shipped"
 SNAKEFILE = """# The screening cases of config/, by the workflow that pywet brings along: snakemake --cores 2

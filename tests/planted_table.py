@@ -69,7 +69,7 @@ ENGINE = (
 AFTER = (
     Place("results", "tables and summary of a sound screening run", "reference_impl/test_sections.py",
           shown(planted_files.RESULTS)),
-    Place("own scene", "results of the shipped drum", "own_scene/test_examples.py", shown(planted_files.OWN)),
+    Place("own scene", "results of the shipped drum", "cases/custom/test_examples.py", shown(planted_files.OWN)),
     Place("VTK", "the code that writes VTK files", "reference_impl/test_vtk.py",
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
     Place("drawing", "the code that draws the report's figures", "reference_impl/test_report.py",

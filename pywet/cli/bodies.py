@@ -12,8 +12,8 @@ import typer
 from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
-from pywet.options import JsonFile, Ranks, Trust, Verbose, number
-from pywet.ranges import SCENE
+from pywet.util.options import JsonFile, Ranks, Trust, Verbose, number
+from pywet.util.ranges import SCENE
 
 app = typer.Typer()
 collide = typer.Typer(no_args_is_help=True, help="Collisions of a few wet bodies.")
@@ -36,7 +36,7 @@ def scene(
     seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
 ) -> None:
     """Run a small scene: two spheres pulled apart or colliding, a moist bed in a box, a rotating drum."""
-    from pywet.bench import scenes
+    from pywet.cases.small import scenes
 
     choice = scenes.Choice(
         spheres=spheres,
@@ -63,9 +63,9 @@ def run_scene(
     verbose: Verbose = False,
 ) -> None:
     """Run a scene of your own: build, simulate, replay, results, time series, picture, report."""
+    from pywet import scene_stages as commands
     from pywet.cli import ending
     from pywet.config.loading import placed_laws
-    from pywet.own_scene import commands
 
     description = commands.read_scene(file)
     if trust:
@@ -92,9 +92,9 @@ def bridge(
     ] = None,
 ) -> None:
     """Force over separation, rupture and sharing of one bridge: chosen laws and the exact solution, as JSON."""
-    from pywet import machine_code
-    from pywet.bench import bridge_query
+    from pywet.cases.small import bridge_query
     from pywet.laws import own
+    from pywet.util import machine_code
 
     query = bridge_query.read(file)
     own.trust(query.laws, None if trust else file.parent)
@@ -102,7 +102,7 @@ def bridge(
     if engine is None:
         answer = bridge_query.answer(query)
     elif engine in ("liggghts", "lammps"):
-        from pywet.bench import bridge_engine
+        from pywet.cases.small import bridge_engine
 
         answer = bridge_engine.measured(query, engine)
     else:
@@ -122,20 +122,18 @@ def calibrate(
     ranks: Ranks = 1,
 ) -> None:
     """Find surface tension, friction, film … that reproduce what was measured, and say how well they are known."""
-    from pywet import machine_code
-    from pywet.calibration import statement_search
     from pywet.calibration.answer import calibrate
+    from pywet.util import machine_code
 
     folder, say = (
         out_dir or Path("results") / "calibrations" / file.stem,
         partial(err.print, soft_wrap=True, markup=False),
     )
     machine_code.say_wait()
-    searches = statement_search.is_search(file)
-    answer = statement_search.calibrate(file, folder, say) if searches else calibrate(file, folder, ranks, say)
+    answer = calibrate(file, folder, ranks, say)
     for line in answer["sentences"]:
         tell(line)
-    tell(f"calibration.json{'' if searches else ' and calibration.svg'} {'is' if searches else 'are'} in {folder}")
+    tell(f"calibration.json and calibration.svg are in {folder}")
     if not answer["reached"]:
         raise typer.Exit(1)
 
@@ -182,8 +180,8 @@ def wall(
 @collide.command()
 def spheres(file: JsonFile) -> None:
     """Wet spheres in a plane (Davis 2023)."""
-    from pywet import machine_code
     from pywet.collisions.spheres import command as module
+    from pywet.util import machine_code
 
     problem = module.read(file)
     machine_code.say_wait()

@@ -13,7 +13,7 @@ from pywet import run_lock
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
-from pywet.options import (
+from pywet.util.options import (
     PORT,
     SPHERE,
     STEP,
@@ -27,7 +27,7 @@ from pywet.options import (
     Verbose,
     number,
 )
-from pywet.ranges import LIMITS, Range
+from pywet.util.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
     from pywet.config import Config
@@ -53,14 +53,14 @@ def plan(
     """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
     Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
-    from pywet.screening import cases
+    from pywet.cases.screening import cases
 
     loaded = settings.load(config, trust)
     name = loaded.settings.scale if scale is None else scale
     if case is None:
         if accuracy is not None:
             raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
-        from pywet.evidence.accuracy.needs import campaign
+        from pywet.cost.needs import campaign
 
         for line in campaign(loaded, name):
             tell(line)
@@ -70,7 +70,7 @@ def plan(
     chosen = [*table, *made.retirement.lines, *loaded.readings]
     lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)] if as_json else chosen
     if accuracy is not None:
-        from pywet.evidence.accuracy import command
+        from pywet.cost import command
 
         lines = command.plan(loaded, case, name, accuracy, of or [], write)
     for line in lines:
@@ -117,8 +117,8 @@ def run(
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
     """One run of a case, unless its folder holds it already."""
     from pywet import stages
+    from pywet.cases.screening import cases, identity
     from pywet.runs import second
-    from pywet.screening import cases, identity
 
     with identity.held(folder, stages.fingerprint(loaded, case, name, engine)):
         if stages.same_run(loaded, case, name, folder, engine):
@@ -220,7 +220,7 @@ def report(run_dir: RunFolder) -> None:
     """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders beside it, or of a scene.
 
     Example: pywet report results/smoke/case02"""
-    from pywet.own_scene import page
+    from pywet.report import scene_page as page
 
     showing.need_run(run_dir)
     tell(page.of_run(run_dir))
@@ -233,8 +233,8 @@ def side_by_side(
     to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
 ) -> None:
     """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
-    from pywet.files import atomic_write
     from pywet.report import app as viewer
+    from pywet.util.files import atomic_write
 
     for folder in run_dirs:
         showing.need_run(folder)

@@ -18,9 +18,9 @@ from pyarrow import csv
 
 from pywet.engines import schedule
 from pywet.errors import NotWhole, one_line
-from pywet.files import write_table
 from pywet.runs.tables import read_raw, to_frame
 from pywet.scene import Scene
+from pywet.util.files import write_table
 
 STATES = "states"
 SPRINGS = ("pair_springs", "wall_springs")
