@@ -3,7 +3,7 @@
 Every equation of the log is a `Link`: what was logged, and what the papers give from the *other logged values of the same
 record*, so that one fault breaks one link and what follows from it does not. For a broken link the reference's formula is
 tried with one piece changed at a time (a `Suspect`): the change that brings the records back within tolerance is named, with
-where, since when, how many records it explains, and the next-best. Not here: the links and suspects themselves (links_*.py).
+where, since when, how many records it explains, and the next-best. Links and suspects: contacts.py, liquid.py …
 """
 
 from __future__ import annotations

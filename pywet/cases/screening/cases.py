@@ -14,7 +14,7 @@ from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.motion import peak_speed
-from pywet.planning import GRAVITY, EffectPlan
+from pywet.planning import GRAVITY, EffectPlan, step_choice
 from pywet.planning import plan as plan_effects
 from pywet.planning.retirement import Retirement, decide
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
@@ -53,7 +53,7 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
         refuse_unwetted(config, case, walls=chosen.effects.wall_films)
     explicit = settings.time_step.viscous_integration == "explicit"
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
-    step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
+    step = step_choice.of_collisions(pairs, classes, settings.time_step.fraction.value, viscosity)
     gravity = (0.0, 0.0, -GRAVITY if chosen.effects.gravity else 0.0)
     plugin = chosen.effects.bridges or scale.wires == "prism"
     after = scale.duration_s.value - scale.slide_opens_at_s.value
@@ -69,7 +69,7 @@ def output_of(config: Config, scale: Scale) -> Output:
 def longer_by(config: Config, case_number: int, scale_name: str) -> float:
     """How many times as long the steps of a case are where the viscous force does not shorten them: 1 where it does not."""
     made, fraction = ingredients(config, case_number, scale_name), config.settings.time_step.fraction.value
-    return amounts.time_step(made.pairs, made.classes, fraction) / made.time_step_s
+    return step_choice.of_collisions(made.pairs, made.classes, fraction) / made.time_step_s
 
 
 def shorter_step(config: Config, case_number: int, scale_name: str) -> str | None:

@@ -20,6 +20,7 @@ from pywet.cases.small import bodies, small
 from pywet.cases.small.bodies import last
 from pywet.errors import PywetError
 from pywet.geometry.surface import Surface
+from pywet.planning import step_choice
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 from pywet.util.files import read_table, write_json
 from pywet.util.ranges import SCENE
@@ -65,7 +66,7 @@ class Choice:
     def time_step(self, sphere: SphereClass, stiffness: float) -> float:
         """A tenth of the stable step of a dense packing; explicit drag counts with its damping time."""
         drag = 0.0 if self.viscous_integration == "semi_implicit" else self.viscosity_Pa_s
-        return bodies.packed_step((sphere,), springs(stiffness), 0.1, drag)
+        return step_choice.of_packing((sphere,), springs(stiffness), 0.1, drag)
 
 
 def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...]:
