@@ -469,8 +469,8 @@ def test_machine_code_is_not_loaded_from_a_folder_open_to_all(variable: str, tmp
     shared.mkdir()
     shared.chmod(0o777)
     code = (
-        "from pywet import machine_code as m; print(m._settings.CACHE_DIR); "
-        "from pathlib import Path; from pywet import caches; print(caches.folder())"
+        "from pywet.util import machine_code as m; print(m._settings.CACHE_DIR); "
+        "from pathlib import Path; from pywet.util import caches; print(caches.folder())"
     )
     surroundings = {
         k: v for k, v in os.environ.items() if k not in ("PYWET_CACHE", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
