@@ -11,7 +11,7 @@ from pywet.errors import PywetError
 from pywet.cost.needs import need
 from pywet.runs.second import word
 from pywet.cases.screening.identity import content, expect, told
-from pywet.shipped import open_studies
+from pywet.shipped import open_studies, place
 
 STUDIES_HERE = open_studies()
 """Whether this is a checkout, which has the studies; a wheel does not."""
