@@ -128,14 +128,18 @@ def _at(law: ForceLaw, bodies: str = "equal spheres", **given: Any) -> dict[str,
     return {name: known[name] for name in law.arguments}
 
 
+def _off(value: float, expected: float) -> float:
+    """Relative difference; none between two zeros."""
+    return 0.0 if value == expected else abs(value - expected) / max(abs(expected), 1e-300)
+
+
 def _dimensions(law: ForceLaw, unit: tuple[int, int, int]) -> Finding:
     """A quantity does not depend on the units it is computed in."""
     worst = 0.0
     for bodies in PAIRS:
         here = _at(law, bodies)
         there = {name: value * float(np.prod(OTHER_UNITS ** np.array(UNITS[name]))) for name, value in here.items()}
-        value, other = law(**here), law(**there) / float(np.prod(OTHER_UNITS ** np.array(unit)))
-        worst = max(worst, abs(other - value) / max(abs(value), 1e-300) if other != value else 0.0)
+        worst = max(worst, _off(law(**there) / float(np.prod(OTHER_UNITS ** np.array(unit))), law(**here)))
     return Finding(f"{law.name}: dimensions", f"changes by {worst:.1g} with the units", worst < ROUND_OFF)
 
 
@@ -145,19 +149,19 @@ def _continuity(law: ForceLaw) -> Iterator[Finding]:
     for bodies in PAIRS if "radius_j" in law.arguments else ("equal spheres",):
         at = _at(law, bodies)
         top = exact_bridge.rupture(LIQUID["volume"], *PAIRS[bodies], ANGLE, ANGLE).separation
-        span = (-0.02 * top, 0.95 * top) if first == "separation" else (0.5 * at[first], 2.0 * at[first])
+        low, high = (-0.02 * top, 0.95 * top) if first == "separation" else (0.5 * at[first], 2.0 * at[first])
 
         def values(low: float, high: float, count: int, at: dict[str, Any] = at) -> tuple[np.ndarray, np.ndarray]:
             places = np.linspace(low, high, count + 1)
             return places, np.asarray(law(**{**at, first: places}), dtype=float)
 
-        places, drawn = values(*span, STEPS)
+        places, drawn = values(low, high, STEPS)
         k = int(np.argmax(np.abs(np.diff(drawn))))
         height = abs(float(np.diff(drawn)[k]))
         finer = float(np.abs(np.diff(values(places[k], places[k + 1], 10)[1])).max())
-        high = height / max(float(np.abs(drawn).max()), 1e-300)
-        jumps = high > VISIBLE and finer > JUMP * height
-        text = f"{bodies}: jumps by {100 * high:.2g} % at {first} {places[k]:.4g}" if jumps else f"{bodies}: no jump"
+        share = height / max(float(np.abs(drawn).max()), 1e-300)
+        jumps = share > VISIBLE and finer > JUMP * height
+        text = f"{bodies}: jumps by {100 * share:.2g} % at {first} {places[k]:.4g}" if jumps else f"{bodies}: no jump"
         yield Finding(f"{law.name}: continuity over {first}", text, not jumps)
 
 
@@ -165,7 +169,7 @@ def _symmetry(law: ForceLaw) -> Finding:
     """Exchanging the two spheres changes nothing."""
     at = _at(law, "unequal spheres", contact_angle_i=0.2, contact_angle_j=0.5)
     other = {**at, **{f"{n}_{a}": at[f"{n}_{b}"] for n in ("radius", "contact_angle") for a, b in ("ij", "ji")}}
-    off = abs(law(**other) / law(**at) - 1.0)
+    off = _off(law(**other), law(**at))
     return Finding(f"{law.name}: exchange of the two bodies", f"changes by {off:.1g}", off < ROUND_OFF)
 
 
@@ -178,5 +182,5 @@ def _limit(law: ForceLaw) -> Finding:
 
 def _linear(law: ForceLaw) -> Finding:
     """Lubrication is proportional to the velocity."""
-    off = abs(law(**_at(law, normal_velocity=0.2)) / (2.0 * law(**_at(law, normal_velocity=0.1))) - 1.0)
+    off = _off(law(**_at(law, normal_velocity=0.2)), 2.0 * law(**_at(law, normal_velocity=0.1)))
     return Finding(f"{law.name}: proportional to the velocity", f"off by {off:.1g}", None)
