@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -46,9 +47,9 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     """Do the same, and return the objections: one sentence for every check that failed."""
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory")
-    where, word = Path(folder), _fingerprint(scene)
-    with identity.held(where, word):
-        identity.leave(where, word)
+    where = Path(folder)
+    with held(scene, where):
+        identity.leave(where, _fingerprint(scene))
         building.write(scene, where)
         second.leave(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
         stages.simulate(where, ranks, progress)
@@ -58,6 +59,11 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         except PywetError as unreadable:
             return [str(unreadable), *verdict.objections(where)]
         return verdict.objections(where)
+
+
+def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
+    """Hold a folder for the run of this scene, see `identity.held`."""
+    return identity.held(folder, _fingerprint(scene))
 
 
 def _fingerprint(scene: Scene) -> str:

@@ -74,9 +74,10 @@ def run_scene(
     if verbose:
         for line in commands.plan(description).table:
             tell(line)
-    commands.finish(description, folder, ranks, progress=True)
-    commands.view(folder)
-    ending.show([folder], verbose)
+    with commands.held(description, folder):  # to the end of the page: another call would move the run aside under it
+        commands.finish(description, folder, ranks, progress=True)
+        commands.view(folder)
+        ending.show([folder], verbose)
 
 
 @app.command()
