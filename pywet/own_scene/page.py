@@ -70,8 +70,6 @@ def _cards(run: Run, standing: verdict.Standing) -> list[page.Card]:
         page.Card(str(sum(said["spheres"].values())), "spheres"),
         page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {said['wall_s']:.0f} s of computing"),
     ]
-    if any(run.origin_mm):
-        cards.append(page.Card(", ".join(f"{x:.10g}" for x in run.origin_mm) + " mm", "origin of all positions here"))
     if events is not None:
         kept = said["ledger_error"] <= verdict.LEDGER_TOLERANCE
         cards += [
