@@ -12,7 +12,7 @@ import typer
 from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
-from pywet.options import JsonFile, Ranks, Trust, Verbose, number
+from pywet.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
 from pywet.ranges import SCENE
 
 app = typer.Typer()
@@ -59,6 +59,7 @@ def run_scene(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
+    seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
@@ -74,9 +75,13 @@ def run_scene(
     if verbose:
         for line in commands.plan(description).table:
             tell(line)
-    commands.finish(description, folder, ranks, progress=True)
+    folder = folder.resolve() if folder.name in ("", "..") else folder
+    first, folders = description.seed, [folder]
+    folders += [folder.with_name(f"{folder.name}-{first + k}") for k in range(1, seeds)]
+    for k, where in enumerate(folders):
+        commands.finish(description.with_(seed=first + k) if k else description, where, ranks, progress=True)
     commands.view(folder)
-    ending.show([folder], verbose)
+    ending.show(folders, verbose)
 
 
 @app.command()
