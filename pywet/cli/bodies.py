@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +13,7 @@ import typer
 from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
-from pywet.util.options import JsonFile, Ranks, Trust, Verbose, number
+from pywet.util.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
 from pywet.util.ranges import SCENE
 
 app = typer.Typer()
@@ -59,6 +60,7 @@ def run_scene(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
+    seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
     trust: Trust = False,
     verbose: Verbose = False,
 ) -> None:
@@ -74,10 +76,17 @@ def run_scene(
     if verbose:
         for line in commands.plan(description).table:
             tell(line)
-    with commands.held(description, folder):  # to the end of the page: another call would move the run aside under it
-        commands.finish(description, folder, ranks, progress=True)
+    folder = folder.resolve() if folder.name in ("", "..") else folder
+    first = description.seed
+    runs = {folder: description}
+    for k in range(1, seeds):
+        runs[folder.with_name(f"{folder.name}-{first + k}")] = description.with_(seed=first + k)
+    with ExitStack() as held:  # to the end of the page: another call would move a run aside under it
+        for where, what in runs.items():
+            held.enter_context(commands.held(what, where))
+            commands.finish(what, where, ranks, progress=True)
         commands.view(folder)
-        ending.show([folder], verbose)
+        ending.show(list(runs), verbose)
 
 
 @app.command()

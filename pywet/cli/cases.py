@@ -15,6 +15,7 @@ from pywet.cli.showing import tell
 from pywet.errors import PywetError
 from pywet.util.options import (
     PORT,
+    SEEDS,
     SPHERE,
     STEP,
     AnyCase,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from pywet.config import Config
 
 app = typer.Typer()
-SEEDS = Range(1, 1000, whole=True)
 WIDTH_MM = Range(40, 500)
 CONFIG = Path("config")
 

@@ -222,7 +222,7 @@ class Scene(Excusable):
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Subtracted from all positions of spheres and walls, as for a part in plant coordinates; results count from it."""
+    """Where the engine counts positions from, for a part in plant coordinates; `pywet.load` and `vtk/` give the scene's own."""
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
     """Of the random positions; another seed is another packing of the same scene."""
     laws: LawSettings = LawSettings()
