@@ -49,7 +49,7 @@ def windows(scene: Scene) -> list[Window]:
 
 
 def _drawn_start(scene: Scene, part: int) -> int:
-    """First step of a short window: the first one lies in the first eighth of its part, every fourth at a checkpoint.
+    """First step of a short window: the first lies in the first eighth of its part, every fourth at a checkpoint or an output.
 
     Bridges act in it. It holds a checkpoint as its first step only, and none where that step's forces are evaluated again or
     spheres are retired at it.
@@ -59,6 +59,8 @@ def _drawn_start(scene: Scene, part: int) -> int:
     width = high - low - length if part else high // 8
     start = low + int(drawn(scene.seed, part) * max(1, width))
     start -= start % every
+    if part % 4 == 3 and (output := -(-start // scene.output_every) * scene.output_every) < high - length:
+        start = output
     if saved := checkpoint_every(scene):
         after = 0 if scene.effects.bridges and not scene.retire else every
         ahead = -(-start // saved) * saved

@@ -60,7 +60,9 @@ def plan(folder: Path) -> Plan:
         springs = ("window_pair_springs", "window_wall_springs")[: 2 if scene["walls"] else 1]
         recorded = ("window_states", *(springs if effects.get("tangential_history", True) else ()))
     outputs, energy = np.arange(0, steps + 1, outputs_every(scene)), bool(out.get("energy", True))
-    return Plan(bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, impulse(scene))
+    return Plan(
+        bool(effects["bridges"]), len(scene["walls"]), steps, outputs, windows, recorded, energy, impulse(scene)
+    )
 
 
 SHORT = 4
@@ -75,6 +77,9 @@ def sample_start(scene: dict[str, Any], steps: int, k: int) -> int:
     chance = int(hashlib.sha256(f"window {k} of seed {scene['seed']}".encode()).hexdigest()[:12], 16) / 16.0**12
     at = begin + int(chance * max(1, end // 8 if k == 0 else end - begin - length))
     at = at // slow * slow
+    output = outputs_every(scene) * math.ceil(at / outputs_every(scene))
+    if k % 4 == 3 and output < end - length:
+        at = output
     between = checkpoints_every(scene, steps)
     if between == 0:
         return at

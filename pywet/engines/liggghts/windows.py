@@ -37,9 +37,7 @@ def next_step(windows: list[tuple[int, int]]) -> list[str]:
     """The engine's formula for the step after `step` at which to write, as terms to be added up: it cuts long lines."""
     terms, before = [], -1
     for first, last in windows:
-        terms.append(
-            f"(step>={before})*(step<{first})*{first}+(step>={first})*(step<{last - 1})*(step+1)"
-        )
+        terms.append(f"(step>={before})*(step<{first})*{first}+(step>={first})*(step<{last - 1})*(step+1)")
         before = last - 1
     return [*terms, f"(step>={before})*{NEVER:.0f}"]
 
