@@ -187,10 +187,10 @@ class Results(Excusable):
 
     interval_s: Positive | None = None
     """If not given, a fiftieth of the duration."""
-    windows: Annotated[int, Field(ge=0, le=1000)] = 2
+    windows: Annotated[int, Field(ge=0, le=1000)] = 20
     """Number of sampling windows; 0: forces and motion are not replayed."""
-    window_steps: Annotated[int, Field(ge=1, le=100_000)] = 20
-    """Steps of each window."""
+    window_steps: Annotated[int, Field(ge=1, le=100_000)] = 2
+    """Steps of each window; up to 4: at random places."""
     checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
     """How often the state is saved, evenly spread; a killed run resumes there."""
 

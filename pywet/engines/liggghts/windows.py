@@ -33,15 +33,13 @@ COLUMNS: dict[str, list[str]] = {
 NEVER = 9.0e15
 
 
-def next_step(windows: list[tuple[int, int]]) -> str:
-    """The engine's formula for the step after `step` at which to write."""
+def next_step(windows: list[tuple[int, int]]) -> list[str]:
+    """The engine's formula for the step after `step` at which to write, as terms to be added up: it cuts long lines."""
     terms, before = [], -1
     for first, last in windows:
-        terms.append(f"(step>={before})*(step<{first})*{first}")
-        terms.append(f"(step>={first})*(step<{last - 1})*(step+1)")
+        terms.append(f"(step>={before})*(step<{first})*{first}+(step>={first})*(step<{last - 1})*(step+1)")
         before = last - 1
-    terms.append(f"(step>={before})*{NEVER:.0f}")
-    return "+".join(terms)
+    return [*terms, f"(step>={before})*{NEVER:.0f}"]
 
 
 def deck_lines(scene: Scene) -> dict[str, Any] | None:
