@@ -46,7 +46,7 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     """Do the same, and return the objections: one sentence for every check that failed."""
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory")
-    where, word = Path(folder), _fingerprint(scene)
+    where, word = Path(folder), fingerprint(scene)
     with identity.held(where, word):
         identity.leave(where, word)
         building.write(scene, where)
@@ -60,7 +60,7 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         return verdict.objections(where)
 
 
-def _fingerprint(scene: Scene) -> str:
+def fingerprint(scene: Scene) -> str:
     """What a run of this scene follows from: its description, the files that it names, the program's code."""
     named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
     laws = [law for law in named if isinstance(law, str)]
