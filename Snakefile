@@ -28,6 +28,7 @@ include: "workflow/rules/pages.smk"
 include: "workflow/rules/agreement.smk"
 include: "workflow/rules/engines.smk"
 include: "workflow/rules/studies.smk"
+include: "workflow/rules/sweep.smk"
 
 
 rule all:

@@ -26,8 +26,8 @@ from pywet.sweep.table import DONE
 
 Floats = NDArray[np.float64]
 CANDIDATES = 1024
-FEWEST = 4
-"""Points with results before others can be sought."""
+FEWEST = 2
+"""Points with results, more than there are axes, before others can be sought."""
 
 
 def add(plan: Plan, made: pd.DataFrame, count: int) -> Path:
@@ -42,9 +42,9 @@ def _next(plan: Plan, made: pd.DataFrame, count: int) -> list[Point]:
     result = plan.sweep.goal.result if plan.sweep.goal else plan.results[0]
     rows = made[(made["status"] == DONE) & made[result].notna()]
     means = rows.groupby("point").agg({**dict.fromkeys(axes, "first"), result: "mean"})
-    if len(means) < FEWEST:
+    if len(means) < len(axes) + FEWEST:
         raise PywetError(
-            f"{plan.file}: {len(means)} points have {result}, expected at least {FEWEST} before others are sought"
+            f"{plan.file}: {len(means)} points have {result}, expected at least {len(axes) + FEWEST} before others are sought"
         )
     places = _shares(axes, means[[*axes]].to_numpy(float))
     return least_known(places, means[result].to_numpy(float), count, axes, parsed(plan.sweep, plan.file))
@@ -89,7 +89,7 @@ def least_known(
             "the constraints leave no candidate for adaptive sampling; expected a region between the ends of the axes"
         )
     candidates = shares[allowed]
-    chosen = []
+    chosen: list[Point] = []
     for _ in range(min(count, len(allowed))):
         cubic = RBFInterpolator(places, values, kernel="cubic", degree=1)(candidates)
         linear = RBFInterpolator(places, values, kernel="linear", degree=0)(candidates)

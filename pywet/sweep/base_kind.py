@@ -1,4 +1,4 @@
-"""What every kind of base gives a sweep: a checked point with its fingerprint, its run, its predicted cost, names of its results."""
+"""What every kind of base gives a sweep: checked points with fingerprints, runs, predicted costs, names of results."""
 
 from __future__ import annotations
 

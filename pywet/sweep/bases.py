@@ -1,4 +1,4 @@
-"""What is run at a point: a screening case, a scene, a collision with a wall, a bridge; each from its file and the point's values."""
+"""What is run at a point: a case, a scene, a collision with a wall, a bridge; each from its file and the point's values."""
 
 from __future__ import annotations
 

@@ -7,6 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from pywet import config as settings
 from pywet import run_lock, stages
 from pywet.config import Case, Config, Materials
@@ -22,7 +24,7 @@ from pywet.sweep.costs import Cost
 from pywet.sweep.description import Point
 from pywet.sweep.keys import dotted, filled, holds
 
-PARTS = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
+PARTS: dict[str, type[BaseModel]] = {"config": Settings, "materials": Materials, "scales": Scales, "case": Case}
 """First word of a key -> what it is a part of; `scale` is the scale that is run."""
 STAGES = ("scene", "simulate", "results", "replay")
 

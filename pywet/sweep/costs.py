@@ -35,7 +35,7 @@ def of_case(config: Config, number: int, scale: str) -> Cost:
 
 
 def of_scene(building: Building) -> Cost:
-    """An estimate from steps, spheres and triangles with the costs of this machine, as of a bed at rest; refused as its run would be."""
+    """An estimate from steps and spheres, as of a bed at rest, with the costs of this machine; refused as by its run."""
     scene, asked = building.said, building.plan.effects
     spheres, steps = sum(c.count for c in building.classes), scene.duration_s / building.time_step
     bridges = FILM_BRIDGES * spheres if asked.bridges else 0.0

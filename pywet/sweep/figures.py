@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from pywet.errors import PywetError
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
@@ -50,7 +51,8 @@ def drawn(sweep: Sweep, made: pd.DataFrame, results: list[str], x: str, y: str, 
 
 def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str | None = None) -> None:
     """Mean of y at each x with its 95 % interval over seeds and all other axes; a scatter where x is a result."""
-    groups = list(rows.groupby(hue)) if hue else [(None, rows)]
+    rows = rows[rows[y].notna()]
+    groups = [(v, rows[rows[hue] == v]) for v in sorted(rows[hue].unique())] if hue else [(None, rows)]
     if len(groups) > MOST_LINES:
         raise PywetError(f"{hue} has {len(groups)} values, expected at most {MOST_LINES} lines: take another column")
     text = not pd.api.types.is_numeric_dtype(rows[x]) or pd.api.types.is_bool_dtype(rows[x])
@@ -90,7 +92,7 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
     response = surface.through(sweep, rows, result, [x, y])
     if response is None:
         raise PywetError(
-            f"{len(rows)} runs do not determine a surface of second order over {x} and {y}; expected 7 or more points"
+            f"{len(rows)} runs do not determine a surface of second order over {x} and {y}; expected at least 7 points"
         )
     lines = [_spaced(rows[key].to_numpy(float), sweep.axes[key].logarithmic) for key in (x, y)]
     mesh = np.meshgrid(*lines)
@@ -103,6 +105,9 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
         axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=f"{result}: {title}")
         axes.set_xscale("log" if sweep.axes[x].logarithmic else "linear")
         axes.set_yscale("log" if sweep.axes[y].logarithmic else "linear")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.grid(False)
     return figure
 
 

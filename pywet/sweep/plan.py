@@ -90,7 +90,7 @@ class Plan:
         return [run for name, run in there.items() if self.store.numbers(name, self.kind.engine) is None]
 
     def cost(self, report: Report = lambda done, of: None) -> list[tuple[Run, Cost]]:
-        """Predicted cost of every run that is missing; the scene of each missing point is built once, and refused as its run is."""
+        """Predicted cost of every missing run; the scene of each missing point is built once, and refused as by its run."""
         missing, by_point, wrong = self.missing, {}, []
         first = {run.point.number: run for run in reversed(missing)}
         for k, run in enumerate(first.values()):
@@ -175,7 +175,7 @@ def _check_function(file: Path, function: Function, trust: bool) -> None:
         )
     if not user_laws.may_run(name):
         raise ConfigError(
-            f"{file}: gather names {function.function}, a function of a file, which was not run; read the file, then give --trust",
+            f"{file}: gather names {function.function}, which was not run: read its file, then give --trust",
             file=file,
         )
 

@@ -44,7 +44,8 @@ def _all(sweep: Sweep) -> list[Point]:
         [dict(zip(group, row, strict=True)) for row in zip(*(sweep.axes[key].listed for key in group), strict=True)]
         for group in sweep.groups
     ]
-    order, found = list(sweep.axes), []
+    order = list(sweep.axes)
+    found: list[Point] = []
     for parts in product(*groups, drawn(sweep)):
         joined = {key: value for part in parts for key, value in part.items()}
         found.append({key: joined[key] for key in order})
@@ -60,7 +61,7 @@ def drawn(sweep: Sweep) -> list[Point]:
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # a count that is no power of two
             shares = qmc.Sobol(len(keys), rng=how.seed).random(how.sobol)
     else:
-        shares = qmc.LatinHypercube(len(keys), rng=how.seed).random(how.latin_hypercube)
+        shares = qmc.LatinHypercube(len(keys), rng=how.seed).random(how.latin_hypercube or 0)
     return [{key: sweep.axes[key].at(float(u)) for key, u in zip(keys, row, strict=True)} for row in shares]
 
 

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Term:
-    """A main effect, of one axis, or an interaction, of two: its share of the variation, what it changes, and p (None: no error)."""
+    """A main effect, of one axis, or an interaction, of two: share of the variation, change of the result, p (None: no error)."""
 
     axes: tuple[str, ...]
     share: float
@@ -77,7 +77,7 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
             u = numerical[key]
             first[key] = u[:, None]
             found[(key,)] = np.column_stack([u, u**2]) if made[key].nunique() > 2 else first[key]
-        elif made[key].nunique() > 1:
+        elif len(made[key].unique()) > 1:
             levels = pd.get_dummies(made[key].astype(str), drop_first=True).to_numpy(float)
             first[key] = found[(key,)] = levels - levels.mean(axis=0)
     for a, b in combinations(first, 2):
@@ -85,8 +85,11 @@ def _columns(sweep: Sweep, made: pd.DataFrame) -> dict[tuple[str, ...], Floats]:
     return found
 
 
-def effects(sweep: Sweep, made: pd.DataFrame, result: str) -> Effects | None:
-    """Main effects and interactions of a result over all runs that have it; None where too few have, or none differs."""
+def effects(sweep: Sweep, made: pd.DataFrame, result: str, seeded: bool = True) -> Effects | None:
+    """Main effects and interactions of a result over all runs that have it; None where too few have, or none differs.
+
+    Of runs without a seed, which have no scatter, nothing is tested.
+    """
     rows = made[(made["status"] == DONE) & made[result].notna()].reset_index(drop=True)
     if len(rows) < 3 or rows[result].nunique() < 2:
         return None
@@ -99,6 +102,8 @@ def effects(sweep: Sweep, made: pd.DataFrame, result: str) -> Effects | None:
     y = rows[result].to_numpy(float)
     residual, coefficients = _fit(columns, y)
     variance, freedom, error = _error(rows, result, residual, sum(c.shape[1] for c in columns.values()))
+    if not seeded:
+        freedom, error = 0, "none, as there are no seeds: nothing is tested"
     found, p_values = [], []
     for axes, inside in columns.items():
         without = _fit({k: c for k, c in columns.items() if k != axes}, y)[0]
@@ -124,7 +129,7 @@ def _fit(columns: dict[tuple[str, ...], Floats], y: Floats) -> tuple[float, dict
     matrix = np.column_stack([np.ones(len(y)), *columns.values()])
     solved = np.linalg.lstsq(matrix, y, rcond=None)[0]
     ends = np.cumsum([1, *(c.shape[1] for c in columns.values())])
-    parts = {axes: solved[a:b] for axes, a, b in zip(columns, ends, ends[1:], strict=False)}
+    parts = {axes: np.asarray(solved[a:b], dtype=float) for axes, a, b in zip(columns, ends, ends[1:], strict=False)}
     return float(((y - matrix @ solved) ** 2).sum()), parts
 
 
@@ -167,7 +172,7 @@ def optimum(sweep: Sweep, made: pd.DataFrame, result: str, largest: bool) -> Opt
     rows = made[(made["status"] == DONE) & made[result].notna()]
     if rows.empty:
         return None
-    groups = {int(n): g[result].to_numpy(float) for n, g in rows.groupby("point")}
+    groups = {int(n): rows.loc[rows["point"] == n, result].to_numpy(float) for n in rows["point"].unique()}
     order = sorted(groups, key=lambda n: groups[n].mean(), reverse=largest)
     best = order[0]
     first = rows.drop_duplicates("point").set_index("point")

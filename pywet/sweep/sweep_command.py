@@ -12,6 +12,7 @@ from pywet.files import atomic_write, make_folder
 from pywet.notices import bar
 from pywet.report.pictures import plt
 from pywet.sweep import adaptive, figures, plan, running, sweep_page, table
+from pywet.sweep.description import RESERVED
 from pywet.sweep.plan import Plan
 from pywet.sweep.table import FAILED
 
@@ -75,7 +76,7 @@ def plot(file: Path, folder: Path | None, names: list[str], out: Path | None) ->
     target = out or asked.folder / f"{'-'.join(names)}.svg"
     if target.suffix not in SUFFIXES:
         raise PywetError(f"--out is {target}; expected a file that ends in {', '.join(SUFFIXES)}")
-    results = [c for c in made.columns if c not in (*asked.sweep.axes, *plan.description.RESERVED)]
+    results = [c for c in made.columns if c not in (*asked.sweep.axes, *RESERVED)]
     figure = figures.drawn(asked.sweep, made, results, names[0], names[1], names[2] if len(names) > 2 else None)
     with atomic_write(target) as temporary:
         figure.savefig(temporary)

@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import PywetError
+from pywet.evidence.compare.statistics import LEVEL
 from pywet.report import page
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.sweep import figures, significance, surface
@@ -20,6 +21,8 @@ from pywet.sweep.table import DONE, FAILED
 NAME = "report.html"
 MOST_ROWS = 500
 """Runs that the page lists; the table has all."""
+SHARES = 4
+"""Terms that are printed of a result without scatter."""
 DETAILS = ("report.html", "summary.json", "point.json")
 """What a link to a run leads to: the first that is there."""
 
@@ -27,7 +30,7 @@ DETAILS = ("report.html", "summary.json", "point.json")
 def write(plan: Plan, made: pd.DataFrame) -> Path:
     """Write `report.html` into the folder of the sweep."""
     done = made[made["status"] == DONE]
-    effects = {result: significance.effects(plan.sweep, made, result) for result in plan.results}
+    effects = {result: significance.effects(plan.sweep, made, result, plan.kind.seeded) for result in plan.results}
     best = [o for result in plan.results for o in optima(plan, made, result)]
     sections = [
         page.Section("What was varied", _varied(plan, made), "Axes"),
@@ -43,7 +46,7 @@ def write(plan: Plan, made: pd.DataFrame) -> Path:
     ]
     if failed := int((made["status"] == FAILED).sum()):
         cards.append(page.Card(str(failed), "runs failed or were not done; the next call tries them", "bad"))
-    lead = sentences(plan, made, effects)[0]
+    lead = f"{sentences(plan, made)[0]}."
     return page.write(plan.folder / NAME, plan.sweep.name, lead, sections, cards)
 
 
@@ -55,19 +58,25 @@ def optima(plan: Plan, made: pd.DataFrame, result: str) -> list[Optimum]:
     return [o for o in found if o is not None]
 
 
-def sentences(plan: Plan, made: pd.DataFrame, effects: dict[str, Effects | None] | None = None) -> list[str]:
+def sentences(plan: Plan, made: pd.DataFrame) -> list[str]:
     """What a finished sweep prints: runs, optima, what is significant of each result."""
     done = int((made["status"] == DONE).sum())
     lines = [f"{done} of {len(made)} runs have results"]
     for result in plan.results:
         for o in optima(plan, made, result)[:1]:
             lines.append(f"{result} is {o.sense} at point {o.number} ({_values(o.values)}): {_mean(o)}{_alike(o)}")
-        found = (effects or {}).get(result) if effects else significance.effects(plan.sweep, made, result)
-        if found is not None and found.terms[0].p is not None:
-            matter = ", ".join(t.name for t in found.terms if t.significant) or "nothing"
-            others = ", ".join(t.name for t in found.terms if not t.significant) or "nothing"
-            lines.append(f"{result}: significant {matter}; not significant {others}")
+        if found := significance.effects(plan.sweep, made, result, plan.kind.seeded):
+            lines.append(f"{result}: {_matters(found)}")
     return lines
+
+
+def _matters(found: Effects) -> str:
+    """The terms of a result in one line: significant ones and others, or the largest shares where nothing is tested."""
+    if found.terms[0].p is None:
+        largest = sorted(found.terms, key=lambda t: -t.share)[:SHARES]
+        return "share of the variation " + ", ".join(f"{t.name} {100 * t.share:.2g} %" for t in largest)
+    groups = [[t.name for t in found.terms if t.significant is which] for which in (True, False)]
+    return "significant {}; not significant {}".format(*(", ".join(names) or "nothing" for names in groups))
 
 
 def _values(values: dict[str, Any]) -> str:
@@ -90,10 +99,11 @@ def _varied(plan: Plan, made: pd.DataFrame) -> str:
         values = made[key]
         numerical = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
         few = values.nunique() <= 12 or not numerical
-        said = ", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in sorted(values.unique(), key=_order)) if few else (
-            f"{values.min():.4g} to {values.max():.4g}{', logarithmic' if axis.logarithmic else ''}"
+        which = f"{values.min():.4g} to {values.max():.4g}" if not few else ", ".join(
+            f"{v:.4g}" if isinstance(v, float) else str(v) for v in sorted(values.unique(), key=_order)
         )  # fmt: skip
-        rows.append([page.left(key), made.attrs["units"].get(key, ""), str(values.nunique()), page.left(said)])
+        which += ", logarithmic" if axis.logarithmic else ""
+        rows.append([page.left(key), made.attrs["units"].get(key, ""), str(values.nunique()), page.left(which)])
     sweep, how = plan.sweep, plan.sweep.design
     drawn = f"{'Sobol' if how.sobol else 'Latin hypercube'} design, seed {how.seed}; " if how else ""
     text = f"Base: {sweep.base.kind} {getattr(sweep.base, sweep.base.kind)}. {drawn}{sweep.seeds} run(s) of each point."
@@ -110,8 +120,8 @@ def _optimum(best: list[Optimum]) -> str:
     if not best:
         return page.paragraph("No run has results yet.")
     text = (
-        "Among the points that were run. The interval is that of the mean over seeds (95 %, Student). Like it: points whose mean "
-        "is not significantly worse (t test with the scatter of all seeds, Holm over the points), and the values of the axes there."
+        "Among the points that were run. The interval is that of the mean over seeds (95 %, Student). Like it: points whose "
+        "mean is not significantly worse (t test with the scatter of all seeds, Holm), and the values of the axes there."
     )
     rows: page.Rows = [
         [
@@ -134,8 +144,8 @@ def _compared(plan: Plan, made: pd.DataFrame, best: list[Optimum]) -> str:
         return ""
     table = page.table_of(rows, {
         "result": lambda r: page.left(r.result), f"point {a}": lambda r: f"{r.a:.4g}", f"point {b}": lambda r: f"{r.b:.4g}",
-        "p": lambda r: page.Cell(f"{r.p:.2g}", "good" if r.p <= significance.LEVEL else "none"),
-        "": lambda r: "significant" if r.p <= significance.LEVEL else "not significant",
+        "p": lambda r: page.Cell(f"{r.p:.2g}", "good" if r.p <= LEVEL else "none"),
+        "": lambda r: "significant" if r.p <= LEVEL else "not significant",
     })  # fmt: skip
     text = f"Best and next best point, {method}."
     if plan.kind.engine:
@@ -169,7 +179,7 @@ def _effects(plan: Plan, effects: dict[str, Effects | None]) -> str:
 
 def _curves(plan: Plan, done: pd.DataFrame) -> str:
     """Every result over every axis that varies."""
-    keys = [key for key in plan.sweep.axes if done[key].nunique() > 1]
+    keys = [key for key in plan.sweep.axes if len(done[key].unique()) > 1]
     if done.empty or not keys:
         return page.paragraph("Nothing to draw yet.")
     body = page.paragraph(
@@ -205,8 +215,8 @@ def _maps(plan: Plan, done: pd.DataFrame) -> list[page.Section]:
                 f"The runs do not follow the polynomial of {result}: more points would make the map safer."
             )
     text = (
-        "Polynomial of second order through all runs; its standard error holds the scatter of seeds, of axes that are not drawn, and "
-        "what the polynomial does not follow."
+        "Polynomial of second order through all runs; its standard error holds the scatter of seeds, of axes that are not "
+        "drawn, and what the polynomial does not follow."
     )
     return [page.Section("Response surface", page.paragraph(text, soft=True) + body, "Map")] if body else []
 
