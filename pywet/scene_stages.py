@@ -47,9 +47,9 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     """Do the same, and return the objections: one sentence for every check that failed."""
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory")
-    where = Path(folder)
-    with held(scene, where):
-        identity.leave(where, _fingerprint(scene))
+    where, word = Path(folder), fingerprint(scene)
+    with identity.held(where, word):
+        identity.leave(where, word)
         building.write(scene, where)
         second.leave(where, placed_laws(scene.laws, scene.folder, scene.file is None).reference)
         stages.simulate(where, ranks, progress)
@@ -63,10 +63,10 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
 
 def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
     """Hold a folder for the run of this scene, see `identity.held`."""
-    return identity.held(folder, _fingerprint(scene))
+    return identity.held(folder, fingerprint(scene))
 
 
-def _fingerprint(scene: Scene) -> str:
+def fingerprint(scene: Scene) -> str:
     """What a run of this scene follows from: its description, the files that it names, the program's code."""
     named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
     laws = [law for law in named if isinstance(law, str)]

@@ -23,6 +23,8 @@ if STUDIES_HERE:  # for this process and for those of the scripts
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
+SWEEP = config.pop("sweep", None)
+"""File of a sweep, `--config sweep=FILE`; not part of config.yaml."""
 CONFIG = Path(config.pop("config_dir", "config"))
 """Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""
