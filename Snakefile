@@ -24,6 +24,7 @@ configfile: f"{config.get('config_dir', 'config')}/config.yaml"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/case.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/sweep.smk"
 
 
 if STUDIES_HERE:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,7 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
     """Do the same, and return the objections: one sentence for every check that failed."""
     if not str(folder):
         raise PywetError("the folder of the run is empty; expected the path of a run directory")
-    where, word = Path(folder), _fingerprint(scene)
+    where, word = Path(folder), fingerprint(scene)
     with identity.held(where, word):
         identity.leave(where, word)
         building.write(scene, where)
@@ -60,7 +61,12 @@ def finish(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = Fa
         return verdict.objections(where)
 
 
-def _fingerprint(scene: Scene) -> str:
+def held(scene: Scene, folder: Path) -> AbstractContextManager[None]:
+    """Hold a folder for the run of this scene, see `identity.held`."""
+    return identity.held(folder, fingerprint(scene))
+
+
+def fingerprint(scene: Scene) -> str:
     """What a run of this scene follows from: its description, the files that it names, the program's code."""
     named = placed_laws(scene.laws, scene.folder, scene.file is None).model_dump().values()
     laws = [law for law in named if isinstance(law, str)]

@@ -21,6 +21,7 @@ GROUPS = {
         "run-scene": "run-scene examples/scenes/hopper.yaml --out hopper",
         "scene": "scene drum --moisture 1 --spheres 400 --seconds 1.5",
         "calibrate": "calibrate examples/calibrations/small_drum.yaml",
+        "sweep": "sweep examples/sweeps/rebound.yaml",
     },
     "Results": {
         "report": "report results/smoke/case02",

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from pywet import run_lock
 from pywet.compare import digest, verdict
 from pywet.errors import PywetError
 from pywet.util.files import write_json
@@ -36,7 +37,8 @@ def compare(
         if against is not None:
             return _against(runs, against)
         left, right = _groups(runs, a, b)
-        comparison = verdict.compare(left, right, force, across)
+        with run_lock.reading(*left, *right):
+            comparison = verdict.compare(left, right, force, across)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE
@@ -104,7 +106,8 @@ def _against(runs: Sequence[Path], file: Path) -> int:
     if not runs:
         raise PywetError(f"no run was given to hold against {file}; expected RUN_DIR …")
     stored = digest.load(file)
-    rows = [row for run in runs for row in digest.check(stored, run)]
+    with run_lock.reading(*runs):
+        rows = [row for run in runs for row in digest.check(stored, run)]
     for run in dict.fromkeys(row.run for row in rows):
         table = Table(box=None, header_style="bold", pad_edge=False, title=escape(run) if len(runs) > 1 else None)
         for name in ("quantity", "now", "digest", "allowed", "unit", ""):
@@ -132,7 +135,8 @@ def of_runs(folders: Sequence[Path], out_file: Path | None) -> int:
             )
         paths = [run for folder in folders for run in verdict.runs_in(folder)]
         said = f"pywet digest {' '.join(map(str, folders))}"
-        stored = digest.of_runs(out_file.stem, said, paths)
+        with run_lock.reading(*paths):
+            stored = digest.of_runs(out_file.stem, said, paths)
     except PywetError as error:
         err.print(str(error), style="red", soft_wrap=True, markup=False)
         return NOT_COMPARABLE

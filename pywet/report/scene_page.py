@@ -10,10 +10,12 @@ from typing import Any
 
 import pandas as pd
 
+from pywet.cases.custom import seeds
 from pywet.cases.custom.walls import word_of
 from pywet.cases.screening import verdict
 from pywet.errors import PywetError
 from pywet.report import page, render, report
+from pywet.report.bands import mean_and_band
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.runs.loaded import Run
 from pywet.shipped import place
@@ -45,38 +47,40 @@ def of_run(folder: Path) -> Path:
 
 def write(folder: Path, picture: Path) -> Path:
     """Write `report.html` of a custom scene into a run's folder, with its picture; returns its path."""
-    run = Run(folder)
-    standing = verdict.standing(folder)
+    runs = seeds.of_scene(folder)
+    run, standing = runs[0], seeds.standing(runs)
     sections = [
         page.Section(
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
         ),
         *_sizes(run),
-        *_retained(run),
-        page.Section("Where the liquid is", _liquid(run), "Liquid"),
-        *_contacts(run),
+        *_retained(runs),
+        page.Section("Where the liquid is", _liquid(runs), "Liquid"),
+        *_contacts(runs),
         *([page.Section("Which effects were simulated", _effects(run), "Effects")] if run.has("plan.json") else []),
-        page.Section("The independent replay", _replay(run), "Replay"),
-        page.Section("The liquid ledger and energies", _ledger(run), "Ledger"),
+        page.Section("The independent replay", _replay(runs), "Replay"),
+        page.Section("The liquid ledger and energies", _ledger(runs), "Ledger"),
         page.Section("Files", _files(folder), "Files"),
     ]
-    return page.write(folder / "report.html", run.scene.name, standing.sentence, sections, _cards(run, standing))
+    return page.write(folder / "report.html", run.scene.name, standing.sentence, sections, _cards(runs, standing))
 
 
-def _cards(run: Run, standing: verdict.Standing) -> list[page.Card]:
-    said, events = run.summary, run.summary["events"]
+def _cards(runs: seeds.Runs, standing: verdict.Standing) -> list[page.Card]:
+    said = runs[0].summary
+    computing = sum(run.summary["wall_s"] for run in runs)
     cards = [
         page.Card(standing.word, "recomputed and agrees", standing.grade),
         page.Card(str(sum(said["spheres"].values())), "spheres"),
-        page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {said['wall_s']:.0f} s of computing"),
+        page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {computing:.0f} s of computing"),
     ]
-    if any(run.origin_mm):
-        cards.append(page.Card(", ".join(f"{x:.10g}" for x in run.origin_mm) + " mm", "origin of all positions here"))
-    if events is not None:
-        kept = said["ledger_error"] <= verdict.LEDGER_TOLERANCE
+    if said["events"] is not None:
+        events = [run.summary["events"] for run in runs]
+        formed, stand = (seeds.over([of[kind] for of in events], 9) for kind in ("formations", "standing_bridges"))
+        error = max(run.summary["ledger_error"] for run in runs)
+        kept = error <= verdict.LEDGER_TOLERANCE
         cards += [
-            page.Card(str(events["formations"]), f"bridges formed, {events['standing_bridges']} stand"),
-            page.Card(f"{said['ledger_error']:.1g}", "of the liquid lost or made", "good" if kept else "bad"),
+            page.Card(formed, f"bridges formed, {stand} stand"),
+            page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if kept else "bad"),
         ]
     return cards
 
@@ -96,19 +100,20 @@ def _sizes(run: Run) -> list[page.Section]:
     return [page.Section("Masses in whole spheres", table, "Sizes")]
 
 
-def _retained(run: Run) -> list[page.Section]:
+def _retained(runs: seeds.Runs) -> list[page.Section]:
     """The fraction retained over time, where a run has it."""
-    if not run.has("results/fraction_retained.parquet"):
+    if not all(run.has("results/fraction_retained.parquet") for run in runs):
         return []
-    table = run.fraction_retained
+    tables = [run.fraction_retained for run in runs]
+    table = tables[0]
     columns = [c for c in table.columns if str(c).startswith("fraction_retained") and c != "fraction_retained_spheres"]
     names = {str(c): str(c).removeprefix("fraction_retained").replace("_", " ").strip() or "all" for c in columns}
-    drawn = _drawn(table, {"fraction retained Y": names})
+    drawn = _drawn(tables, {"fraction retained Y": names})
     return [page.Section("Fraction retained", drawn, "Retained")]
 
 
-def _liquid(run: Run) -> str:
-    table = run.liquid
+def _liquid(runs: seeds.Runs) -> str:
+    run, table = runs[0], runs[0].liquid
     holders = [c for c in table.columns if c not in NOT_WALLS]
     if not table["initial_m3"].iloc[-1]:
         return page.paragraph("The scene is dry.")
@@ -116,15 +121,19 @@ def _liquid(run: Run) -> str:
     names = {word_of(wall["name"]): wall["name"] for wall in description["walls"]}
     order = sorted(holders, key=lambda c: -table[c].to_numpy(dtype=float).max())
     shown = {str(c): _holder(str(c), names) for c in order}
-    in_mm3 = table.assign(**{c: 1e9 * table[c] for c in [*order, "initial_m3"]})
+    tables = [of.liquid.assign(**{c: 1e9 * of.liquid[c] for c in [*order, "initial_m3"]}) for of in runs]
     if run.scene.is_fed:
         shown["initial_m3"] = "put in until then"
-    drawn = _drawn(in_mm3, {"liquid [mm³]": shown}) + page.paragraph(
+    drawn = _drawn(tables, {"liquid [mm³]": shown}) + page.paragraph(
         "Active bridges are divided between their ends as if they ruptured now.", soft=True
     )
-    last = {str(c): float(v) for c, v in table.iloc[-1].items()}
-    share = {c: last[c] / last["initial_m3"] for c in [*holders, "left_m3"]}
-    rows = [[_holder(c, names), f"{1e9 * last[c]:.4g}", f"{100 * part:.3g} %"] for c, part in share.items()]
+
+    def at_end(column: str, of: str | None = None) -> str:
+        last = [run.liquid.iloc[-1] for run in runs]
+        values = [1e9 * row[column] if of is None else 100.0 * row[column] / row[of] for row in last]
+        return seeds.over(values, 4 if of is None else 3)
+
+    rows = [[_holder(c, names), at_end(c), f"{at_end(c, 'initial_m3')} %"] for c in [*holders, "left_m3"]]
     return drawn + page.table(["at the end on", "mm³", "of what was put in"], rows)
 
 
@@ -134,29 +143,33 @@ def _holder(column: str, names: dict[str, str]) -> str:
     return {"left": "left with drops"}.get(kind, f"{kind} {names.get(name, name) if kind == 'wall' else name}")
 
 
-def _contacts(run: Run) -> list[page.Section]:
-    if not run.has("results/contact_statistics.parquet"):
+def _contacts(runs: seeds.Runs) -> list[page.Section]:
+    run = runs[0]
+    if not all(of.has("results/contact_statistics.parquet") for of in runs):
         return []
-    table = run.contact_statistics
+    tables = [of.contact_statistics for of in runs]
     names = {
         axis: {c: c.removesuffix("_m_per_s").replace("_", " ") for c in columns} for axis, columns in CURVES.items()
     }
-    drawn = _drawn(table, names)
+    drawn = _drawn(tables, names)
     drawn += page.paragraph("A sphere has one contact with a wall, at the wall's closest point.", soft=True)
-    deepest = float(table["largest_overlap"].max())
-    into, through = (100 * float(table[f"largest_wall_{c}"].max()) for c in ("overlap", "penetration"))
+    overlaps = ("largest_overlap", "largest_wall_overlap", "largest_wall_penetration")
+    most, into, through = (seeds.over([100.0 * t[column].max() for t in tables], 2) for column in overlaps)
     text = (
-        f"Spheres overlap by {100 * deepest:.2g} % of the smaller radius at most, at the outputs, and walls by {into:.2g} % of "
-        f"the radius, {through:.2g} % of a wall's thickness."
+        f"Spheres overlap by {most} % of the smaller radius at most, at the outputs, and walls by {into} % of "
+        f"the radius, {through} % of a wall's thickness."
     )
-    if deepest > DEEP:
+    if max(float(t["largest_overlap"].max()) for t in tables) > DEEP:
         key = "youngs_modulus_Pa" if run.scene.hertz else "stiffness_N_per_m"
         text += f" That is deep: stiffer contacts (`{key}`) would be nearer to hard spheres."
-    body = "".join(page.paragraph(s) for s in (text, *run.summary.get("warnings", []))) + drawn
+    body = (
+        "".join(page.paragraph(s) for s in (text, *seeds.lines_of(runs, lambda r: r.summary.get("warnings", []))))
+        + drawn
+    )
     return [page.Section("Contacts and speeds", body, "Contacts")]
 
 
-def _drawn(table: pd.DataFrame, panels_of: dict[str, dict[str, str]]) -> str:
+def _drawn(tables: list[pd.DataFrame], panels_of: dict[str, dict[str, str]]) -> str:
     """Drawings of columns over time, one below the other on a narrow screen; label of an axis -> column -> its name."""
     drawn = []
     with plt.rc_context(STYLE):
@@ -164,7 +177,10 @@ def _drawn(table: pd.DataFrame, panels_of: dict[str, dict[str, str]]) -> str:
             figure, (axes,) = panels(1, 1, (4.2, 3.3))
             for column, name in columns.items():
                 put_in: Any = {"color": GREY, "linestyle": ":"} if column == "initial_m3" else {}
-                axes.plot(table["time_s"], table[column], label=name, **put_in)
+                time, mean, half = mean_and_band([(t["time_s"].to_numpy(), t[column].to_numpy()) for t in tables])
+                (line,) = axes.plot(time, mean, label=name, **put_in)
+                if half is not None:
+                    axes.fill_between(time, mean - half, mean + half, color=line.get_color(), alpha=0.2, linewidth=0)
             axes.set(xlabel="time [s]", ylabel=label)
             axes.legend()
             drawn.append(page.curves(figure, f"{word_of(label)}{k}"))
@@ -181,11 +197,10 @@ def _effects(run: Run) -> str:
     })  # fmt: skip
 
 
-def _replay(run: Run) -> str:
-    said: dict[str, Any] = run.replay
-    if not said:
+def _replay(runs: seeds.Runs) -> str:
+    if not all(run.replay for run in runs):
         return page.paragraph("Nothing of this run could be replayed.")
-    compared = page.table_of(verdict.agreement(said), {
+    compared = page.table_of(seeds.agreement(runs), {
         "quantity": lambda r: page.left(r.quantity),
         "values": lambda r: str(r.count),
         "largest deviation": lambda r: page.Cell(f"{r.largest:.2g}", "good" if r.ok else "bad"),
@@ -194,18 +209,27 @@ def _replay(run: Run) -> str:
     })  # fmt: skip
     text = page.paragraph(
         "Recomputed by a second program that shares no code with the first, from what the engine logged."
+        + (" All values of all seeds, and the largest deviation among them." if len(runs) > 1 else "")
     )
-    amber = [[page.left(what, "fair")] for what in verdict.not_checked(said)]
+    amber = [[page.left(what, "fair")] for what in seeds.lines_of(runs, lambda r: verdict.not_checked(r.replay))]
     return text + compared + (page.table(["not checked"], amber) if amber else "")
 
 
-def _ledger(run: Run) -> str:
-    energies: page.Rows = [[page.left(k), f"{v:.4g}"] for k, v in run.summary["energy_J"].items() if v is not None]
-    if run.summary["events"] is None:
+def _ledger(runs: seeds.Runs) -> str:
+    summaries = [run.summary["energy_J"] for run in runs]
+    energies: page.Rows = [
+        [page.left(k), seeds.over([of[k] for of in summaries])] for k, v in summaries[0].items() if v is not None
+    ]
+    if runs[0].summary["events"] is None:
         return page.table(["energy", "J"], energies)
-    table = run.ledger.iloc[[0, len(run.ledger) // 2, -1]]
-    held = ["films", "bridges", "walls", "left", "initial"]
-    rows = [[f"{r.time:.4g}", *(f"{1e9 * getattr(r, c):.5g}" for c in held)] for r in table.itertuples()]
+    tables, held = [run.ledger for run in runs], ["films", "bridges", "walls", "left", "initial"]
+    rows = [
+        [
+            f"{tables[0]['time'].iloc[k]:.4g}",
+            *(seeds.over([1e9 * float(t[c].iloc[k]) for t in tables], 5) for c in held),
+        ]
+        for k in (0, len(tables[0]) // 2, -1)
+    ]
     text = "All liquid in mm³: `initial` is what had been put in until then, the others are where it is."
     return (
         page.paragraph(text)

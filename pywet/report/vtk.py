@@ -131,8 +131,9 @@ KINDS: dict[str, Callable[[RunDir, int], Any]] = {"particles": particles, "bridg
 
 
 def output(run: RunDir, kind: str, step: int) -> Any:
-    """What a file of a kind holds of one output step."""
+    """What a file of a kind holds of one output step, at the positions of the user's scene."""
     made = {**KINDS, "cuboids": cuboids}[kind](run, step)
+    made.points = made.points + run.origin_m
     for name, texts in words(run)[kind].items():
         made.field_data[name] = texts
     return made

@@ -21,7 +21,9 @@ SORT = {
     "bridges": ["step", "partner_kind", "i", "j"],
     "films": ["step", "id"],
     "wall_films": ["step", "triangle"],
+    "impulses": ["step", "id"],
     "energy": ["step"],
+    "window_energy": ["step"],
     "drops": ["step", "i"],
 }
 

@@ -12,6 +12,7 @@ from pywet.util.ranges import LIMITS, Range
 
 STEP = Range(0, 1e12, whole=True)
 PORT = Range(0, 65535, whole=True)
+SEEDS = Range(1, 1000, whole=True)
 SPHERE = Range(1, 1e9, whole=True)
 
 

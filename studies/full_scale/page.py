@@ -17,12 +17,14 @@ from pywet.report import plots
 from pywet.report.collect import CaseResult
 from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write
-from studies.full_scale import basis, headline, kept, reasons, retirement, spread, stroke, trials
-from studies.full_scale.judging import FAILS, MISSING, OPEN, Answer, Statement, judge, neighbours
+from studies.full_scale import headline, kept, reasons, retirement, run_table, spread, stroke, trials
+from studies.full_scale.campaign import SETTINGS
+from studies.full_scale.judging import FAILS, OPEN, Answer, Statement, judge, neighbours
 from studies.full_scale.kept import Kept
 from studies.full_scale.spread import Runs
 from studies.full_scale.statements import STATEMENTS
 
+Answers = Sequence[tuple[Statement, Answer]]
 FOLDER = Path("docs/full_scale")
 SEEDED, SEEDS = (1, 2, 10, 11), 3
 """Cases that are to have so many seeds, and a run with the paper's stiffness."""
@@ -42,12 +44,11 @@ PICTURES = {
 METHOD = """
 ## Method
 
-The 18 screening cases of Elskamp & Kruggel-Emden (2018) on their 200 mm sieve for 20 s; times count from the opening of the
-slide. `make full` runs the cases and stores their tables in `docs/full_scale/data`, from which
-`python -m studies.full_scale.page` makes this page. A statement of the paper is a range that its words allow
-(`studies/full_scale/statements.py`). The ranges were fixed when these 18 cases were known and before any other run is
-judged; their digest is stored with each later run. By an earlier, one-sided list 23 of the statements 1 to 39 were confirmed, 12
-not and 4 inconclusive.
+The 18 screening cases of Elskamp & Kruggel-Emden (2018) on a 200 mm sieve for 20 s; times count from the opening of the slide.
+`make full` runs the cases and stores their tables in `docs/full_scale/data`, from which `python -m
+studies.full_scale.page` makes this page and its CSV files. The time step is a tenth of the shortest collision, the contact
+stiffness {stiffness} ([errors of these settings](accuracy.md)). Every run with its settings, cost, agreement with the replay and
+results: [runs.csv](full_scale/runs.csv).
 """
 
 COMMITS = {
@@ -63,7 +64,8 @@ In the paper fines and bin get too little water, coarse material and screen too 
 liquid can be shed in free motion and can have weight ([effects](effects.md#effects-in-no-preset)).
 {full}
 
-At smoke scale, {time:.1f} s after the opening, one seed each (`python -m studies.full_scale.trials`), in % of all liquid:
+At smoke scale ({time:.1f} s after the opening, one seed each, [fig14.csv](full_scale/reasons/fig14.csv)) {moved}; with one seed
+these changes are inconclusive.
 """
 SWITCHED = ("shedding", "liquid_weight")
 """Names of variants that are the campaign's settings with this effect on."""
@@ -75,10 +77,11 @@ def honest(runs: Runs) -> str:
     several = f"Several seeds of cases {', '.join(seeded)}, one of each other" if seeded else "One seed of each case"
     return f"""## Limits
 
-{several}; contact stiffness below the paper's; and dimensions of the apparatus that the paper does not give
-([rig](rig.md)). Cases of one seed are given the spread of their neighbour at the same time; with 5.6 mm, where passage is four
-times as slow, this is too small late in the run. A statement that is not confirmed shows first that this simulation differs from
-the paper's; where no reason is given, settings, apparatus and model are all possible.
+- {several}. Cases of one seed are given the spread of their neighbour at the same time, which is too small for 5.6 mm
+  late in the run.
+- The contact stiffness is below the paper's, and the paper does not give all dimensions of the apparatus ([rig](rig.md)).
+- A statement that is not confirmed shows first that this simulation differs from the paper's; where no reason is given, settings,
+  apparatus and model are all possible.
 """
 
 
@@ -91,21 +94,23 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
     known = reasons.lines([n for n in open_ if n in reasons.REASONS], runs)
     results = [_result(config, number, runs) for number in sorted(runs)]
+    seeds = spread.rows(runs, variants.get("paper", {}), SEEDED)
+    _store(data.parent, config, runs, variants, answers, seeds)
     lines = [
         *headline.lines(runs, answers),
         *(_drawn(data.parent, FIRST, results) if runs else []),
-        METHOD,
-        "## Runs\n",
+        "\n## Statements\n",
+        *_statements(answers),
+        *(["\n## Why a statement is not confirmed\n", reasons.NOTE, *reasons.lines(failed, runs)] if failed else []),
+        *(["\n## Inconclusive statements\n", *known] if known else []),
+        METHOD.format(
+            stiffness=" and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items())
+        ),
         *_runs(config, runs, variants),
         *_price(runs),
         *_lacking(runs, variants.get("paper", {})),
-        *basis.lines(),
-        *spread.lines(runs, variants.get("paper", {}), SEEDED),
+        *spread.lines(seeds),
         *retirement.lines(runs, variants.get(retirement.VARIANT, {})),
-        "\n## Statements\n",
-        *_statements(answers),
-        *(["\n## Why a statement is not confirmed\n", *reasons.lines(failed, runs)] if failed else []),
-        *(["\n## Inconclusive statements\n", *known] if known else []),
         *_beyond(runs, variants),
     ]
     if runs:
@@ -114,23 +119,42 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     return "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
 
 
+def _store(
+    folder: Path,
+    config: Config,
+    runs: Runs,
+    variants: Mapping[str, Runs],
+    answers: Answers,
+    seeds: Sequence[spread.Row],
+) -> None:
+    """Write the tables of the page as CSV files."""
+    shed = [row for effect in SWITCHED for row in _switched(runs, variants, effect)]
+    for name, columns, rows in (
+        ("runs", run_table.RUN_COLUMNS, run_table.run_rows(config, runs, variants)),
+        ("statements", run_table.STATEMENT_COLUMNS, run_table.statement_rows(answers)),
+        ("seeds", spread.COLUMNS, seeds),
+        ("retirement", retirement.COLUMNS, retirement.rows(runs, variants.get(retirement.VARIANT, {}))),
+        ("switched", ("effect", *spread.COLUMNS), shed),
+    ):
+        run_table.write(folder / f"{name}.csv", columns, rows)
+
+
 def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
-    rows = [k for group in (runs, *others.values()) for number in sorted(group) for k in group[number]]
     missing = [n for n in sorted(config.cases) if not runs.get(n)]
-    said = [f"Not run yet: {', '.join(map(str, missing))}."] if missing else ["All cases are there."]
-    if not rows:
-        return said
-    head = (
-        "| run | settings | core-hours | formations | contacts replayed | ledger | replay | Y at 5, 10, 20 s "
-        "| coarse, fines, walls at the end | engine, replay, disk [GB] | replay, processor time [s] |"
+    rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
+    said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All cases are there."
+    hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
+    return (
+        [f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine. {said}", *_commits(rows)]
+        if rows
+        else [said]
     )
-    return [*said, "", head, "|" + "---|" * 11, *(_row(config, k) for k in rows), *_commits(rows)]
 
 
 def _commits(rows: Sequence[Kept]) -> list[str]:
     named = {k.about["commit"] for k in rows}
     lost = [f"`{commit}` is {what}." for commit, what in COMMITS.items() if commit in named]
-    return ["\nThe `run.json` of a run names the commit that made it; " + " ".join(lost)] if lost else []
+    return ["  The column `commit` names the program of a run; " + " ".join(lost)] if lost else []
 
 
 def _price(runs: Runs) -> list[str]:
@@ -147,7 +171,7 @@ def _price(runs: Runs) -> list[str]:
     if not ratios:
         return []
     return [
-        f"\nA moist case takes {np.median(ratios):.2f} times the processor time of its dry one in the median, "
+        f"- **Cost**: A moist case takes {np.median(ratios):.2f} times the processor time of its dry one in the median, "
         f"{min(ratios):.2f} to {max(ratios):.2f} ({len(ratios)} pairs of one seed, on a loaded machine, several versions)."
     ]
 
@@ -155,7 +179,7 @@ def _price(runs: Runs) -> list[str]:
 def _lacking(runs: Runs, stiff: Runs) -> list[str]:
     """What the page cannot say for want of runs."""
     seeds = ", ".join(str(len(runs.get(n, ()))) for n in SEEDED)
-    lines = ["", "–: not recorded, or nothing to replay.\n"]
+    lines: list[str] = []
     if any(len(runs.get(n, ())) < SEEDS for n in SEEDED):
         lines += [
             f"- **Missing: {SEEDS} seeds of cases {', '.join(map(str, SEEDED))}** (there are {seeds}). The scatter at full",
@@ -170,43 +194,15 @@ def _lacking(runs: Runs, stiff: Runs) -> list[str]:
     return lines
 
 
-def _row(config: Config, k: Kept) -> str:
-    about = k.about
-    fractions = ", ".join(f"{k.at(k.retained(), t):.3f}" if k.has(t) else "–" for t in (5.0, 10.0, 20.0))
-    liquid, events, ledger = "–", "–", "–"
-    if about["events"]:
-        liquid = ", ".join(
-            f"{100 * float(v[-1]):.1f} %" for v in (k.liquid("coarse_material"), k.liquid("fines"), k.walls)
-        )
-        events, ledger = f"{about['events']['formations']:,}", f"{about['ledger_error']:.0e}"
-    replay = about["replay"]
-    agreed = f"{len(replay)} quantities agree" if replay else "nothing to replay"
-    hours = "–" if about["cpu_s"] is None else f"{about['cpu_s'] / 3600:.2f}"
-    if about["resumed_at_step"] is not None:  # what was spent before a kill is not known
-        hours = f"> {hours}"
-    own = max(s.stiffness_sphere_sphere_N_per_m.value for s in config.materials.spheres.values())
-    stiffness = f"stiffness {about['normal_stiffness_N_per_m'] / own:.2g}"
-    chosen = f"{about['scale']}, {stiffness}, dt {1e6 * about['time_step_s']:.3g} µs"
-    counts = f"{events} | {about['contacts']:,} | {ledger}"
-    sizes = ", ".join(_size(about.get(key)) for key in ("peak_memory_B", "replay_peak_memory_B", "disk_B"))
-    took = "–" if about.get("replay_cpu_s") is None else f"{about['replay_cpu_s']:.0f}"
-    ends = f"{agreed} | {fractions} | {liquid} | {sizes} | {took}"
-    return f"| {k.folder.name} | {chosen} | {hours} | {counts} | {ends} |"
-
-
-def _size(number: float | None) -> str:
-    return "–" if number is None else f"{1e-9 * number:.2f}"
-
-
-def _statements(answers: Sequence[tuple[Statement, Answer]]) -> list[str]:
+def _statements(answers: Answers) -> list[str]:
     return [
-        "±: half the 95 % interval of the mean over seeds; where the cases of a statement have one seed in common, the scatter",
-        "of their neighbour (8 mm, 1 mm, the same material, dry or with 5 %). A statement with a limit within it is",
-        "inconclusive.",
-        "Y: fraction retained, U: undersize on the screen over undersize fed.\n",
-        "| | place | statement | numbers | answer |",
-        "|" + "---|" * 5,
-        *(_answer(s, a) for s, a in answers),
+        "A statement is a range that the paper's words allow. It is confirmed if the 95 % interval of the mean over seeds lies",
+        "within it, inconclusive if a limit of the range lies within the interval. The ranges were fixed when these 18 cases",
+        "were known and before any other run is judged. Ranges, values and intervals: "
+        "[statements.csv](full_scale/statements.csv).\n",
+        "| | statement | verdict |",
+        "|" + "---|" * 3,
+        *(f"| {s.number} | {s.says} | {a.verdict} |" for s, a in answers),
     ]
 
 
@@ -219,14 +215,26 @@ def _division(run: Kept, title: str) -> float:
 DIVISIONS = {title: partial(_division, title=title) for title in trials.FIG14}
 
 
+def _switched(runs: Runs, variants: Mapping[str, Runs], effect: str) -> list[tuple[str, ...]]:
+    """Seeds of the campaign against the run with an effect on: divisions of Fig. 14 and passage."""
+    other = variants.get(effect, {})
+    return [(effect, *row) for row in spread.rows(runs, other, sorted(other), DIVISIONS | spread.DRY)]
+
+
 def _full_beyond(runs: Runs, variants: Mapping[str, Runs]) -> str:
     """What is known at full scale of effects in no preset."""
     lines = []
     for effect in SWITCHED:
-        cases = sorted(variants.get(effect, {}))
-        if table := spread.rows(runs, variants.get(effect, {}), cases, DIVISIONS | spread.DRY):
-            said = f"At full scale, one run each of cases {', '.join(map(str, cases))} with `{effect}`; shares are of all liquid"
-            lines += [f"\n{said} at 20 s:\n", *spread.head(f"with {effect}"), *table]
+        shown = [row for row in _switched(runs, variants, effect) if row[2] in DIVISIONS]
+        if shown:
+            cases = ", ".join(dict.fromkeys(row[1] for row in shown))
+            lines += [
+                f"\nAt full scale, one run each of cases {cases} with `{effect}`; shares of all liquid at 20 s, also "
+                "[switched.csv](full_scale/switched.csv):\n",
+                f"| case | share of the liquid on | {shown[0][3]} seeds | change with {effect} | significant |",
+                "|" + "---|" * 5,
+                *(f"| {row[1]} | {row[2]} | {row[4]} | {row[6]} | {row[7]} |" for row in shown),
+            ]
     left = [f"`{effect}`" for effect in SWITCHED if effect not in variants]
     return "\n".join([*lines, *([f"\nNo run at full scale has {' or '.join(left)}."] if left else [])])
 
@@ -235,21 +243,9 @@ def _beyond(runs: Runs, variants: Mapping[str, Runs]) -> list[str]:
     if not trials.FIG14_FILE.exists():
         return []
     table = pd.read_csv(trials.FIG14_FILE)
-    rows = [
-        f"| {row.case} | {row.trial.replace('_', ' ')} | "
-        + " | ".join(f"{100 * share:.1f}" for share in row[list(trials.FIG14)])
-        + f" | {row.fraction_retained:.3f} |"
-        for _, row in table.iterrows()
-    ]
-    return [
-        BEYOND.format(time=table["time_since_opening_s"].iloc[0], full=_full_beyond(runs, variants)),
-        f"| case | switched on | {' | '.join(trials.FIG14)} | fraction retained |",
-        "|" + "---|" * (len(trials.FIG14) + 3),
-        *rows,
-        "\n" + "; ".join(_moved(table, trial) for trial in ("shedding", "liquid_weight")) + ", of all liquid.",
-        "A minus means that it has more there. With one seed the effect of weight is inconclusive, and so is how much of the",
-        "difference shedding makes ([what accuracy costs](accuracy.md)).",
-    ]
+    moved = "; ".join(_moved(table, trial) for trial in SWITCHED)
+    time = table["time_since_opening_s"].iloc[0]
+    return [BEYOND.format(time=time, full=_full_beyond(runs, variants), moved=moved)]
 
 
 def _moved(table: pd.DataFrame, trial: str) -> str:
@@ -257,15 +253,6 @@ def _moved(table: pd.DataFrame, trial: str) -> str:
     left = table.set_index(["trial", "case"])[list(trials.FIG14)[1]]
     each = [f"{100 * (left['as_is', case] - left[trial, case]):.1f} % in case {case}" for case in left[trial].index]
     return f"`{trial}` takes {' and '.join(each)} from coarse material and screen"
-
-
-def _answer(statement: Statement, answer: Answer) -> str:
-    parts = []
-    for k, part in enumerate(statement.parts):
-        values = "" if answer.verdict == MISSING else ": " + ", ".join(f"{v:.3g}" for v in answer.values[k])
-        values += f" ± {answer.chance[k]:.2g}" if answer.chance and answer.chance[k] else ""
-        parts.append((part.range + values).replace("|", "\\|"))
-    return f"| {statement.number} | {statement.place} | {statement.says} | {'; '.join(parts)} | {answer.verdict} |"
 
 
 def _drawn(folder: Path, name: str, results: Sequence[CaseResult]) -> list[str]:

@@ -20,43 +20,45 @@ OF_CURVES: dict[str, Callable[[Kept], float]] = {
 }
 OF_LIQUID: dict[str, Callable[[Kept], float]] = {
     "liquid of the coarse material at the end": lambda k: float(k.liquid("coarse_material")[-1]),
-    "of the walls but the bin's": lambda k: float(k.walls[-1]),
-    "of fines and bin together": lambda k: float(k.liquid("fines", "collecting_bin")[-1]),
-    "of the fines": lambda k: float(k.liquid("fines")[-1]),
-    "of the bin's walls": lambda k: float(k.liquid("collecting_bin")[-1]),
+    "liquid of the walls except the bin's at the end": lambda k: float(k.walls[-1]),
+    "liquid of fines and bin together at the end": lambda k: float(k.liquid("fines", "collecting_bin")[-1]),
+    "liquid of the fines at the end": lambda k: float(k.liquid("fines")[-1]),
+    "liquid of the bin's walls at the end": lambda k: float(k.liquid("collecting_bin")[-1]),
 }
-COSTS = (("cpu_s", 3600.0), ("replay_cpu_s", 1.0), ("disk_B", 1e9))
-"""Entry of run.json and its unit in the table."""
-TEXT = """
-## Retirement
+COSTS = {
+    "cpu_s": ("engine", 3600.0, "core-hours"),
+    "replay_cpu_s": ("replay", 1.0, "s"),
+    "disk_B": ("disk", 1e9, "GB"),
+}
+"""Entry of run.json -> its name, unit and symbol."""
+COLUMNS = ("case", "quantity", "seeds", "all_spheres", "standard_deviation", "retired", "difference", "significant")
+"""Of a row of `rows`."""
 
-Runs named `retire` take spheres that lie in the collecting bin [out of the run](engine.md#retired-spheres) four times a second.
-Passage and liquid are compared with runs that retain all spheres; significant: seeds alone make as large a difference of the
-means in less than one of twenty cases (Student). Fines and the bin's walls share the liquid differently, since each sphere that
-comes to rest wets the floor; their sum is compared as well.
-"""
+
+def rows(kept: Runs, retired: Runs) -> list[tuple[str, ...]]:
+    """Each quantity of each case that has runs of both kinds: means, difference and whether it is significant."""
+    return [row for case in sorted(set(kept) & set(retired)) for row in _compared(case, kept[case], retired[case])]
 
 
 def lines(kept: Runs, retired: Runs) -> list[str]:
-    """The section of the page; none without such runs."""
+    """What retirement changes and saves, in a sentence each; none without such runs."""
     cases = sorted(set(kept) & set(retired))
     if not cases:
         return []
-    head = (
-        "| case | quantity | seeds | all spheres | standard deviation | retired | difference | significant |",
-        "|" + "---|" * 8,
-    )
-    rows = [row for case in cases for row in _compared(case, kept[case], retired[case])]
-    asked = "engine [core-hours]", "replay [s]", "disk [GB]"
-    head_of_costs = f"| case | {' | '.join(f'{name}: all spheres | retired' for name in asked)} |"
-    costs = [_cost(case, kept[case], retired[case]) for case in cases]
-    note = "\nLeast time of each case's runs, made on different days on a loaded machine."
-    return [TEXT, *head, *rows, "", head_of_costs, "|" + "---|" * 7, *costs, note]
+    found = rows(kept, retired)
+    moved = [f"case {row[0]}, {row[1]}: {row[6]}" for row in found if row[7].startswith("yes")]
+    costs = "; ".join(_cost(case, kept[case], retired[case]) for case in cases)
+    return [
+        f"- **[Retired spheres](engine.md#retired-spheres)** (runs `retire`): {len(moved)} of {len(found)} quantities differ "
+        f"significantly{': ' if moved else ''}{'; '.join(moved)} of all liquid. Fines and the bin's walls share the liquid "
+        "differently because each sphere that comes to rest wets the floor; their sum does not differ "
+        f"([retirement.csv](full_scale/retirement.csv)). Cost: {costs}.",
+    ]
 
 
-def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[str]:
+def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[tuple[str, ...]]:
     moist = bool(kept[0].about["events"])
-    found = []
+    found: list[tuple[str, ...]] = []
     for name, of in (OF_CURVES | (OF_LIQUID if moist else {})).items():
         one, two = (np.array([of(k) for k in runs]) for runs in (kept, retired))
         moved, spread, told = float(two.mean() - one.mean()), "–", "one seed"
@@ -74,14 +76,16 @@ def _compared(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> list[
             f"{moved:+.4f}",
             told,
         )
-        found.append(f"| {' | '.join(map(str, cells))} |")
+        found.append(tuple(map(str, cells)))
     return found
 
 
 def _cost(case: int, kept: Sequence[Kept], retired: Sequence[Kept]) -> str:
-    cells = [str(case)]
-    for key, unit in COSTS:
+    said = []
+    for key, (name, unit, symbol) in COSTS.items():
+        least = []
         for runs in (kept, retired):
             values = [k.about[key] / unit for k in runs if k.about.get(key) and k.about.get("resumed_at_step") is None]
-            cells.append(f"{min(values):.3g}" if values else "–")
-    return f"| {' | '.join(cells)} |"
+            least.append(f"{min(values):.3g}" if values else "–")
+        said.append(f"{name} {least[1]} instead of {least[0]} {symbol}")
+    return f"case {case}, {', '.join(said)}"

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pywet import config as settings
+from pywet import run_lock
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError, PywetError
 from pywet.util.files import make_folder, write_json
@@ -107,18 +108,19 @@ def calibrate(file: Path, folder: Path, say: Callable[[str], None] = lambda line
             base.case(case)
     make_folder(folder)
     runs = screening_runs.Runs(question, source, folder)
-    for place in question.places:
-        try:
-            runs.configured(place)
-        except PywetError as error:
-            raise ConfigError(
-                f"{file}: {name_of(place)} is no configuration: {error}", file=file, key="turned"
-            ) from error
-    found = find(
-        question, folder, lambda c: base.case(c).liquid_percent == 0, base.settings.seed, runs.measure, say
-    )  # fmt: skip
-    answer = described(question, found)
-    write_json(folder / "calibration.json", answer)
+    with run_lock.hold_part(folder, "calibrate"):
+        for place in question.places:
+            try:
+                runs.configured(place)
+            except PywetError as error:
+                raise ConfigError(
+                    f"{file}: {name_of(place)} is no configuration: {error}", file=file, key="turned"
+                ) from error
+        found = find(
+            question, folder, lambda c: base.case(c).liquid_percent == 0, base.settings.seed, runs.measure, say
+        )  # fmt: skip
+        answer = described(question, found)
+        write_json(folder / "calibration.json", answer)
     return answer
 
 

@@ -18,6 +18,8 @@ STUDIES_HERE = open_studies()
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
+SWEEP = config.pop("sweep", None)
+"""File of a sweep, `--config sweep=FILE`; not part of config.yaml."""
 CONFIG = Path(config.pop("config_dir", "config"))
 """Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""

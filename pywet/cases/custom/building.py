@@ -37,6 +37,7 @@ from pywet.planning import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
 from pywet.planning.time_steps import hertz_lines
+from pywet.runs.rundir import placed
 from pywet.util.files import write_json
 from pywet.util.notices import notice
 
@@ -53,8 +54,12 @@ class Building:
     """What a description becomes; everything is made when it is asked for."""
 
     said: Scene
+    """With all positions counted from the origin."""
+    origin_mm: typed.Vector = (0.0, 0.0, 0.0)
+    """The description's own, to be added to positions in messages."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "origin_mm", self.said.origin_mm)
         object.__setattr__(self, "said", from_origin(self.said))
 
     @cached_property
@@ -353,10 +358,10 @@ def _refuse_overlaps(made: Building, table: pd.DataFrame) -> None:
         distance = pv.PolyData(at).compute_implicit_distance(pv.PolyData(surface.vertices, faces))["implicit_distance"]
         inside = np.asarray(distance) < TOUCHING * radius
         if inside.any():
-            first = at[inside][0] * 1e3
+            first = placed(at[inside][0], made.origin_mm)
             raise ConfigError(
                 f"scene {made.said.name}: {_some(int(inside[: len(table)].sum()))} begin in wall {wall.name}, such as at "
-                f"{first[0]:.3g}, {first[1]:.3g}, {first[2]:.3g} mm; expected all outside: mend the region or the wall"
+                f"{first} mm; expected all outside: mend the region or the wall"
             )
 
 

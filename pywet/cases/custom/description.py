@@ -187,10 +187,10 @@ class Results(Excusable):
 
     interval_s: Positive | None = None
     """If not given, a fiftieth of the duration."""
-    windows: Annotated[int, Field(ge=0, le=1000)] = 2
+    windows: Annotated[int, Field(ge=0, le=1000)] = 20
     """Number of sampling windows; 0: forces and motion are not replayed."""
-    window_steps: Annotated[int, Field(ge=1, le=100_000)] = 20
-    """Steps of each window."""
+    window_steps: Annotated[int, Field(ge=1, le=100_000)] = 2
+    """Steps of each window; up to 4: at random places."""
     checkpoints: Annotated[int, Field(ge=0, le=1000)] = 10
     """How often the state is saved, evenly spread; a killed run resumes there."""
 
@@ -222,7 +222,7 @@ class Scene(Excusable):
     gravity_m_per_s2: Vector = (0.0, 0.0, -9.81)
     """Acceleration; 0, 0, 0: none."""
     origin_mm: Vector = (0.0, 0.0, 0.0)
-    """Subtracted from all positions of spheres and walls, as for a part in plant coordinates; results count from it."""
+    """Where the engine counts positions from, for a part in plant coordinates; `pywet.load` and `vtk/` give the scene's own."""
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 1
     """Of the random positions; another seed is another packing of the same scene."""
     laws: LawSettings = LawSettings()

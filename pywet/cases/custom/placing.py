@@ -20,7 +20,10 @@ SMALL, LARGE = 1.0, 3000.0
 """Longest side of an STL file over the spheres' diameter below and above which its unit is asked back."""
 THIN = 0.2
 """Width over length below which a body is a bar."""
-COUNT_FROM = "positions in tables, vtk/ and pictures count from origin_mm [{:.10g}, {:.10g}, {:.10g}]"
+COUNT_FROM = (
+    "Parquet files count positions from origin_mm [{:.10g}, {:.10g}, {:.10g}]; "
+    "pywet.load, vtk/ and ovito/ give the scene's own"
+)
 FAR = 20.0
 """Distance of a scene from its origin, over its size, beyond which positions lose digits that the walls need."""
 
@@ -123,5 +126,5 @@ def refuse_far(said: Scene, corners: Sequence[Floats]) -> None:
         x, y, z = (digits * round(1e3 * m / digits) for m in middle)
         raise ConfigError(
             f"scene {said.name}: all lies about {away:.4g} m from the origin and is {size:.3g} m large; expected positions near "
-            f"the origin, which keep their digits: add origin_mm: [{x:.10g}, {y:.10g}, {z:.10g}], from which results count then"
+            f"the origin, which keep their digits: add origin_mm: [{x:.10g}, {y:.10g}, {z:.10g}]"
         )

@@ -68,7 +68,7 @@ def contact_statistics(run: RunDir) -> pd.DataFrame:
                 "bridges_per_sphere": 2.0 * float(ledger[step]) / len(at) if ledger is not None else 0.0,
                 "mean_speed_m_per_s": float(speed.mean()),
                 "largest_speed_m_per_s": float(speed.max()),
-                "centre_of_mass_height_m": float(np.average(at @ up, weights=mass[kind])),
+                "centre_of_mass_height_m": float(np.average((at + run.origin_m) @ up, weights=mass[kind])),
             }
         )
     return pd.DataFrame(rows)

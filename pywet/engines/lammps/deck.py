@@ -22,7 +22,7 @@ from pywet.util.files import atomic_write, read_table
 
 SCRIPT, DATA = "in.lammps", "particles.data"
 STATE = "id type x y z vx vy vz omegax omegay omegaz"
-NUMBERS = 5
+NUMBERS = 8
 """That each sphere takes along for the plugin (engine.h: NUMBERS_TAKEN)."""
 SAME = 1e-6
 """Of a mesh's extent: places closer than that are one; an STL file's numbers are rounded to 6e-8 of themselves."""

@@ -50,7 +50,7 @@ def make(scene: Scene, folder: Path) -> tuple[int, float | None]:
         write_table(tables.to_frame(gone), made / "history" / "retired.parquet")
     if not scene.effects.bridges:
         return spheres, None
-    added = {"films": partial(retired.with_films, retired=gone)} if gone is not None else {}
+    added = dict.fromkeys(("films", "impulses"), partial(retired.with_films, retired=gone)) if gone is not None else {}
     tables.convert(folder, made / "history", more=added)
     for name in ("ledger", "films", *(["energy"] if scene.output.energy else [])):
         planned(steps_of(made / "history" / f"{name}.parquet"), scene, f"the log {name}")

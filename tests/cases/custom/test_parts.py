@@ -16,10 +16,11 @@ from pywet.cases.custom.description import Scene
 from pywet.errors import ConfigError
 from pywet.geometry import make_surface, write_stl
 from pywet.geometry.solids import bin_solid, wire
-from pywet.report import render
+from pywet.report import ovito, render, vtk
 from pywet.runs.rundir import RunDir
 from pywet.util.files import read_table
 from reference_impl.scene import parts, walls
+from reference_impl.shown import vtk as shown_logs
 from tests.cases.custom.conftest import beads
 
 CUP_MM = 10.0
@@ -144,16 +145,34 @@ def test_a_size_that_no_sphere_meets_is_asked_back(folder: Path) -> None:
         Building(scene(folder, [far], [(0, 0, 5)])).scene()
 
 
-def test_results_say_from_where_their_positions_count(
+@pytest.mark.engine
+def test_positions_are_moved_to_an_origin_and_back(
     folder: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Of a scene 1 km away: a sentence before the run, a number in `pywet.load`, to which positions add up; else nothing."""
-    far = scene(folder, [{"name": "cup", "stl": "far.stl"}], [(1e6 + 1.0, 0, 5)], origin_mm=(1e6, 0, 0))
-    write(far, tmp_path / "far")
-    assert "test: positions in tables, vtk/ and pictures count from origin_mm [1000000, 0, 0]" in caplog.text
-    run = pywet.load(tmp_path / "far")
-    first = read_table(tmp_path / "far" / "spheres.parquet")
-    assert run.origin_mm[0] + 1e3 * first["x"].iloc[0] == pytest.approx(1e6 + 1.0, rel=1e-12)
+    """A sphere in the corner of a cup 1 km away: the engine's tables are near the origin; `pywet.load`, vtk/ and ovito/ give the
+    scene's own positions to the nanometre; the replay, which reads vtk/ back, agrees, and finds files that are not moved back."""
+    far = scene(
+        folder, [{"name": "cup", "stl": "far.stl"}], [(1e6 + 3.49, 3.49, 1.51)], origin_mm=(1e6, 0, 0), duration_s=0.001
+    )
+    run = pywet.run(far, tmp_path / "far")
+    assert "test: Parquet files count positions from origin_mm [1000000, 0, 0]; pywet.load, vtk/" in caplog.text
+    assert read_table(tmp_path / "far" / "spheres.parquet")["x"].iloc[0] == pytest.approx(3.49e-3, abs=1e-12)
+    at_start = run.trajectory.iloc[0]
+    assert at_start["x"] == pytest.approx(1000.00349, abs=1e-9) and at_start["y"] == pytest.approx(3.49e-3)
+    bridge = run.bridges[run.bridges["xj_z"] < 1e-4].iloc[0]  # the one at the floor
+    assert bridge["xi_x"] == pytest.approx(1000.00349, abs=1e-6) and bridge["xj_x"] == pytest.approx(
+        bridge["xi_x"], abs=1e-9
+    )
+    shown = vtk.output(RunDir(tmp_path / "far"), "walls", 0).points
+    assert [shown[:, 0].min(), shown[:, 0].max()] == pytest.approx([999.993, 1000.007], abs=1e-9)
+    vtk.write(tmp_path / "far")
+    ovito.write(tmp_path / "far")
+    row = (tmp_path / "far" / "ovito" / "spheres.dump").read_text().splitlines()[9].split()
+    assert "1000.00349" in row
+    assert pywet.replay(tmp_path / "far")["ok"] and shown_logs.disagreement(tmp_path / "far") is None
+    description = tmp_path / "far" / "description.json"
+    description.write_text(description.read_text().replace("1000000.0", "1000001.0"))
+    assert "vtk_sphere_position" in (shown_logs.disagreement(tmp_path / "far") or "")
     caplog.clear()
     write(scene(folder, [{"name": "cup", "stl": "cup.stl", "stl_unit": "m"}], [(1, 0, 5)]), tmp_path / "near")
     assert pywet.load(tmp_path / "near").origin_mm == (0, 0, 0) and "origin" not in caplog.text
