@@ -34,6 +34,8 @@ FEWEST = 10
 """Bridges of one interval and kind whose median is judged."""
 OF_DRAG = 0.25
 """Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
+MOST = 200_000
+"""Records up to which parts that disagree are kept."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
 
 
@@ -50,6 +52,8 @@ class Between:
     """Capillary impulse of all bridges at outputs [N s]."""
     bounded: float = 0.0
     """The least of it by the bounds."""
+    rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
+    """Records of the parts that disagree, for the diagnosis."""
 
     def add(self, part: Run, lives: Lives) -> list[Quantity]:
         """A part of the logs."""
@@ -119,9 +123,17 @@ class Between:
         self.total += float(np.abs(logged).sum())
         self.bounded += float(np.minimum(np.abs(low), np.abs(logged)).sum())
         own = np.clip(logged, low, high)
-        return compare(
+        found = compare(
             "between_capillary", "largest by the bounds", logged, own, np.maximum(high, 1e-300), rows, TOLERANCE
         )
+        wall = rows["partner_kind"].to_numpy() != laws.SPHERE
+        self._keep(found, rows[["step", "i", "j"]].assign(wall=wall, logged=logged, low=low, high=high))
+        return found
+
+    def _keep(self, found: Quantity, rows: pd.DataFrame) -> None:
+        kept = self.rows[found.name.removeprefix("between_")]
+        if not found.ok and sum(map(len, kept)) < MOST:
+            kept.append(rows)
 
     def _drag(self, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
         """Median of the normal drag's impulse over what the separations give, of the bridges of one interval and kind."""
@@ -132,7 +144,9 @@ class Between:
         table = table[np.isfinite(table["ratio"])].groupby(["step", "wall"])["ratio"].agg(["median", "size"])
         table = table[table["size"] >= FEWEST].reset_index()
         logged, one = table["median"].to_numpy(float), np.ones(len(table))
-        return compare("between_drag", "itself, median of an interval", logged, one, one, table, OF_DRAG)
+        found = compare("between_drag", "itself, median of an interval", logged, one, one, table, OF_DRAG)
+        self._keep(found, table)
+        return found
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
@@ -142,7 +156,9 @@ class Between:
         names = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
         logged, own = (rows[n].to_numpy(float) if len(rows) else np.zeros((0, 3)) for n in names)
         scale = rows["scale"].to_numpy(float) if len(rows) else np.zeros(0)
-        return compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
+        quantity = compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
+        self._keep(quantity, rows)
+        return quantity
 
 
 def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:

@@ -109,7 +109,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     counts, setup, gone = kept_tables.Count(run), window.read(run.folder), retired.Count(run)
     works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
     run.known["budget"] = works
-    unseen = between.Between(run, setup, outputs)
+    run.known["between"] = unseen = between.Between(run, setup, outputs)
     energy, flying = budget.judged(run), flights.judged(run)
     last_row = np.full(len(held), -1)
     before, start = none(), -1
