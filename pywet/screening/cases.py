@@ -110,8 +110,8 @@ def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan
 def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> Scene:
     """Write a case's run directory and return its scene.
 
-    Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json and history/spheres, triangles, parts. The same
-    configuration gives the same files. Raises `PywetError` for what does not go together.
+    Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json, history/spheres, triangles, parts.
+    The same configuration gives the same files. Raises `PywetError` for what does not go together.
     """
     run_dir = Path(run_dir)
     case, scale = config.case(case_number), config.scale(scale_name)
