@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,8 @@ EVERY = ("every force of bridges", "every force but weight", "every force of bri
 """Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
 KINDS = ("between spheres", "at walls")
 """Kinds of contact by which forces of bridges are told apart."""
+MOST = 2000
+"""Records from which factors on two parts are estimated."""
 
 
 def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
@@ -235,19 +238,20 @@ def _alone(terms: dict[str, Floats], name: str, rows: Floats) -> bool:
 
 
 def _several(rest: Floats, own: Floats, terms: dict[str, Floats], rows: Floats) -> Iterator[Suspect]:
-    """A factor on each of several parts at once, by least squares; parts of a kind of contact stand for their sum."""
-    split = {name for name in terms if name.endswith(KINDS)}
-    whole = {name.removesuffix(kind).strip() for name in split for kind in KINDS}
-    names = [n for n in terms if n not in EVERY and n not in whole and (terms[n][rows] ** 2).sum() > 0.0]
-    if len(names) < 2:
-        return
-    columns = np.stack([terms[n][rows].ravel() for n in names], axis=1)
-    scale = np.sqrt((columns**2).sum(axis=0))
-    more = np.linalg.lstsq(columns / scale, rest[rows].ravel(), rcond=None)[0] / scale
-    wrong = [k for k in range(len(names)) if abs(more[k]) > 1e-6]
-    if 1 < len(wrong) < len(names):
-        words = " and ".join(_said(names[k], 1.0 + more[k]) for k in wrong)
-        yield Suspect(words, own + sum(more[k] * terms[names[k]] for k in wrong))
+    """A factor on each of the two parts that together leave least; forces of one kind of contact stand for their sum."""
+    whole = {name.removesuffix(kind).strip() for name in terms for kind in KINDS if name.endswith(kind)}
+    some = np.flatnonzero(rows)[:MOST]
+    there = [n for n in terms if n not in EVERY and n not in whole and (terms[n][some] ** 2).sum() > 0.0]
+    best: tuple[float, tuple[str, ...], Floats] = (np.inf, (), np.zeros(0))
+    for pair in combinations(there, 2):
+        columns = np.stack([terms[n][some].ravel() for n in pair], axis=1)
+        scale = np.sqrt((columns**2).sum(axis=0))
+        more, left, *_ = np.linalg.lstsq(columns / scale, rest[some].ravel(), rcond=1e-9)
+        if len(left) and left[0] < best[0]:
+            best = float(left[0]), pair, more / scale
+    if best[1]:
+        words = " and ".join(_said(n, 1.0 + f) for n, f in zip(best[1], best[2], strict=True))
+        yield Suspect(words, own + sum(f * terms[n] for n, f in zip(best[1], best[2], strict=True)))
 
 
 def _said(name: str, f: float) -> str:

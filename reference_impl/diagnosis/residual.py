@@ -6,6 +6,8 @@ import numpy as np
 
 from reference_impl.replay.arrays import Floats
 
+NEAR = 0.05
+"""Distance of a factor from one below which the size of the deviation says more."""
 NARROW = 0.02
 """Relative width of the middle half of the ratios within which one factor describes all records."""
 
@@ -24,8 +26,9 @@ def described(logged: Floats, own: Floats) -> str:
     low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
     if logged.ndim > 1 and across > 0.5:
         return "its direction is not the expected one"
-    if abs(middle - 1.0) < 1e-6 and high - low < 1e-6:
-        return f"it is off by {float(np.median(np.abs(ratio - 1.0))):.2g} of its value"
+    off = np.linalg.norm(columns[0] - columns[1], axis=1) / np.sqrt(np.maximum(square, 1e-300))
+    if abs(middle - 1.0) < NEAR:
+        return f"it is off by {float(np.median(off)):.2g} of its value"
     if high - low <= NARROW * abs(middle):
         return f"it is {middle:.4g} times what is expected"
     return f"it is {middle:.3g} times what is expected (middle half of the records {low:.3g} to {high:.3g})"

@@ -1,7 +1,7 @@
 """Steps between the sampling windows: the impulses that the plugin adds up from output to output.
 
 Of each bridge: its capillary impulse lies between time times force at the largest and at the least separation since the output
-before; an explicit normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. Of each sphere: a change of
+before; a normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. Of each sphere: a change of
 momentum is weight and the impulse of its bridges where it touched nothing, which follows from the separations alone. What the
 bounds leave open is counted, as a share of the capillary impulse.
 """
@@ -17,7 +17,7 @@ import pandas as pd
 
 from reference_impl.motion import flights, impulses
 from reference_impl.motion.budget import VELOCITY
-from reference_impl.motion.summed import pull_of
+from reference_impl.motion.summed import drag_at_touch, pull_of, walls_motion
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, io, laws
 from reference_impl.replay.arrays import Floats, size
@@ -30,8 +30,12 @@ SAMPLES = np.linspace(0.0, 1.0, 9)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
 """Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
-FEWEST = 10
-"""Bridges of one interval and kind whose median is judged."""
+SMALL = 0.05
+"""Part of a separation, or of its change, that the error of a step may be."""
+STIFF = 5.0
+"""Semi-implicit: c dt/m from which on the drag of several bridges of a sphere is not that of its velocities."""
+GROUP, FEWEST = 25, 10
+"""Bridges of one kind, one after the other, whose median is judged; of the last ones so many at least."""
 OF_DRAG = 0.25
 """Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
 MOST = 200_000
@@ -94,14 +98,11 @@ class Between:
         return [
             self._ranges(rows, new, p.ri),
             *([self._capillary(part, rows, acted[old])] if self._closed("capillary", capillary.LAWS) else []),
-            *([self._drag(rows, new, p)] if self._explicit() else []),
+            *([self._drag(part, rows, new, p)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []),
         ]
 
     def _closed(self, effect: str, known: Any) -> bool:
         return coverage.law(self.run, effect) in known
-
-    def _explicit(self) -> bool:
-        return not coverage.semi_implicit(self.run) and self._closed("viscous_normal", laws.VISCOUS_NORMAL)
 
     def _ranges(self, rows: pd.DataFrame, before: Floats, radius: Floats) -> Quantity:
         """The separations at both outputs lie within the logged range."""
@@ -135,18 +136,43 @@ class Between:
         if not found.ok and sum(map(len, kept)) < MOST:
             kept.append(rows)
 
-    def _drag(self, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
-        """Median of the normal drag's impulse over what the separations give, of the bridges of one interval and kind."""
+    def _drag(self, part: Run, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
+        """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.
+
+        Left out are those whose way in a step is no small part of the separation, and those that move along each other so fast
+        that turning normals count: in a time T by v^2 T dt/r.
+        """
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
-        calm = ~np.isnan(before) & ((most <= 0.0) | (least > APART * p.ri)) & (impulses.every(self.run) == 1)
+        speed, dt = self._speeds(part, rows, p), self.setup.step
+        time = (rows["step"].to_numpy() - self._previous(rows["step"].to_numpy(np.int64))) * dt
+        turned = speed**2 * time * dt / p.ri
+        calm = (most <= 0.0) | ((least > APART * p.ri) & (speed * dt < SMALL * least))
+        if coverage.semi_implicit(self.run):
+            ends = (rows["i"], rows["j"].where(~p.wall, rows["i"]))
+            a, b = (self.setup.mass[np.searchsorted(self.setup.ids, end)] for end in ends)
+            calm &= drag_at_touch(part, rows, p) * dt * (1.0 / a + np.where(p.wall, 0.0, 1.0 / b)) < STIFF
+        calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
         ratio = ratios(self.run, rows[calm], before[calm], gap[calm])
         table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
-        table = table[np.isfinite(table["ratio"])].groupby(["step", "wall"])["ratio"].agg(["median", "size"])
-        table = table[table["size"] >= FEWEST].reset_index()
+        table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
+        table["group"] = table.groupby("wall").cumcount() // GROUP
+        of_groups = table.groupby(["wall", "group"]).agg(
+            step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
+        )
+        table = of_groups[of_groups["size"] >= FEWEST].reset_index().sort_values("step", ignore_index=True)
         logged, one = table["median"].to_numpy(float), np.ones(len(table))
-        found = compare("between_drag", "itself, median of an interval", logged, one, one, table, OF_DRAG)
+        found = compare("between_drag", "itself, median of a group", logged, one, one, table, OF_DRAG)
         self._keep(found, table)
         return found
+
+    def _speeds(self, part: Run, rows: pd.DataFrame, p: Pairs) -> Floats:
+        """Sum of the speeds of both ends at the output; of a wall the fastest of all."""
+        table = part.table("trajectory")
+        v = pd.Series(size(table[[*VELOCITY[:3]]].to_numpy(float)), pd.MultiIndex.from_frame(table[["step", "id"]]))
+        of_i, of_j = (
+            v.reindex(pd.MultiIndex.from_arrays([rows["step"], rows[n]])).fillna(0.0).to_numpy(float) for n in "ij"
+        )
+        return np.asarray(of_i + np.where(p.wall, walls_motion(self.setup)[0], of_j))
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
