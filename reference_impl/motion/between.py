@@ -59,11 +59,33 @@ class Between:
     rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
     """Records of the parts that disagree, for the diagnosis."""
 
+    recomputed: float = 0.0
+    """Capillary impulse recomputed step by step in the windows [N s]."""
+    formed: int = 0
+    met: set[int] = field(default_factory=set)
+    """Bridges that formed, and the rows of those of which a force was recomputed."""
+
+    def windows(self, table: pd.DataFrame, lives: Lives) -> None:
+        """Rows of the contact log of a part."""
+        at = lives.at(keys(table), np.asarray(table["step"], dtype=np.int64), strictly=False)
+        self.met.update(np.unique(lives.all.row[at[at >= 0]]).tolist())
+        force = np.abs(np.asarray(table["capillary"], dtype=float))
+        self.recomputed += float((force * impulses.weights(self.run, table)).sum()) * self.setup.step
+
+    def seen(self) -> dict[str, float]:
+        """Shares of the bridges and of the capillary impulse that the replay has seen."""
+        bridges, total = max(self.formed, 1), max(self.total, 1e-300)
+        return {
+            "bridges": len(self.met) / bridges,
+            "impulse_in_windows": min(self.recomputed / total, 1.0),
+            "impulse_by_bounds": self.bounded / total,
+        }
+
     def add(self, part: Run, lives: Lives) -> list[Quantity]:
         """A part of the logs."""
         now = {name: part.table(name) for name in ("trajectory", "bridges", "films", "impulses", "events")}
         both = {n: pd.concat([self.last[n], now[n]], ignore_index=True) if n in self.last else now[n] for n in now}
-        shots = now["bridges"]
+        shots, self.formed = now["bridges"], self.formed + int((now["events"]["kind"] == FORMATION).sum())
         found = self._bridges(part, shots, self._before(both["bridges"], shots), self._formed(shots, lives))
         found.append(self._momentum(part, both))
         step = int(both["trajectory"]["step"].max()) if len(both["trajectory"]) else -1

@@ -176,6 +176,7 @@ def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Sa
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
         all_known(part, "contacts", rows)
         c = forces.contacts(part, rows)
+        part.known["between"].windows(rows, lives)
         found.add("forces", [*forces.check(part, c, lives), *impulses.check(part, rows)], "contacts")
         samples.add_contacts(c, row)
         row = log.taken

@@ -64,7 +64,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "pull without volume unseen": (EXPLICIT, "between_capillary", "capillary impulse between sampled steps: it is"),
     "forces of walls halved unseen": (EXPLICIT, "between_capillary", "it is 0.5 times what is expected (at walls"),
     "forces of walls halved": (EXPLICIT, "capillary", "half of it counts (at walls"),
-    "drag halved for a while unseen": (EXPLICIT, "between_drag", "it is about 0.49 times what is expected (between spheres"),
+    "drag halved for a while unseen": (EXPLICIT, "flight_velocity", "the viscous normal force is 0.5 times what it should be"),
     "drag of spheres halved for a while": (EXPLICIT, "viscous_law", "half of it counts (between spheres"),
     "half of it acts unseen": (EXPLICIT, "between_momentum", "by bridges between sampled steps: half of it counts"),
     "capillary left out of the motion unseen": (EXPLICIT, "between_momentum", "it is "),

@@ -16,7 +16,7 @@ STRUCTS = dict(re.findall(r"struct (\w+) \{\n(.*?)\n\};", HEADER.partition("#pra
 TABLES = {
     "Event": ("events",), "Contact": ("contacts",), "Ledger": ("ledger",), "BridgeSnapshot": ("bridges",),
     "Energy": ("energy", "window_energy"), "Impulse": ("impulses",),
-    "Film": ("films", "wall_films"), "Drop": ("drops",), "WireContact": ("wire_springs",),
+    "Film": ("films", "wall_films"), "Drop": ("drops",), "Felt": ("felt",), "WireContact": ("wire_springs",),
     "RetiredSphere": ("retired",),
 }  # fmt: skip
 
