@@ -14,10 +14,10 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
-from pywet.files import read_model
 from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
 from pywet.laws.kinds import NEEDED, Laws
 from pywet.strict import Strict
+from pywet.util.files import read_model
 
 
 def _title(text: str) -> str:
@@ -307,8 +307,8 @@ class Scene(Strict):
         if windows and SHORT_WINDOW < output.contact_window_steps < self.bridges_every:
             raise ValueError(
                 f"scene {self.name}: contact_window_steps is {output.contact_window_steps} and bridges_every "
-                f"{self.bridges_every}; expected windows in which bridges act: at least as many steps, at most "
-                f"{SHORT_WINDOW}, or no windows"
+                f"{self.bridges_every}; expected windows in which bridges act: at least as many steps, at most {SHORT_WINDOW}, "
+                "or no windows"
             )
         if self.bridges_every > 1 and not self.effects.bridges:
             raise ValueError(f"scene {self.name}: bridges_every is {self.bridges_every} without bridges; expected 1")

@@ -12,6 +12,7 @@ n points from j to i. Forces and torques act on i (torque_j on j). Velocities ar
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -296,3 +297,18 @@ def needs_rows(path: Path) -> bool:
 def _name(path: Path) -> str:
     inside = f"{path.parent.name}/{path.stem}"
     return inside if inside in TABLES else path.stem
+
+
+UNIT = re.compile(r"_((?:mm|um|m3|m|g|kg|N|Pa|s|deg|rad|Hz|J)(?:_per_[a-z0-9]+|_s(?![a-z]))?2?)$")
+
+
+def unit_of(key: str) -> str:
+    """The unit that a key or column ends in; empty where it ends in none.
+
+    >>> unit_of("stiffness_N_per_m"), unit_of("gravity_m_per_s2"), unit_of("viscosity_Pa_s"), unit_of("count")
+    ('N/m', 'm/s2', 'Pa s', '')
+    """
+    named = {"percent": "%", "liquid_percent": "%", "turns_per_minute": "1/min"}
+    last = key.removesuffix(".value").rpartition(".")[2]
+    found = UNIT.search(last)
+    return named.get(last) or (found[1].replace("_per_", "/").replace("_", " ") if found else "")

@@ -147,7 +147,7 @@ class Settings(Limited):
         every, steps = self.time_step.bridges_every, self.output.contact_window_steps
         if self.output.contact_windows and SHORT_WINDOW < steps < every:
             raise ValueError(
-                f"output.contact_window_steps of at least time_step.bridges_every ({steps} is less than {every}) "
-                f"or at most {SHORT_WINDOW}"
+                f"output.contact_window_steps of at least time_step.bridges_every or at most {SHORT_WINDOW} "
+                f"({steps} is less than {every})"
             )
         return self

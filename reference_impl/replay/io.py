@@ -241,6 +241,20 @@ def scene(folder: Path) -> dict[str, Any]:
     return dict(found)
 
 
+def origin(folder: Path) -> np.ndarray:
+    """Where a custom scene's coordinates have the origin of the logs [m]: zero, but for a description with `origin_mm`."""
+    path = Path(folder) / "description.json"
+    if not path.exists():
+        return np.zeros(3)
+    try:
+        x, y, z = json.loads(path.read_text()).get("origin_mm", (0.0, 0.0, 0.0))
+        return np.array([x, y, z], dtype=float) / 1e3
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise ReplayError(
+            f"{path} cannot be read ({error!r}); expected a scene's description: build it again"
+        ) from error
+
+
 def note(text: str) -> None:
     """What is being done, on one line of a terminal."""
     if sys.stderr.isatty():
