@@ -56,7 +56,9 @@ def scene(
 
 @app.command("run-scene")
 def run_scene(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see pywet docs own-scene.")
+    ],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
     seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
@@ -122,7 +124,7 @@ def bridge(
 
 @app.command()
 def calibrate(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see docs/calibrate.md.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see pywet docs calibrate.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
     ranks: Ranks = 1,
 ) -> None:
