@@ -32,6 +32,10 @@ def scene(
     speed: Annotated[float | None, number("--speed", SCENE["speed_m_per_s"], "Speed of pull or collision")] = None,
     rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Turns of the drum")] = 20.0,
     seconds: Annotated[float | None, number("--seconds", SCENE["seconds"], "Simulated time")] = None,
+    contact: Annotated[str, typer.Option("--contact", help="Dry contacts: linear springs, or hertz.")] = "linear",
+    modulus: Annotated[
+        float, number("--youngs-modulus", SCENE["youngs_modulus_Pa"], "With hertz, of spheres and walls")
+    ] = 1e7,
     ranks: Ranks = 1,
     seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
 ) -> None:
@@ -47,6 +51,8 @@ def scene(
         seconds=seconds,
         ranks=ranks,
         seed=seed,
+        contact=contact,
+        youngs_modulus_Pa=modulus,
     )
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
