@@ -14,7 +14,9 @@ from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
 from pywet.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
 from pywet.ranges import SCENE
+from pywet.shipped import place
 
+PROBLEMS = sorted(path.parent.name for path in place("benchmarks/wet").glob("*/answers.json"))
 app = typer.Typer()
 collide = typer.Typer(no_args_is_help=True, help="Collisions of a few wet bodies.")
 app.add_typer(collide, name="collide")
@@ -155,7 +157,7 @@ def calibrate(
 
 @app.command()
 def score(
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet, or all.")],
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help=f"{', '.join(PROBLEMS)}, or all.")],
     file: Annotated[
         Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value; of all: a folder.")
     ] = None,
@@ -167,8 +169,6 @@ def score(
 
     Example: pywet score viscous_pull my_answers.csv"""
     import runpy
-
-    from pywet.shipped import place
 
     given = [
         problem,
