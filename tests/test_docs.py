@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.engines.lammps.build import libraries
+from studies.command import app as studies
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -26,7 +27,7 @@ GENERATED = ("configuration_reference.md", "columns.md", "scene_reference.md")
 """Pages that the build of the site writes."""
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]+)(?:#[^)]*)?\)")
 CHEAP = {"doctor", "laws", "plan", "bridge"}
-"""Subcommands that answer in seconds and need no result (the atlas and the collisions have tests of their own)."""
+"""Subcommands that answer in seconds and need no result (the studies and the collisions have tests of their own)."""
 
 
 def commands_in(text: str) -> list[str]:
@@ -63,8 +64,11 @@ def call(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 def parse_pywet(arguments: list[str]) -> list[str]:
     """Parse the arguments of `pywet` without running anything; names of the subcommands. An error of usage is raised."""
-    command = typer.main.get_command(app)
-    context, path = command.make_context("pywet", list(arguments)), []
+    if arguments[0] == "study":
+        command, arguments, path = typer.main.get_command(studies), arguments[1:], ["study"]
+    else:
+        command, path = typer.main.get_command(app), []
+    context = command.make_context("pywet", list(arguments))
     while isinstance(command, TyperGroup):
         name, command, rest = command.resolve_command(context, [*context._protected_args, *context.args])
         context = command.make_context(name, rest, parent=context)
@@ -110,7 +114,7 @@ def test_command_of_the_documentation_exists_and_parses(command: str, tmp_path: 
 
 
 def is_cheap(arguments: list[str]) -> bool:
-    return arguments[0] in CHEAP and "--atlas" not in arguments
+    return arguments[0] in CHEAP
 
 
 @pytest.mark.engine
@@ -151,7 +155,7 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:
     """The page is made from the classes that check a scene; a key without a description fails here."""
     import pywet
     from pywet.cli import reference_pages
-    from pywet.ranges import LIMITS
+    from pywet.util.ranges import LIMITS
 
     rows = [line.split(" | ") for line in reference_pages.scene().splitlines() if line.startswith("| `")]
     told = {row[0].strip("| `"): row[1:] for row in rows}
@@ -169,9 +173,9 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:
 def test_pages_are_printed_by_their_names(capsys: pytest.CaptureFixture[str]) -> None:
     """The list names every page; a page, a link with a section and the notebook's text are found, another name is refused with
     all names; the help of the program names the command, a scene's misspelt key the page of all keys."""
+    from pywet.cases.custom.description import Scene
     from pywet.cli import reference_pages
     from pywet.errors import ConfigError, PywetError
-    from pywet.own_scene.description import Scene
 
     runner = CliRunner()
     listed = runner.invoke(app, ["docs"]).output

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.files import atomic_write
 from pywet.report import vtk
 from pywet.runs.rundir import RunDir
 from pywet.schema import SPHERE
+from pywet.util.files import atomic_write
 
 SPHERES = {"id": "id", "class": "type", "radius": "radius", "film_thickness": "film_thickness", "liquid": "liquid",
            "in_bin": "in_bin"}  # fmt: skip

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_json
 from pywet.runs.measures import bed_angle, heap_angle, passed_mass, steady_rate, upward
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Rotation, Scene
 from pywet.schema import CODES, meanings
+from pywet.util.files import AGAIN, read_json
 
 CENTRE = "centre"
 """First word of the meaning of every column that is a position (pywet/schema.py)."""

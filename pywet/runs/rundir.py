@@ -17,9 +17,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_if_there, read_parts, read_table
 from pywet.scene import Scene
 from pywet.schema import FORMATION, INTEGER, NUMBER, SPHERE, TABLES
+from pywet.util.files import AGAIN, read_if_there, read_parts, read_table
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

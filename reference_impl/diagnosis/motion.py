@@ -118,7 +118,9 @@ def _moduli(
     """Young's modulus or Poisson's ratio of one body of the Hertz contacts times a factor; nothing for linear springs."""
     hertz = setup.scene.get("hertz") or {"spheres": []}
     names = [f"class {c['name']}" for c in setup.scene["classes"]]
-    bodies = {name: ("spheres", k) for k, name in enumerate(names[: len(hertz["spheres"])])}
+    bodies: dict[str, tuple[str, int | None]] = {
+        name: ("spheres", k) for k, name in enumerate(names[: len(hertz["spheres"])])
+    }
     bodies |= {"the walls": ("walls", None)} if setup.scene["walls"] and bodies else {}
 
     def changed(body: tuple[str, int | None], key: str, by: float) -> Floats:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.files import read_table
 from pywet.runs.rundir import RunDir, placed
 from pywet.scene import Scene
+from pywet.util.files import read_table
 
 KEEP = "expected walls or a tray that keep it, or a smaller time step"
 SAMPLES = 2000
