@@ -8,6 +8,7 @@ in the log is a wrong force here too. See diagnosis.py.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -20,8 +21,9 @@ from reference_impl.diagnosis.diagnosis import Link, Suspect, length
 from reference_impl.diagnosis.suspects import PLAIN, middle
 from reference_impl.motion import dry, newton
 from reference_impl.motion.newton import Forces
-from reference_impl.motion.window import Setup
+from reference_impl.motion.window import Setup, dry_contacts
 from reference_impl.replay.arrays import Floats
+from reference_impl.replay.io import masses
 
 Part = tuple[Floats, Floats]
 """Force and torque on the sphere of each record."""
@@ -94,6 +96,8 @@ NUMBERS: dict[str, dict[str, float]] = {
     "rolling friction": {"rolling": 1.0},
 }
 """What of the dry contacts may have another value: numbers that go with which power of it."""
+MODULI = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's ratio"}
+"""What a body of a Hertz contact is made of."""
 
 
 def _numbers(
@@ -110,6 +114,33 @@ def _numbers(
         by = fitted(partial(changed, powers), logged, rows)
         if by > 0.0:
             yield Suspect(f"the {name} is {by:.6g} times what it should be", changed(powers, by), by)
+    yield from _moduli(setup, found, kind, logged, own, rows)
+
+
+def _moduli(
+    setup: Setup, found: list[Forces], kind: int, logged: Floats, own: Floats, rows: Floats
+) -> Iterator[Suspect]:
+    """Young's modulus or Poisson's ratio of one body of the Hertz contacts times a factor; nothing for linear springs."""
+    hertz = setup.scene.get("hertz") or {"spheres": []}
+    names = [f"class {c['name']}" for c in setup.scene["classes"]]
+    bodies: dict[str, tuple[str, int | None]] = {
+        name: ("spheres", k) for k, name in enumerate(names[: len(hertz["spheres"])])
+    }
+    bodies |= {"the walls": ("walls", None)} if setup.scene["walls"] and bodies else {}
+
+    def changed(body: tuple[str, int | None], key: str, by: float) -> Floats:
+        other = deepcopy(hertz)
+        one = other["walls"] if body[1] is None else other["spheres"][body[1]]
+        one[key] *= by
+        numbers = dry_contacts({**setup.scene, "hertz": other}, masses(setup.scene))
+        return own + np.concatenate([_dry(replace(setup, dry=numbers), f)[kind] - _dry(setup, f)[kind] for f in found])
+
+    for name, body in bodies.items():
+        for key, what in MODULI.items():
+            value = partial(changed, body, key)
+            by = fitted(value, logged, rows)
+            if by > 0.0 and by != 1.0:
+                yield Suspect(f"the {what} of {name} is {by:.6g} times what it should be", value(by), by)
 
 
 def _dry(setup: Setup, f: Forces) -> Part:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.bench import small
+
 from tests.reference_impl import yard
 
 UNSEEN = "!world_.clock.logs_contacts()"
