@@ -72,7 +72,7 @@ ENGINE = (
 AFTER = (
     Place("results", "result tables and summary of a screening run", "reference_impl/test_sections.py",
           shown(planted_files.RESULTS)),
-    Place("custom scene", "results of the example drum", "own_scene/test_examples.py", shown(planted_files.OWN)),
+    Place("custom scene", "results of the example drum", "cases/custom/test_examples.py", shown(planted_files.OWN)),
     Place("VTK", "the code that writes VTK files", "reference_impl/test_vtk.py",
           {name: (f"vtk_{quantity}", words) for name, (_, _, quantity, words) in test_vtk.FAULTS.items()}),
     Place("drawing", "the code that draws the report's figures", "reference_impl/test_report.py",

@@ -16,11 +16,11 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from pywet.cases.screening import cases
 from pywet.cli.app import app
 from pywet.config import load
 from pywet.config.schema import schemas
 from pywet.errors import PywetError
-from pywet.screening import cases
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"

@@ -1,7 +1,7 @@
 """Every example of the documentation is executed as it is printed: here those that no page's own test executes.
 
 Pages with tests of their own: laws (`tests/laws/test_force_law.py`), own law (`tests/laws/test_own_page.py`), own scene
-(`tests/own_scene/test_page.py`), own material (`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`.
+(`tests/cases/custom/test_page.py`), own material (`tests/test_config.py`). Commands in console blocks: `tests/test_docs.py`.
 First steps: executed as the site is built.
 """
 
@@ -21,8 +21,9 @@ import yaml
 from typer.testing import CliRunner
 
 from pywet import stages
-from pywet.bench import bridge_query
 from pywet.calibration.answer import calibrate
+from pywet.cases.custom.description import Spheres
+from pywet.cases.small import bridge_query
 from pywet.cli.app import app
 from pywet.collisions.wall.problem import Problem
 from pywet.config.entries import AngleEntry, NonNegativeEntry
@@ -30,7 +31,6 @@ from pywet.config.loading import parse
 from pywet.engines.yade import driver
 from pywet.errors import StoppedRun
 from pywet.laws import registry
-from pywet.own_scene.description import Spheres
 from reference_impl.replay import capillary
 
 ROOT = Path(__file__).parents[1]

@@ -25,19 +25,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.colors import LogNorm
 
-from pywet.apparatus.solids import wire
-from pywet.apparatus.surface import make_surface
-from pywet.bench import bodies, bridge_engine, bridge_query, small
-from pywet.bench.pair import Pair
+from pywet.cases.small import bodies, bridge_engine, bridge_query, small
+from pywet.cases.small.pair import Pair
 from pywet.collisions.spheres import command as davis
-from pywet.collisions.spheres import engine as spheres_engine
-from pywet.engines.stock.liggghts import liggghts_force
-from pywet.engines.stock.yade import yade_force
-from pywet.evidence.engines import bed as settling
-from pywet.files import atomic_write, read_json, read_table, write_csv
+from pywet.geometry.solids import wire
+from pywet.geometry.surface import make_surface
 from pywet.laws import registry
 from pywet.laws.kinds import SWITCHED
 from pywet.report.pictures import STYLE, plt, svg
+from pywet.util.files import atomic_write, read_json, read_table, write_csv
+from studies.davis2023 import engine as spheres_engine
+from studies.engines import bed as settling
+from studies.stock.liggghts import liggghts_force
+from studies.stock.yade import yade_force
 
 HERE = Path(__file__).resolve().parent
 ANSWERS = Path("results") / "wet"
@@ -356,7 +356,7 @@ ENDS = {
     "bridges per sphere": "bridges_per_sphere",
     "dynamic angle": "dynamic_angle_deg",
 }
-"""Quantity of the problem -> of `pywet.evidence.engines.bed`."""
+"""Quantity of the problem -> of `studies.engines.bed`."""
 SEEDS = {"settling_bed": range(1, 6), "drum": range(1, 4)}
 BEDS = {"settling_bed": settling.Bed(), "drum": settling.Bed(spheres=200, seconds=1.5, drum=True)}
 ASKED = {

@@ -18,10 +18,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.stl import read_stl
 from pywet.collisions.spheres import command as davis
-from pywet.evidence.engines import bed as settling
+from pywet.geometry.stl import read_stl
 from pywet.laws import exact_bridge
+from studies.engines import bed as settling
 
 WET = Path(__file__).parents[2] / "benchmarks" / "wet"
 SCORE = runpy.run_path(str(WET / "score.py"))
