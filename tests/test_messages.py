@@ -30,7 +30,7 @@ MIGRATED = ("config", "cli", "cases/custom", "scene_stages.py", "shipped.py", "e
 CODED = re.compile(r"[a-z]+\.[a-z_]+")
 ELSEWHERE = {
     "cli.objections": "tests/cli/test_ending.py", "cli.stage_failed": "tests/cli/test_cli.py",
-    "cli.sweep_failed": "tests/sweep",
+    "cli.no_page": "tests/test_docs.py", "cli.sweep_failed": "tests/sweep",
     "scene.overlap": "tests/cases/custom/test_building.py",
     "scene.in_wall": "tests/cases/custom/test_building.py", "scene.box": "tests/cases/custom/test_vast.py",
     "scene.narrow_region": "tests/reliability/rows/scenes.yaml", "scene.long_feed": "tests/reliability/rows/scenes.yaml",

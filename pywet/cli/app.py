@@ -65,7 +65,7 @@ app = typer.Typer(
     cls=Group,
     no_args_is_help=True,
     add_completion=False,
-    help="Screening of moist particles: simulate, cross-check, look.",
+    help="Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs.",
 )
 
 
@@ -84,7 +84,7 @@ def pywet_(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version and end.")
     ] = False,
 ) -> None:
-    """Screening of moist particles: simulate, cross-check, look."""
+    """Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs."""
     ctx.with_resource(shown())
 
 
@@ -92,7 +92,8 @@ def pywet_(
 def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
     example: Annotated[
-        str, typer.Option("--example", help="case (a screening study), deck, drum, hopper, migration or repose.")
+        str,
+        typer.Option("--example", help="case (a screening study), notebook, deck, drum, hopper, migration or repose."),
     ] = "case",
 ) -> None:
     """Write a folder with a screening study or a scene to begin with, ready to run.
@@ -102,6 +103,23 @@ def init(
 
     for path in shipped.begin(folder, example):
         tell(path)
+
+
+@app.command()
+def docs(
+    page: Annotated[
+        str, typer.Argument(metavar="[PAGE]", help="Such as tutorial or own-scene; without: all.")
+    ] = "README",
+) -> None:
+    """Print a page of the documentation; without PAGE the list of pages.
+
+    Example: pywet docs own-scene"""
+    from pywet.cli import reference_pages
+    from pywet.shipped import place
+
+    if page == "README":
+        tell(f"pages in {place('docs')}; pywet docs tutorial prints one\n")
+    out.print(reference_pages.page(page), soft_wrap=True, markup=False, highlight=False)
 
 
 @app.command()

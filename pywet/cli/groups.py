@@ -11,6 +11,7 @@ GROUPS = {
     "Start": {
         "init": "init mydrum --example drum",
         "doctor": "doctor",
+        "docs": "docs own-scene",
     },
     "Process: screening cases": {
         "plan": "plan 2 --why",

@@ -61,8 +61,8 @@ class RunDir:
     @cached_property
     def origin_mm(self) -> tuple[float, float, float]:
         """The custom scene's `origin_mm`, from which the engine and the tables count positions."""
-        said = read_if_there(self.path / "description.json", AGAIN) or {}
-        x, y, z = said.get("origin_mm", (0.0, 0.0, 0.0))
+        description = read_if_there(self.path / "description.json", AGAIN) or {}
+        x, y, z = description.get("origin_mm", (0.0, 0.0, 0.0))
         return x, y, z
 
     @property

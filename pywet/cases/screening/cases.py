@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pywet.cases.screening import amounts
-from pywet.config import Case, Config, Scale
+from pywet.config import Case, Config, Scale, texts
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
@@ -110,8 +110,8 @@ def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan
 def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> Scene:
     """Write a case's run directory and return its scene.
 
-    Writes stl/, spheres.parquet, scene.json, plan.json, config.json and history/spheres, triangles, parts. The same
-    configuration gives the same files. Raises `PywetError` for what does not go together.
+    Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json, history/spheres, triangles, parts.
+    The same configuration gives the same files. Raises `PywetError` for what does not go together.
     """
     run_dir = Path(run_dir)
     case, scale = config.case(case_number), config.scale(scale_name)
@@ -122,6 +122,7 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> S
     write_initial(scene, apparatus.surfaces, spheres, run_dir)
     write_json(run_dir / "plan.json", planned(made))
     write_json(run_dir / "config.json", config.resolved(case_number, scale_name))
+    write_json(run_dir / "config_files.json", texts(config))
     return scene
 
 

@@ -151,7 +151,12 @@ def test_run_directory_is_complete(built: tuple[Path, Scene]) -> None:
     found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
     stl = {f"stl/{wall.name}.stl" for wall in scene.walls}
     history = {f"history/{name}.parquet" for name in ("spheres", "triangles", "parts")}
-    assert found == {".pywet-run", "scene.json", "plan.json", "config.json", "spheres.parquet"} | stl | history
+    assert (
+        found
+        == {".pywet-run", "scene.json", "plan.json", "config.json", "config_files.json", "spheres.parquet"}
+        | stl
+        | history
+    )
 
 
 def test_spheres_of_the_run(built: tuple[Path, Scene]) -> None:

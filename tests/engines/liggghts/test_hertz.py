@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -187,7 +188,8 @@ def test_a_moist_bed_is_replayed(moist: Path) -> None:
     ],
 )
 def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, key: str, factor: float) -> None:
-    """Of one of the bodies: Newton's law does not close by more than a thousand times its limit."""
+    """Of one of the bodies: Newton's law does not close by more than a thousand times its limit, and the diagnosis names the
+    body, the modulus and the factor of the engine's value over that of the scene."""
     shutil.copytree(moist, tmp_path / "wrong")
     file = tmp_path / "wrong" / "scene.json"
     said = json.loads(file.read_text())
@@ -195,3 +197,8 @@ def test_a_wrong_modulus_is_found(moist: Path, tmp_path: Path, body: int | str, 
     file.write_text(json.dumps(said))
     result = replay(tmp_path / "wrong")
     assert not result["ok"] and result["quantities"]["newton_force"]["largest"] > 1e-6
+    name = "the walls" if body == "walls" else f"class {said['classes'][body]['name']}"
+    what = {"youngs_modulus_Pa": "Young's modulus", "poissons_ratio": "Poisson's ratio"}[key]
+    sentences = " ".join(finding["sentence"] for finding in result["diagnosis"]["findings"])
+    named = re.search(rf"the {what} of {name} is ([0-9.]+) times what it should be", sentences)
+    assert named and float(named[1]) == pytest.approx(1.0 / factor, rel=1e-5), sentences
