@@ -13,7 +13,7 @@ from pywet.cases.custom.description import Scene
 from pywet.cases.screening import identity, verdict
 from pywet.config.loading import placed_laws, read_yaml
 from pywet.errors import PywetError
-from pywet.planning import EffectPlan
+from pywet.planning.effect_plan import EffectPlan
 from pywet.runs import second
 from pywet.runs.loaded import Run
 from pywet.util.files import read_bytes

@@ -32,10 +32,12 @@ from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.surface import Floats
 from pywet.laws.contact import film_volume, reduced_radius
 from pywet.laws.hertz import Elastic, Hertz
-from pywet.planning import EffectPlan, Surroundings, step_choice
-from pywet.planning import plan as plan_effects
+from pywet.planning import step_choice
+from pywet.planning.effect_plan import EffectPlan
+from pywet.planning.effect_plan import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
+from pywet.planning.surroundings import Surroundings
 from pywet.planning.time_steps import hertz_lines
 from pywet.runs.rundir import placed
 from pywet.util.files import write_json
