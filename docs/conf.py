@@ -16,7 +16,7 @@ from pywet.cli.reference_pages import write  # noqa: E402
 
 project = "pywet"
 release = version = pywet.__version__
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 html_theme = "furo"
 html_title = "pywet"
 exclude_patterns = ["_build", "README.md"]

@@ -7,6 +7,7 @@ In a checkout they lie beside the package, where people look for them; `setup.py
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from pywet import run_folder
@@ -56,6 +57,18 @@ def place(name: str) -> Path:
     """Where `config`, `liggghts_inputs`, `workflow`, `Snakefile`, `benchmarks/wet`, `examples/scenes` or `docs` is."""
     inside = INSIDE / name
     return inside if inside.exists() else Path(__file__).parents[1] / name
+
+
+def open_studies() -> bool:
+    """Let this process and its children import the studies of a checkout; False where there are none, as in a wheel."""
+    root = Path(__file__).parents[1]
+    if not (root / "studies" / "command.py").exists():
+        return False
+    if str(root) not in sys.path:
+        sys.path.append(str(root))
+    paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    os.environ["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(filter(None, (*paths, str(root)))))
+    return True
 
 
 def _holds(path: Path, data: bytes) -> bool:

@@ -131,8 +131,17 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the check
 
 
 @app.command()
-def laws(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
-    """List the laws by kind, with the first line of what each says of itself."""
+def laws(
+    check: Annotated[
+        str | None, typer.Option("--check", metavar="LAW", help="Check one law: a name, or FILE:NAME of yours.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list, or the checks, as JSON.")] = False,
+) -> None:
+    """List the laws by kind, with the first line of what each says of itself; or check one, against the exact bridge too."""
+    if check is not None:
+        from pywet.cli import law_check
+
+        raise typer.Exit(law_check.run(check, as_json))
     from pywet.laws import registry
 
     rows = []

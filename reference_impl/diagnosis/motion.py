@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,10 @@ Part = tuple[Floats, Floats]
 """Force and torque on the sphere of each record."""
 EVERY = ("every force of bridges", "every force but weight", "every force of bridges on their second sphere (j)")
 """Sums of the parts before them; a factor on the last is what a wrong mass looks like."""
+KINDS = ("between spheres", "at walls")
+"""Kinds of contact by which forces of bridges are told apart."""
+MOST = 2000
+"""Records from which factors on two parts are estimated."""
 
 
 def links(setup: Setup, found: list[Forces], failed: list[str]) -> Iterator[Link]:
@@ -195,12 +200,17 @@ def _parts(setup: Setup, f: Forces) -> dict[str, Part]:
         wet = {name: tuple(w.weight[:, None] * part for part in parts) for name, parts in wet.items()}
         of_bridges = {name: _mean(setup, f, w.k, w.a, w.b, w.wall, *value) for name, value in wet.items()}
         found |= of_bridges
+        for words, mark in (("between spheres", ~w.wall), ("at walls", w.wall)):
+            found |= {
+                f"{name} {words}": _mean(setup, f, w.k, w.a, w.b, w.wall, *(mark[:, None] * v for v in value))
+                for name, value in wet.items()
+            }
         force, (_, tb) = w.weight[:, None] * w.force(), w.torques(setup)
         p, alone = np.flatnonzero(~w.wall), np.ones(int((~w.wall).sum()), dtype=bool)
         spin, rest = w.weight[p, None] * tb[p], np.zeros((len(p), 3))
         found[EVERY[2]] = _mean(setup, f, w.k[p], w.b[p], w.b[p], alone, -force[p], spin, rest)
         found[EVERY[0]] = _total(of_bridges)
-    found[EVERY[1]] = _total({n: p for n, p in found.items() if n not in EVERY})
+    found[EVERY[1]] = _total({n: p for n, p in found.items() if n not in EVERY and not n.endswith(KINDS)})
     return found
 
 
@@ -238,15 +248,41 @@ def _suspects(
         for name, term in terms.items():
             size = (term**2).sum(axis=1)
             there = rows & (size > 0)
+            if name.endswith(KINDS) and _alone(terms, name, rows):
+                continue
             f = 1.0 + middle(((rest * term).sum(axis=1)[there]) / size[there])
             if np.isfinite(f):
                 yield Suspect(_said(name, f), own + (f - 1.0) * term, f)
+        yield from _several(rest, own, terms, rows)
         if mass is not None:
             g = np.median((rest / mass[:, None])[rows], axis=0)
             fault = f"an acceleration of ({g[0]:.4g}, {g[1]:.4g}, {g[2]:.4g}) m/s² acts besides"
             yield Suspect(fault, own + mass[:, None] * g)
 
     return suspects
+
+
+def _alone(terms: dict[str, Floats], name: str, rows: Floats) -> bool:
+    """Whether the force of this kind of contact is all of it."""
+    whole = next(name.removesuffix(kind).strip() for kind in KINDS if name.endswith(kind))
+    return bool((terms[name] == terms[whole])[rows].all())
+
+
+def _several(rest: Floats, own: Floats, terms: dict[str, Floats], rows: Floats) -> Iterator[Suspect]:
+    """A factor on each of the two parts that together leave least; forces of one kind of contact stand for their sum."""
+    whole = {name.removesuffix(kind).strip() for name in terms for kind in KINDS if name.endswith(kind)}
+    some = np.flatnonzero(rows)[:MOST]
+    there = [n for n in terms if n not in EVERY and n not in whole and (terms[n][some] ** 2).sum() > 0.0]
+    best: tuple[float, tuple[str, ...], Floats] = (np.inf, (), np.zeros(0))
+    for pair in combinations(there, 2):
+        columns = np.stack([terms[n][some].ravel() for n in pair], axis=1)
+        scale = np.sqrt((columns**2).sum(axis=0))
+        more, left, *_ = np.linalg.lstsq(columns / scale, rest[some].ravel(), rcond=1e-9)
+        if len(left) and left[0] < best[0]:
+            best = float(left[0]), pair, more / scale
+    if best[1]:
+        words = " and ".join(_said(n, 1.0 + f) for n, f in zip(best[1], best[2], strict=True))
+        yield Suspect(words, own + sum(f * terms[n] for n, f in zip(best[1], best[2], strict=True)))
 
 
 def _said(name: str, f: float) -> str:

@@ -21,6 +21,7 @@ from pywet.cases.small.bodies import last
 from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
 from pywet.laws.hertz import Elastic, Hertz
+from pywet.planning import step_choice
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 from pywet.util.files import read_table, write_json
 from pywet.util.ranges import SCENE
@@ -74,7 +75,7 @@ class Choice:
     def time_step(self, sphere: SphereClass, stiffness: float) -> float:
         """A tenth of the stable step of a dense packing; explicit drag counts with its damping time."""
         drag = 0.0 if self.viscous_integration == "semi_implicit" else self.viscosity_Pa_s
-        return bodies.packed_step((sphere,), self.dry(sphere, springs(stiffness)), 0.1, drag, self.hertz)
+        return step_choice.of_packing((sphere,), self.dry(sphere, springs(stiffness)), 0.1, drag, self.hertz)
 
     @property
     def hertz(self) -> Hertz | None:

@@ -16,7 +16,7 @@ from pywet.cases.small import bodies, small
 from pywet.errors import UnstableStep
 from pywet.laws import contact
 from pywet.laws.hertz import HEAD_ON, Elastic, Hertz, effective_shear_modulus
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.scene import Scene
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
@@ -125,12 +125,12 @@ def test_the_step_is_refused_beyond_the_stiffest_contact(tmp_path: Path) -> None
     depth = scene.hertz.overlap(scene.classes, pair, HEAD_ON * SPEED)
     shear = 8.0 * scene.hertz.moduli(pair)[1] * math.sqrt(0.5 * R * depth)
     limit = 2.0 * math.sqrt(contact.pair_mass(scene.classes, pair) / (3.5 * shear))
-    advice = advisor.advise(scene)
+    advice = time_steps.advise(scene)
     found = next(row.time_step_s for row in advice.limits if row.effect == "contact" and "wall" not in row.bodies)
     assert found == pytest.approx(limit, rel=1e-9)  # elastic: no dashpot; sliding with spin is stiffer than pushing
     assert {row.effect for row in advice.limits if not row.stability} == {"Hertz impact / 20", "Rayleigh time / 5"}
     with pytest.raises(UnstableStep, match="the contact of class1 and class1 allows at most"):
-        advisor.refuse_unstable(scene.model_copy(update={"time_step_s": 1.01 * limit, "duration_s": 101 * limit}))
+        time_steps.refuse_unstable(scene.model_copy(update={"time_step_s": 1.01 * limit, "duration_s": 101 * limit}))
 
 
 def on_walls(folder: Path, **more: Any) -> Path:
