@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pywet.bench import small
+from pywet.cases.small import small
 from tests.reference_impl import yard
 
 UNSEEN = "!world_.clock.logs_contacts()"
@@ -47,9 +47,6 @@ PATCHES: list[tuple[str, str, str]] = [
      'power[VISCOUS_TANGENTIAL] += planted("work of spin left out") ? power_of(on.tangential, v) : side;'),
     ("wires.cpp", "energy_.wall_power[CONTACT] += dot(",
      'energy_.wall_power[CONTACT] += (planted("work of wires turned") ? -1 : 1) * dot('),
-    ("wires.cpp", "if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;",
-     'if (planted("springs of wires forgotten") && fresh) c.spring[0] = c.spring[1] = c.spring[2] = 0;\n'
-     "    if (!touches) c.spring[0] = c.spring[1] = c.spring[2] = 0;"),
     ("wires.cpp", "const Vec point = mesh.to_world(Vec(q)), d",
      'const Vec point = mesh.to_world(Vec(q)) + (planted("wires off by a micrometre") ? 1e-6 : 0.0) * Vec(0, 0, 1), d'),
     ("wires.cpp", "velocity = mesh.velocity_at(point);",
@@ -79,7 +76,6 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "work of walls turned": (EXPLICIT, "energy_windows", "work in a window: wall_motion: the sign is turned"),
     "work of spin left out": (EXPLICIT, "energy_windows", "work in a window: viscous_tangential"),
     "work of wires turned": (WIRES, "energy_windows", "work in a window: wall_motion"),
-    "springs of wires forgotten": (WIRES, "contact_spring", ""),
     "wires off by a micrometre": (WIRES, "newton_force", ""),
     "wires at rest for friction": (WIRES, "newton_force", ""),
 }  # fmt: skip
