@@ -99,7 +99,8 @@ def _dry(said: Mapping[str, Any], a: str, b: str) -> tuple[Mapping[str, Any], st
 
 
 def _pairs(said: Mapping[str, Any]) -> Expected:
-    spheres, found = said["spheres"], {}
+    spheres = said["spheres"]
+    found: Expected = {}
     for a, one in enumerate(spheres, start=1):
         for b in (0, *range(a, len(spheres) + 1)):
             dry, key = _dry(said, one["material"], spheres[b - 1]["material"] if b else WALLS)

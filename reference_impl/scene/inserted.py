@@ -28,7 +28,8 @@ def places(said: Mapping[str, Any], scene: Mapping[str, Any], films: list[float]
     )  # fmt: skip
     generator = np.random.default_rng(said["seed"])
     size = [c["radius_m"] + h for c, h in zip(classes, films, strict=True)]
-    x, reach, found = np.zeros((len(arrivals), 3)), np.zeros(len(arrivals)), {}
+    x, reach = np.zeros((len(arrivals), 3)), np.zeros(len(arrivals))
+    found: dict[int, list[int]] = {}
     for n, (time, kind) in enumerate(arrivals):
         entry, radius = entries[kind - 1], classes[kind - 1]["radius_m"]
         reach[n] = size[kind - 1]
