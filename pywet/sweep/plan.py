@@ -79,7 +79,7 @@ class Plan:
             try:
                 found += [self.run(point.number, seed) for seed in range(self.sweep.seeds)]
             except PywetError as error:
-                wrong.append(_placed(self.file, point, error))
+                wrong.append((point, error))
         _refuse(self.file, wrong)
         return found
 
@@ -98,20 +98,24 @@ class Plan:
             try:
                 by_point[run.point.number] = self.kind.cost(run.built)
             except PywetError as error:
-                wrong.append(_placed(self.file, run.point, error))
+                wrong.append((run.point, error))
         _refuse(self.file, wrong)
         return [(run, by_point[run.point.number]) for run in missing]
 
 
-def _placed(file: Path, point: Numbered, error: PywetError) -> str:
-    return f"{file}: point {point.number} ({printed(point.values)}): {str(error).splitlines()[0]}"
-
-
-def _refuse(file: Path, wrong: list[str]) -> None:
-    """Raise the first mistakes, and how many there are."""
-    if wrong:
-        more = [f"{file}: {len(wrong) - LISTED} more points with mistakes"] if len(wrong) > LISTED else []
-        raise ConfigError("\n".join([*wrong[:LISTED], *more]), file=file)
+def _refuse(file: Path, wrong: list[tuple[Numbered, PywetError]]) -> None:
+    """Raise the first mistakes, each with the first point that has it and how many others do; further ones are counted."""
+    by_message: dict[str, list[Numbered]] = {}
+    for point, error in wrong:
+        by_message.setdefault(str(error).splitlines()[0], []).append(point)
+    lines = []
+    for message, where in list(by_message.items())[:LISTED]:
+        others = f" (and at {len(where) - 1} other points)" if len(where) > 1 else ""
+        lines.append(f"{file}: point {where[0].number} ({printed(where[0].values)}): {message}{others}")
+    if len(by_message) > LISTED:
+        lines.append(f"{file}: {len(by_message) - LISTED} more mistakes at other points")
+    if lines:
+        raise ConfigError("\n".join(lines), file=file)
 
 
 def read_file(file: Path, out: Path | None = None, store: Path | None = None, trust: bool = False) -> Plan:
