@@ -110,8 +110,8 @@ def test_a_failed_point_is_tried_again_and_stops_no_other(tmp_path: Path, monkey
     made = done(asked(tmp_path, WALL))
     assert made["status"].tolist() == [table.DONE] * 3 + [table.FAILED] * 3
     assert set(made["reason"]) == {"", "no collision today"}
-    said = sweep_command.failures(made)
-    assert said is not None and said.startswith(
+    sentence = sweep_command.failures(made)
+    assert sentence is not None and sentence.startswith(
         "3 of 6 runs have no results, first point 4, seed 0: no collision today"
     )
     assert "3 of 6 runs have results" in (tmp_path / "sweep" / "report.html").read_text()
