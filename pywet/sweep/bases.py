@@ -17,9 +17,7 @@ from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
 from pywet.files import parse_json, read_bytes
 from pywet.laws import own as user_laws
-from pywet.own_scene import commands
-from pywet.own_scene.building import Building
-from pywet.own_scene.description import Scene
+from pywet.own_scene import building, commands, description
 from pywet.screening import identity
 from pywet.sweep import costs, run_numbers
 from pywet.sweep.base_kind import Built, Kind, Numbers
@@ -111,12 +109,12 @@ class OfScene(Kind):
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        return read_yaml(self.file, Scene)
+        return read_yaml(self.file, description.Scene)
 
     def built(self, values: Point, seed: int) -> Built:
         content = filled(self.content, values)
         content["seed"] = content.get("seed", 1) + seed
-        scene = Scene(**{**content, "folder": self.file.parent, "file": self.file})
+        scene = description.Scene(**{**content, "folder": self.file.parent, "file": self.file})
         placed_laws(scene.laws, scene.folder, self.trust)
         return Built(f"scene-{commands.fingerprint(scene)}", scene)
 
@@ -124,7 +122,7 @@ class OfScene(Kind):
         return run_numbers.numbers(commands.run(built.given, folder, ranks))
 
     def cost(self, built: Built) -> Cost:
-        return costs.of_scene(Building(built.given))
+        return costs.of_scene(building.Building(built.given))
 
     def known(self, built: Built) -> list[str]:
         return run_numbers.of_scene(built.given)

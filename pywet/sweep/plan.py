@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pywet.errors import ConfigError, PywetError
 from pywet.evidence.accuracy.command import duration
@@ -169,6 +169,12 @@ def path_of(file: Path, function: Function) -> str:
     return user_laws.placed(function.function, file.parent)
 
 
+def called(name: str, source: bytes) -> Callable[[Any], Any]:
+    """The function of a trusted file's text."""
+    function: Callable[[Any], Any] = user_laws.execute(name, source)
+    return function
+
+
 def _check_function(file: Path, function: Function, trust: bool) -> None:
     name = path_of(file, function)
     if trust:
@@ -177,7 +183,12 @@ def _check_function(file: Path, function: Function, trust: bool) -> None:
         raise ConfigError(
             f"{file}: gather names {function.function}; its file does not exist, expected path/to/file.py:name"
         )
-    if not user_laws.may_run(name):
+    refuse_untrusted(file, function)
+
+
+def refuse_untrusted(file: Path, function: Function) -> None:
+    """Refuse a function whose file, as it is now, may not run."""
+    if not user_laws.may_run(path_of(file, function)):
         raise ConfigError(
             f"{file}: gather names {function.function}, which was not run: read its file, then give --trust",
             file=file,
