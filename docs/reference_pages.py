@@ -75,8 +75,8 @@ def write_scene(page: Path) -> None:
 
 
 def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
-    from pywet.ranges import LIMITS as USUAL
     from pywet.schema import unit_of
+    from pywet.util.ranges import LIMITS as USUAL
 
     yield schema.get("description", "").replace("\n", " ")
     yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"

@@ -116,7 +116,15 @@ volume f8 m3 of the bridge
 share_i f8 m3 what i would get if it ruptured now
 separation f8 m S, negative in overlap
 xi f8x3 m centre of i
-xj f8x3 m centre of j; of a wall, the closest point""",
+xj f8x3 m centre of j; of a wall, the closest point
+capillary_impulse f8 N.s of the capillary force since the output before, attraction positive
+viscous_impulse f8 N.s of the normal viscous force, component along n on i
+least_separation f8 m since the output before, at steps at which the bridge acts
+largest_separation f8 m the same""",
+    "impulses": f"""{_STEP}
+id i4 - sphere
+{_PAD}
+impulse f8x3 N.s of the forces of all its bridges since the output before""",
     "films": f"""{_STEP}
 id i4 - sphere
 {_PAD}
@@ -164,6 +172,7 @@ felt f8x3 m/s2 specific force that the film felt: 9.81 upwards at rest
 x f8x3 m centre of i""",
 }
 """Raw table -> a line for each column: name, number of bytes and how many, unit, meaning. All else is made from it."""
+_TEXT["window_energy"] = _TEXT["energy"]
 
 
 def _record(text: str) -> np.dtype:
@@ -256,6 +265,8 @@ MAY_BE_EMPTY = {
     "history/drops",
     "history/retired",
     "history/energy",
+    "history/impulses",
+    "history/window_energy",
     "history/events",
     "history/contacts",
     "history/bridges",

@@ -32,13 +32,12 @@ GROUPS = {
         "digest": "digest results/smoke/case02 --out case02.json",
     },
     "Laws and single bodies": {
-        "laws": "laws --atlas --law mylaw.py:mine",
+        "laws": "laws --json",
         "bridge": "bridge examples/bridge.json --table",
         "collide": "collide wall examples/wall_wet.json",
     },
     "Cross-checks": {
         "replay": "replay results/smoke/case02",
-        "agreement": "agreement --only forces",
         "score": "score viscous_pull my_answers.csv",
         "study": "study stability --cases 20",
     },

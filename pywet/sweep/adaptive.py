@@ -18,11 +18,11 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 from pywet.errors import ConfigError, PywetError
-from pywet.files import write_json
 from pywet.sweep.constraints import Constraint
 from pywet.sweep.description import Axis, Point, parsed
 from pywet.sweep.plan import ADDED, Plan
 from pywet.sweep.table import DONE
+from pywet.util.files import write_json
 
 Floats = NDArray[np.float64]
 CANDIDATES = 1024

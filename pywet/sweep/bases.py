@@ -10,21 +10,22 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from pywet.bench import bridge_query
+from pywet import scene_stages as commands
+from pywet.cases.custom import building, description
+from pywet.cases.screening import identity
+from pywet.cases.small import bridge_query
 from pywet.collisions.wall import sweep as collisions
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse, placed_laws, read_yaml
 from pywet.errors import ConfigError
-from pywet.files import parse_json, read_bytes
 from pywet.laws import own as user_laws
-from pywet.own_scene import building, commands, description
-from pywet.screening import identity
 from pywet.sweep import costs, run_numbers
 from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.case_base import OfCase
 from pywet.sweep.costs import Cost
 from pywet.sweep.description import Base, Point
 from pywet.sweep.keys import filled
+from pywet.util.files import parse_json, read_bytes
 
 CURE = (
     "name a file of `pywet run-scene`, `pywet collide wall` or `pywet bridge`; its path counts from the sweep's folder"

@@ -11,13 +11,13 @@ from pydantic import BaseModel
 
 from pywet import config as settings
 from pywet import run_lock, stages
+from pywet.cases.screening import verdict
 from pywet.config import Case, Config, Materials
 from pywet.config.loading import parse, placed_laws
 from pywet.config.scales import Scales
 from pywet.config.settings import Settings
 from pywet.errors import ConfigError, PywetError
 from pywet.runs.loaded import Run
-from pywet.screening import verdict
 from pywet.sweep import costs, run_numbers
 from pywet.sweep.base_kind import Built, Kind, Numbers
 from pywet.sweep.costs import Cost

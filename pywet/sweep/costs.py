@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from pywet.cases.custom.building import Building
 from pywet.config import Config
-from pywet.evidence.accuracy import cost, needs
-from pywet.evidence.accuracy.counts import AT_REST, EVENTS, FILM_BRIDGES, Load
-from pywet.own_scene.building import Building
+from pywet.cost import cost, needs
+from pywet.cost.counts import AT_REST, EVENTS, FILM_BRIDGES, Load
 
 
 class Cost(NamedTuple):

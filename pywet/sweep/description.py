@@ -10,9 +10,9 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from pywet.cases.custom.walls import chosen
 from pywet.config.loading import parse, read_yaml
 from pywet.errors import ConfigError
-from pywet.own_scene.walls import chosen
 from pywet.scene import Positive, Title, Word
 from pywet.strict import Strict
 from pywet.sweep import constraints

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pywet.errors import PywetError, one_line
-from pywet.files import read_bytes
 from pywet.runs.loaded import Run as Loaded
 from pywet.sweep import run_numbers
 from pywet.sweep.description import Function
 from pywet.sweep.plan import Plan, Run, called, path_of, refuse_untrusted
+from pywet.util.files import read_bytes
 
 Numbers = dict[str, float | None]
 

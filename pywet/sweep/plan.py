@@ -10,9 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pywet.cost.command import duration
 from pywet.errors import ConfigError, PywetError
-from pywet.evidence.accuracy.command import duration
-from pywet.files import read_if_there
 from pywet.laws import own as user_laws
 from pywet.sweep import bases, description, points
 from pywet.sweep.base_kind import Built, Kind
@@ -20,6 +19,7 @@ from pywet.sweep.costs import Cost
 from pywet.sweep.description import Function, Point, Sweep
 from pywet.sweep.points import Numbered, printed
 from pywet.sweep.store import Store
+from pywet.util.files import read_if_there
 
 ROOT = Path("results/sweeps")
 ADDED = "added.json"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from pywet.cases.custom import description, walls
+from pywet.cases.screening import cases
+from pywet.cases.screening.results import WALL_HOLDERS, column
 from pywet.config import Config
-from pywet.own_scene import description, walls
 from pywet.runs.loaded import Run
-from pywet.screening import cases
-from pywet.screening.results import WALL_HOLDERS, column
 
 Numbers = dict[str, float | None]
 OF_ANY = (

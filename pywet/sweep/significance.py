@@ -17,8 +17,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from pywet.evidence.compare import statistics
-from pywet.evidence.compare.statistics import LEVEL, Finding, Sample, holm
+from pywet.compare import statistics
+from pywet.compare.statistics import LEVEL, Finding, Sample, holm
 from pywet.sweep.description import Sweep
 from pywet.sweep.table import DONE
 

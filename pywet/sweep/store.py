@@ -11,7 +11,7 @@ from pathlib import Path
 from typing_extensions import TypedDict
 
 from pywet.errors import PywetError
-from pywet.files import read_if_there, write_json
+from pywet.util.files import read_if_there, write_json
 
 DONE, FAILED = "point.json", "failed.json"
 AGAIN = "remove the folder, and the sweep runs the point again"

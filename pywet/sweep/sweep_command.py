@@ -8,13 +8,13 @@ from pathlib import Path
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write, make_folder
-from pywet.notices import bar
 from pywet.report.pictures import plt
 from pywet.sweep import adaptive, figures, plan, running, sweep_page, table
 from pywet.sweep.description import RESERVED
 from pywet.sweep.plan import Plan
 from pywet.sweep.table import FAILED
+from pywet.util.files import atomic_write, make_folder
+from pywet.util.notices import bar
 
 Say = Callable[[str], None]
 SUFFIXES = (".svg", ".png", ".pdf")

@@ -9,8 +9,8 @@ from typing import Any
 
 import pandas as pd
 
+from pywet.compare.statistics import LEVEL
 from pywet.errors import PywetError
-from pywet.evidence.compare.statistics import LEVEL
 from pywet.report import page
 from pywet.report.pictures import STYLE, panels, plt
 from pywet.sweep import figures, significance, surface

@@ -9,12 +9,12 @@ from typing import Any
 import pandas as pd
 
 from pywet.errors import FileError, PywetError
-from pywet.files import atomic_write, read_table, write_csv
 from pywet.schema import unit_of
 from pywet.sweep.description import Function
 from pywet.sweep.gathering import gathered
 from pywet.sweep.plan import Plan, Run
 from pywet.sweep.run_numbers import AT_END
+from pywet.util.files import atomic_write, read_table, write_csv
 
 NAME = "sweep.parquet"
 DONE, FAILED = "done", "failed"

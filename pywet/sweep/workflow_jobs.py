@@ -10,12 +10,12 @@ import math
 from functools import cached_property
 from pathlib import Path
 
+from pywet.cost import needs
 from pywet.errors import PywetError
-from pywet.evidence.accuracy import needs
-from pywet.files import write_json
 from pywet.sweep import plan, running, sweep_command, table
 from pywet.sweep.costs import Cost
 from pywet.sweep.plan import Plan, Run
+from pywet.util.files import write_json
 
 ALL = "all"
 """The one job of a sweep that needs no engine."""

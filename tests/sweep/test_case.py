@@ -78,7 +78,7 @@ def test_a_mistake_in_a_case_is_one_sentence(tmp_path: Path, changes: dict[str, 
 
 
 def test_cost_is_that_of_the_plan_and_disk_counts_every_run(tmp_path: Path) -> None:
-    from pywet.evidence.accuracy import needs
+    from pywet.cost import needs
     from pywet.sweep.costs import FINISHING_S
 
     of = asked(tmp_path)
