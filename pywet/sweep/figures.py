@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, NullFormatter
 
@@ -80,7 +79,7 @@ def curve(axes: Axes, sweep: Sweep, rows: pd.DataFrame, x: str, y: str, hue: str
         )
     axes.set(xlabel=label(rows, x), ylabel=label(rows, y))
     if x in sweep.axes and sweep.axes[x].logarithmic:
-        _scale(axes.xaxis, True)
+        _scale(axes, "x", True)
     if hue:
         axes.legend()
 
@@ -104,16 +103,17 @@ def response_map(sweep: Sweep, rows: pd.DataFrame, result: str, x: str, y: str) 
         figure.colorbar(filled, ax=axes)
         axes.plot(rows[x], rows[y], "o", ms=3, color="white", mec=INK, mew=0.6)
         axes.set(xlabel=label(rows, x), ylabel=label(rows, y), title=f"{result}: {title}")
-        _scale(axes.xaxis, sweep.axes[x].logarithmic)
-        _scale(axes.yaxis, sweep.axes[y].logarithmic)
+        _scale(axes, "x", sweep.axes[x].logarithmic)
+        _scale(axes, "y", sweep.axes[y].logarithmic)
         axes.grid(False)
     return figure
 
 
-def _scale(axis: Axis, logarithmic: bool) -> None:
+def _scale(axes: Axes, which: str, logarithmic: bool) -> None:
     """A logarithmic scale with plain numbers at powers of ten, since text with $ is no formula in pictures here."""
     if logarithmic:
-        axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+        axes.set(**{f"{which}scale": "log"})
+        axis = getattr(axes, f"{which}axis")
         axis.set_major_formatter(LogFormatter())
         axis.set_minor_formatter(NullFormatter())
 

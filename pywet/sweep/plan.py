@@ -50,7 +50,13 @@ class Plan:
     @property
     def added(self) -> list[Point]:
         """Points of adaptive sampling."""
-        return list(read_if_there(self.folder / ADDED, "remove the file", list[dict[str, description.Value]]) or [])
+        path = self.folder / ADDED
+        found = list(read_if_there(path, "remove the file", list[dict[str, description.Value]]) or [])
+        if any(point.keys() != self.sweep.axes.keys() for point in found):
+            raise ConfigError(
+                f"{path} holds points of other axes than {self.file}; expected the same: remove it", file=path
+            )
+        return found
 
     @cached_property
     def points(self) -> list[Numbered]:

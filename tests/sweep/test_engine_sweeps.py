@@ -40,10 +40,14 @@ def _call(folder: Path, *words: str) -> subprocess.Popen[str]:
     )
 
 
-def _engines(folder: Path) -> list[str]:
-    """Processes of the engine that work below a folder."""
-    found = subprocess.run(["pgrep", "-af", str(folder)], capture_output=True, text=True, check=False).stdout
-    return [line for line in found.splitlines() if "worker" in line or "spawn_main" in line]
+def _alive(folder: Path, session: int) -> list[str]:
+    """Processes of the session that a call was, and engines that work below its folder."""
+    words = (["pgrep", "-as", str(session)], ["pgrep", "-af", str(folder / "results")])
+    return [
+        line
+        for w in words
+        for line in subprocess.run(w, capture_output=True, text=True, check=False).stdout.splitlines()
+    ]
 
 
 @pytest.mark.engine
@@ -65,7 +69,7 @@ def test_a_sweep_of_drums_killed_twice_equals_an_unbroken_one(tmp_path: Path) ->
             os.kill(process.pid, signal.SIGKILL)
             process.wait()
             time.sleep(2.0)
-            assert _engines(folder) == []
+            assert _alive(folder, process.pid) == []
             assert len(list(store.glob("*/point.json"))) < 4
         done = _call(folder, str(file), "--cores", "2")
         printed = done.communicate(timeout=600)[0]

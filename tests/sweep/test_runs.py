@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,18 @@ import pytest
 from pyarrow import parquet
 from typer.testing import CliRunner
 
+from pywet import run_lock
 from pywet.cli.app import app
 from pywet.collisions.wall import wall
 from pywet.errors import PywetError
-from pywet.sweep import plan, sweep_command, table
-from pywet.sweep.plan import Plan
+from pywet.sweep import plan, running, sweep_command, table
+from pywet.sweep.base_kind import Built, Kind
+from pywet.sweep.costs import Cost
+from pywet.sweep.description import Base
+from pywet.sweep.plan import Plan, Run
+from pywet.sweep.points import Numbered
+from pywet.sweep.store import Store
+from pywet.util.files import write_json
 from tests.sweep.files import BRIDGE, WALL, write
 
 MANY = {
@@ -204,3 +212,52 @@ def test_the_command_checks_runs_and_draws(tmp_path: Path, monkeypatch: pytest.M
     ):
         wrong = call.invoke(app, ["sweep", *words])
         assert wrong.exit_code == 1 and sentence in " ".join(wrong.output.split()), wrong.output
+
+
+class Fake(Kind):
+    """A base with run directories and no engine."""
+
+    def built(self, values: Any, seed: int) -> Built:
+        return Built(f"fake-{values['a']}-{seed}", values)
+
+    def run(self, built: Built, folder: Path, ranks: int) -> dict[str, float | None]:
+        write_json(folder / "summary.json", {})
+        return {"b": 1.0}
+
+    def cost(self, built: Built) -> Cost:
+        return Cost(0.0, 0.0)
+
+    def known(self, built: Built) -> list[str]:
+        return ["b"]
+
+
+def test_a_run_of_another_call_is_left_to_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The folder of one point is locked by another thread: the other points are run, nothing is written there."""
+    store, kind = Store(tmp_path), Fake(Base(wall=Path("none")), tmp_path)
+    runs = [Run(Numbered(k, {"a": k}), 0, kind.built({"a": k}, 0)) for k in (1, 2)]
+    held, done = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        with run_lock.hold(store.place(runs[0].built.name)):
+            held.set()
+            done.wait(60)
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    held.wait(60)
+    try:
+        assert [running.do(kind, run, store) for run in runs] == [False, True]
+    finally:
+        done.set()
+        thread.join()
+    assert "another run is at work" in caplog.text and store.reason(runs[0].built.name) == "it was not run to the end"
+    assert running.do(kind, runs[0], store) and store.numbers(runs[0].built.name, engine=True) == {"b": 1.0}
+
+
+def test_added_points_of_other_axes_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "sweep").mkdir()
+    write_json(tmp_path / "sweep" / "added.json", [{"friction": 0.3}])
+    with pytest.raises(
+        PywetError, match=r"added\.json holds points of other axes than .*; expected the same: remove it"
+    ):
+        asked(tmp_path, WALL)
