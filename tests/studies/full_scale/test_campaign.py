@@ -161,7 +161,7 @@ def test_the_page_in_the_docs_follows_from_the_kept_tables(tmp_path: Path) -> No
         page.page_text(folder / "data", settings.load(ROOT / "config")) == (ROOT / "docs" / "full_scale.md").read_text()
     )
     made = {path.name: path.read_text() for path in folder.glob("*.csv")}
-    assert set(made) == {"runs.csv", "statements.csv", "seeds.csv", "retirement.csv", "switched.csv"}
+    assert set(made) == {"runs.csv", "statements.csv", "seeds.csv", "retirement.csv", "switched.csv", "reasons.csv"}
     assert made == {name: (data.parent / name).read_text() for name in made}
 
 
