@@ -74,7 +74,7 @@ SWITCHED = ("shedding", "liquid_weight")
 def honest(runs: Runs) -> str:
     """What the page can be trusted with."""
     seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
-    several = f"Several seeds of cases {', '.join(seeded)}, one of each other" if seeded else "One seed of each case"
+    several = f"Cases {', '.join(seeded)} have several seeds, all others one" if seeded else "One seed of each case"
     return f"""## Limits
 
 - {several}. Cases of one seed are given the spread of their neighbour at the same time, which is too small for 5.6 mm
@@ -142,7 +142,7 @@ def _store(
 def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     missing = [n for n in sorted(config.cases) if not runs.get(n)]
     rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
-    said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All cases are there."
+    said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
     hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
     return [f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine. {said}"] if rows else [said]
 

@@ -1,5 +1,5 @@
 """The combinations of readings and dimensions under which the paper's statements come true, `pywet study search`: statements as
-targets, inequalities with what seeds leave open. Dry cases first, then moist ones of those that survive; see docs/search.md.
+targets, inequalities with what seeds leave open. Dry cases first, then moist ones of those that survive; see docs/search-readings.md.
 
 No fit: readings are names, and a screen on the edge of clogging has no smooth response.
 """
