@@ -14,7 +14,6 @@ from typing import Any
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from pywet.errors import PywetError
 from pywet.laws.exact_bridge import table as tables
@@ -68,6 +67,8 @@ def _spline(values: Floats) -> Floats:
 
     Where a spline is a cubic p, its coefficients are p − p''/6 at the nodes; the first and last lie a node outside.
     """
+    from scipy.interpolate import CubicSpline
+
     for k in range(values.ndim):
         nodes = np.arange(-1.0, values.shape[k] + 1)
         through = CubicSpline(nodes[1:-1], values, axis=k)

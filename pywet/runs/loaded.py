@@ -228,13 +228,14 @@ class Run:
         if name.startswith("history/") and not self._run.moist:
             raise PywetError(f"{self.path} is a dry run and has no {name}; expected one with bridges: give it liquid")
         table = self._run.table(name)
-        told = meanings(name)
+        known = meanings(name)
+        positions = [c for c, (_, meaning) in known.items() if meaning.startswith(CENTRE) and c in table]
         for axis, shift in zip("xyz", self._run.origin_m.tolist(), strict=True):
-            columns = [c for c in table.columns if c in told and told[c][1].startswith(CENTRE) and c.endswith(axis)]
-            if shift and columns:
-                table[columns] += shift
-        table.attrs["units"] = {c: told[c][0] if c in told else unit(str(c)) for c in table.columns}
-        table.attrs["meanings"] = {c: told[c][1] for c in table.columns if c in told}
+            along = [c for c in positions if c.endswith(axis)]
+            if shift and along:
+                table[along] += shift
+        table.attrs["units"] = {c: known[c][0] if c in known else unit(str(c)) for c in table.columns}
+        table.attrs["meanings"] = {c: known[c][1] for c in table.columns if c in known}
         table.attrs["codes"] = {c: CODES[c] for c in table.columns if c in CODES}
         return table
 
