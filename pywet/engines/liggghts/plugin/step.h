@@ -7,6 +7,7 @@
 
 #include "booking.h"
 #include "checkpoint.h"
+#include "faces.h"
 #include "forces.h"
 #include "retirement.h"
 
@@ -19,6 +20,7 @@ class Plugin {
   Standing standing{world};
   EnergyBook energy{world, standing};
   Logs logs{world, films, standing, energy};
+  Faces faces{world, energy, logs};
   Wires wires{world, energy, logs};
   Single single{world, standing, energy};
   Impulses impulses{world, energy};
@@ -29,7 +31,7 @@ class Plugin {
   Booking booking{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
   Retirement retirement{world, films, standing, booking, logs};
-  Checkpoint checkpoint{world, films, standing, energy, wires, weight, shedding, logs};
+  Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
 
   Plugin() = default;
   Plugin(const Plugin &) = delete;       // the parts know each other by place
@@ -39,6 +41,7 @@ class Plugin {
 
  private:
   bool wet() const { return films.initial > 0; }
+  bool touches_walls() const { return world.rules.touches_faces || !wires.prisms.empty(); }
   void act(bool fresh);
 };
 
