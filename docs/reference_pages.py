@@ -74,22 +74,9 @@ def write_scene(page: Path) -> None:
         page.write_text(text)
 
 
-UNIT = re.compile(r"_((?:mm|um|m|g|kg|N|Pa|s|deg|Hz)(?:_per_[a-z0-9]+|_s(?![a-z]))?2?)$")
-
-
-def unit_of(key: str) -> str:
-    """The unit that a key ends in.
-
-    >>> unit_of("stiffness_N_per_m"), unit_of("gravity_m_per_s2"), unit_of("viscosity_Pa_s"), unit_of("count")
-    ('N/m', 'm/s2', 'Pa s', '')
-    """
-    named = {"percent": "%", "turns_per_minute": "1/min"}
-    found = UNIT.search(key)
-    return named.get(key) or (found[1].replace("_per_", "/").replace("_", " ") if found else "")
-
-
 def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
-    from pywet.ranges import LIMITS as USUAL
+    from pywet.schema import unit_of
+    from pywet.util.ranges import LIMITS as USUAL
 
     yield schema.get("description", "").replace("\n", " ")
     yield "\n| key | what | unit | default | range |\n|---|---|---|---|---|"

@@ -8,8 +8,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from pywet import run_folder
 from pywet.errors import PywetError, one_line, shown
-from pywet.files import atomic_write
+from pywet.util.files import atomic_write
 
 INSIDE = Path(__file__).parent / "shipped"
 SNAKEFILE = """# The screening cases of config/, by the workflow that pywet brings along: snakemake --cores 2
@@ -85,6 +86,7 @@ def begin(folder: Path, example: str = "case") -> list[Path]:
     What a call that was cut off has left of them is gone on with: a part of the files, each as it is written here.
     """
     folder = Path(folder)
+    run_folder.refuse_within(folder)
     files = _contents(example)
     tops = list(dict.fromkeys(name.partition("/")[0] for name in files))
     folders = [top for top in tops if top not in files]

@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 
 from pywet.cli.app import app
 from pywet.engines.lammps.build import libraries
+from studies.command import app as studies
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -26,7 +27,7 @@ GENERATED = ("configuration_reference.md", "columns.md", "scene_reference.md")
 """Pages that the build of the site writes."""
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)#\s]+)(?:#[^)]*)?\)")
 CHEAP = {"doctor", "laws", "plan", "bridge"}
-"""Subcommands that answer in seconds and need no result (the atlas and the collisions have tests of their own)."""
+"""Subcommands that answer in seconds and need no result (the studies and the collisions have tests of their own)."""
 
 
 def commands_in(text: str) -> list[str]:
@@ -63,8 +64,11 @@ def call(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 def parse_pywet(arguments: list[str]) -> list[str]:
     """Parse the arguments of `pywet` without running anything; names of the subcommands. An error of usage is raised."""
-    command = typer.main.get_command(app)
-    context, path = command.make_context("pywet", list(arguments)), []
+    if arguments[0] == "study":
+        command, arguments, path = typer.main.get_command(studies), arguments[1:], ["study"]
+    else:
+        command, path = typer.main.get_command(app), []
+    context = command.make_context("pywet", list(arguments))
     while isinstance(command, TyperGroup):
         name, command, rest = command.resolve_command(context, [*context._protected_args, *context.args])
         context = command.make_context(name, rest, parent=context)
@@ -110,7 +114,7 @@ def test_command_of_the_documentation_exists_and_parses(command: str, tmp_path: 
 
 
 def is_cheap(arguments: list[str]) -> bool:
-    return arguments[0] in CHEAP and "--atlas" not in arguments
+    return arguments[0] in CHEAP
 
 
 @pytest.mark.engine
@@ -152,7 +156,7 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: P
     import importlib.util
 
     import pywet
-    from pywet.ranges import LIMITS
+    from pywet.util.ranges import LIMITS
 
     spec = importlib.util.spec_from_file_location("reference_pages", ROOT / "docs" / "reference_pages.py")
     assert spec and spec.loader

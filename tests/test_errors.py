@@ -10,10 +10,10 @@ import pytest
 
 from pywet import config, errors
 from pywet.engines.liggghts import process
-from pywet.files import read_json
 from pywet.laws import registry
 from pywet.planning import time_steps as advisor
-from tests.screening import synthetic
+from pywet.util.files import read_json
+from tests.cases.screening import synthetic
 
 ROOT = Path(__file__).parent.parent
 

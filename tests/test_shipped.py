@@ -16,10 +16,10 @@ import pytest
 from typer.testing import CliRunner
 
 from pywet import shipped
+from pywet.cases.custom.building import Building
 from pywet.cli.app import app
 from pywet.errors import PywetError
-from pywet.own_scene.building import Building
-from pywet.own_scene.commands import read_scene
+from pywet.scene_stages import read_scene
 
 ROOT = Path(__file__).parent.parent
 SOURCES = ("pywet", "reference_impl", "config", "liggghts_inputs", "workflow", "benchmarks/wet", "examples/scenes")
@@ -111,7 +111,7 @@ def test_init_writes_once_and_overwrites_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", [name for name in shipped.examples() if name != "case"])
 def test_an_example_is_a_scene_that_is_ready_to_run(name: str, tmp_path: Path) -> None:
-    """Its folder holds all that it needs (tests/own_scene/test_examples.py runs each); a second call overwrites nothing."""
+    """Its folder holds all that it needs (tests/cases/custom/test_examples.py runs each); a second call overwrites nothing."""
     said = CliRunner().invoke(app, ["init", str(tmp_path / "new"), "--example", name])
     assert said.exit_code == 0, said.output
     scene = read_scene(tmp_path / "new" / f"{name}.yaml")

@@ -212,10 +212,11 @@ def show(problem: str, lines: list[dict], within: float) -> None:
                 f"{line['case']}, {line['quantity']}: every answer is {line['factor']:.3g} times the true one; "
                 f"expected values in {line['unit'] if line['unit'] != '1' else 'no unit (a ratio)'}"
             )
-    print(f"{'case':<26}{'quantity':<22}{'tier':<9}{'answered':>9}{'largest':>9}{'rms':>9}{'known to':>10}  class")
+    width = 2 + max(len(line["quantity"]) for line in lines)
+    print(f"{'case':<26}{'quantity':<{width}}{'tier':<9}{'answered':>9}{'largest':>9}{'rms':>9}{'known to':>10}  class")
     for line in lines:
         print(
-            f"{line['case']:<26}{line['quantity']:<22}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
+            f"{line['case']:<26}{line['quantity']:<{width}}{line['tier']:<9}{line['answered']:>4}/{line['asked']:<4}"
             f"{_number(line['largest']):>9}{_number(line['rms']):>9}{line['uncertainty']:>10.1g}  {grade(line)}"
         )
 

@@ -16,14 +16,12 @@ import typer
 from rich.table import Table
 from typer.core import TyperGroup
 
-from pywet.cli import bodies, cases, evidence, showing
+from pywet.cli import bodies, cases, evidence
 from pywet.cli.groups import arrange
 from pywet.cli.showing import err, out, tell
 from pywet.ending import clearing_up
-from pywet.errors import PywetError, border, one_line
-from pywet.evidence.command import app as study
-from pywet.files import make_folder
-from pywet.notices import shown
+from pywet.errors import border, one_line
+from pywet.util.notices import shown
 
 ENDS = (typer.Exit, typer.Abort, typer.BadParameter.__mro__[2])
 """How typer ends a command; the last is ClickException, which it does not export."""
@@ -115,27 +113,8 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the check
 
 
 @app.command()
-def laws(
-    atlas: Annotated[bool, typer.Option("--atlas", help="Judge every law against the exact bridge; one page.")] = False,
-    folder: Annotated[Path, typer.Option("--out", help="Folder of the atlas.")] = Path("results/atlas"),
-    stock: Annotated[bool, typer.Option(help="Measure stock LIGGGHTS and YADE as well.")] = True,
-    law: Annotated[
-        list[str] | None,
-        typer.Option("--law", metavar="FILE:NAME", help="A law of yours into the atlas; may be repeated."),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
-) -> None:
-    """List the laws by kind, with the first line of what each says of itself; or make the law atlas."""
-    if atlas:
-        from pywet.laws import own
-
-        mine = [own.placed(name) for name in law or []]
-        own.trust(mine)
-        make_folder(folder)
-        tell(showing.atlas(folder, stock, mine))
-        return
-    if law:
-        raise PywetError("--law puts a law into the atlas; expected --atlas with it")
+def laws(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
+    """List the laws by kind, with the first line of what each says of itself."""
     from pywet.laws import registry
 
     rows = []
@@ -155,7 +134,6 @@ def laws(
 
 for commands in (cases.app, bodies.app, evidence.app):
     app.add_typer(commands)
-app.add_typer(study, name="study")
 arrange(app, cases.app, bodies.app, evidence.app)
 
 if __name__ == "__main__":

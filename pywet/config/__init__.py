@@ -1,6 +1,6 @@
 """Configuration: four files in one folder, read into typed objects; every number knows where it comes from.
 
-Reading and checking only. What is built from it is in `pywet.screening.cases`; how to write it: docs/configuration.md.
+Reading and checking only. What is built from it is in `pywet.cases.screening.cases`; how to write it: docs/configuration.md.
 """
 
 from pywet.config.cases import Case

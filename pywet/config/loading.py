@@ -24,9 +24,9 @@ from pywet.config.messages import mistake
 from pywet.config.scales import Apparatus, Scale, Scales
 from pywet.config.settings import LawSettings, Settings
 from pywet.errors import ConfigError, PywetError, one_line
-from pywet.files import AGAIN, read_bytes, read_json
 from pywet.laws import own
 from pywet.laws.kinds import PRESETS
+from pywet.util.files import AGAIN, read_bytes, read_json
 
 Model = TypeVar("Model", bound=BaseModel)
 Key = TypeVar("Key")

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pywet.errors import ConfigError, one_line
-from pywet.ranges import comma
+from pywet.util.ranges import comma
 
 Loc = tuple[int | str, ...]
 

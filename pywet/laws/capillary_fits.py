@@ -1,7 +1,7 @@
 """Capillary forces of a liquid bridge: fits to the exact solution, and the boundary method. Attraction positive.
 
 At a wall (radius_j infinite) all of them are taken in the limit r_j → ∞ of the harmonic mean, r_eff = 2 r_i. What each is worth
-is measured by `pywet laws --atlas`.
+is measured by `pywet study laws`.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import numpy as np
 
 from pywet.errors import LawError, PywetError
 from pywet.laws.kinds import KINDS, Sense
-from pywet.machine_code import numba
+from pywet.util.machine_code import numba
 
 
 @dataclass(frozen=True)

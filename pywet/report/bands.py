@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from pywet.errors import PywetError
-from pywet.files import atomic_write
 from pywet.report.pictures import COLOURS, INK, STYLE, panels, plt
 from pywet.runs.rundir import RunDir
+from pywet.util.files import atomic_write
 
 Floats = NDArray[np.float64]
 DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
@@ -92,7 +92,7 @@ def _retained(run: RunDir, group: str, retained: Panel, partition: Panel) -> Non
     if table is None:
         return
     retained.add(group, "", table["time_since_opening_s"], table["fraction_retained"])
-    from pywet.screening.results import column
+    from pywet.cases.screening.results import column
 
     ends = [
         (2e3 * c.radius_m, table[name].iloc[-1])

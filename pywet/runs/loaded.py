@@ -10,14 +10,15 @@ import numpy as np
 import pandas as pd
 
 from pywet.errors import PywetError
-from pywet.files import AGAIN, read_json
 from pywet.runs.measures import bed_angle, heap_angle, passed_mass, steady_rate, upward
 from pywet.runs.rundir import RunDir
 from pywet.runs.shapes import Replay, RunSummary
 from pywet.scene import Rotation, Scene
 from pywet.schema import CODES, meanings
+from pywet.util.files import AGAIN, read_json
 
-ZERO = (0.0, 0.0, 0.0)
+CENTRE = "centre"
+"""First word of the meaning of every column that is a position (pywet/schema.py)."""
 
 
 def _kept(name: str, what: str) -> cached_property[pd.DataFrame]:
@@ -42,11 +43,10 @@ class Run:
         """Whether the run has a file of this name, such as `results/fraction_retained.parquet`."""
         return (self.path / name).exists()
 
-    @cached_property
-    def origin_mm(self) -> tuple[float, ...]:
-        """The scene's `origin_mm`, from which positions in all results count: its coordinates are theirs plus this."""
-        description = self.path / "description.json"
-        return tuple(read_json(description, AGAIN).get("origin_mm", ZERO)) if description.exists() else ZERO
+    @property
+    def origin_mm(self) -> tuple[float, float, float]:
+        """The scene's `origin_mm`: Parquet files of the run directory count positions from it, the tables here do not."""
+        return self._run.origin_mm
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -107,7 +107,8 @@ class Run:
                 f"{self.path} has a turning wall; expected a heap at rest around an upright axis: use drum_angle()"
             )
         radius = {c.type: c.radius_m for c in self.scene.classes}
-        last = self.trajectory[self.trajectory["step"] == self.trajectory["step"].max()]
+        table = self._run.trajectory
+        last = table[table["step"] == table["step"].max()]
         return heap_angle(last[[*"xyz"]].to_numpy(dtype=float), last["type"].map(radius).to_numpy(dtype=float))
 
     def drum_angle(self, from_s: float | None = None) -> float:
@@ -132,7 +133,7 @@ class Run:
                 f"from_s = {start:g} is after the last output, {line.times[-1]:g} s; expected an earlier time"
             )
         mass = {c.type: c.mass_kg for c in self.scene.classes}
-        chosen = self.trajectory[self.trajectory["step"].isin(steps)]
+        chosen = self._run.trajectory[self._run.trajectory["step"].isin(steps)]
         angles = [
             bed_angle(at[[*"xyz"]].to_numpy(dtype=float), np.asarray(at["type"].map(mass), dtype=float), drum, up)
             for _, at in chosen.groupby("step")
@@ -177,6 +178,10 @@ class Run:
             raise PywetError(f"{self.path} is a dry run and has no {name}; expected one with bridges: give it liquid")
         table = self._run.table(name)
         told = meanings(name)
+        for axis, shift in zip("xyz", self._run.origin_m.tolist(), strict=True):
+            columns = [c for c in table.columns if c in told and told[c][1].startswith(CENTRE) and c.endswith(axis)]
+            if shift and columns:
+                table[columns] += shift
         table.attrs["units"] = {c: told[c][0] if c in told else unit(str(c)) for c in table.columns}
         table.attrs["meanings"] = {c: told[c][1] for c in table.columns if c in told}
         table.attrs["codes"] = {c: CODES[c] for c in table.columns if c in CODES}

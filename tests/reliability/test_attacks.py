@@ -18,8 +18,8 @@ import pytest
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
-from pywet import caches, config, machine_code, stages
-from pywet.bench import small
+from pywet import config, stages
+from pywet.cases.small import small
 from pywet.cli import doctor
 from pywet.cli.app import app
 from pywet.engines import process
@@ -27,8 +27,9 @@ from pywet.engines.liggghts import build
 from pywet.errors import PywetError
 from pywet.laws import davis, own, registry, viscous
 from pywet.scene import Scene
+from pywet.util import caches, machine_code
+from tests.cases.screening import synthetic
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
-from tests.screening import synthetic
 
 ROOT = Path(__file__).parents[2]
 SIDE = """
@@ -417,7 +418,7 @@ def test_machine_code_is_kept_under_all_sources_that_are_compiled(
     assert machine_code.key() not in (before, elsewhere)
     for path in (ROOT / "pywet").rglob("*.py"):
         if "cache=True" in path.read_text():
-            assert "from pywet.machine_code import" in path.read_text(), path
+            assert "from pywet.util.machine_code import" in path.read_text(), path
             assert path.relative_to(ROOT / "pywet").parts[0] in machine_code.COMPILED, path
 
 

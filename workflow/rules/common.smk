@@ -1,5 +1,7 @@
 # Checked configuration and the paths that follow from it. Nothing here needs the engine, a plugin or a result.
 
+import os
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -8,14 +10,21 @@ from snakemake.utils import validate
 
 from pywet import config as settings
 from pywet.errors import PywetError
-from pywet.evidence.accuracy.needs import need
+from pywet.cost.needs import need
 from pywet.runs.second import word
-from pywet.screening.identity import content, expect, told
+from pywet.cases.screening.identity import content, expect, told
 from pywet.shipped import place
 
+STUDIES_HERE = (place("Snakefile").parent / "studies").is_dir()
+"""Whether this is a checkout, which has the studies; a wheel does not."""
+if STUDIES_HERE:  # for this process and for those of the scripts
+    sys.path.append(str(place("Snakefile").parent))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (os.environ.get("PYTHONPATH"), sys.path[-1])))
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 
+SWEEP = config.pop("sweep", None)
+"""File of a sweep, `--config sweep=FILE`; not part of config.yaml."""
 CONFIG = Path(config.pop("config_dir", "config"))
 """Folder of the configuration, `--config config_dir=DIR`; `--config` replaces scale, cases, ranks, both_presets, seed and seeds of its
 config.yaml."""

@@ -14,8 +14,8 @@ from pywet.collisions.spheres.problem import MOST_SPHERES, NotNegative, Number, 
 from pywet.config import loading
 from pywet.config.entries import Excusable
 from pywet.errors import PywetError
-from pywet.ranges import LIMITS
 from pywet.strict import Strict
+from pywet.util.ranges import LIMITS
 
 ARGUMENTS = inspect.signature(three_equal_spheres, eval_str=True).parameters.values()
 _Equal: Any = create_model(

@@ -16,7 +16,7 @@ from pywet.collisions.wall import wall
 from pywet.collisions.wall.problem import Problem
 from pywet.config.loading import parse
 from pywet.errors import PywetError
-from pywet.files import read_json
+from pywet.util.files import read_json
 
 Report = Callable[[int, int], None]
 """Called with how many collisions are done, and of how many."""

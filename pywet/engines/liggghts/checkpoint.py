@@ -24,9 +24,9 @@ from pywet.engines.liggghts import logs, state_file
 from pywet.engines.liggghts.restart_file import holds
 from pywet.engines.process import OUTPUT
 from pywet.errors import PywetError
-from pywet.files import read_json, write_json
 from pywet.scene import Scene
 from pywet.shipped import place
+from pywet.util.files import read_json, write_json
 
 FOLDER = "checkpoint"
 PARTIAL = ".partial"
@@ -46,7 +46,10 @@ CODE = [
     path
     for pattern in (
         "*.py",
-        *(f"{room}/*.py" for room in ("laws/**", "apparatus", "runs", "planning", "engines", "engines/liggghts")),
+        *(
+            f"{room}/*.py"
+            for room in ("util", "laws/**", "geometry", "runs", "planning", "engines", "engines/liggghts")
+        ),
     )
     for path in sorted(Path(__file__).parents[2].glob(pattern))
 ] + sorted(place("liggghts_inputs").glob("*.j2"))

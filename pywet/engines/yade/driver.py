@@ -14,16 +14,16 @@ import numpy as np
 import pandas as pd
 
 from pywet import run_folder
-from pywet.apparatus.stl import read_stl
 from pywet.engines import schedule
 from pywet.engines.process import OUTPUT, Report, alone, attend, installed, last_words, progress_bar, surroundings
 from pywet.engines.yade.contacts import contacts
 from pywet.engines.yade.solids import convex_pieces
 from pywet.errors import PywetError, StoppedRun
-from pywet.files import read_json, read_table, write_json, write_table
+from pywet.geometry.stl import read_stl
 from pywet.planning import time_steps as advisor
 from pywet.runs import tables
 from pywet.scene import Scene
+from pywet.util.files import read_json, read_table, write_json, write_table
 
 PROGRAM = ("YADE", "2023.02a", "make peers")
 """Its name, its version, and what installs it."""

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.apparatus.solids import plate, square
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import small
+from pywet.cases.small import small
+from pywet.geometry.solids import plate, square
+from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Effects, Liquid, Output, Scene, Slide, Vibration
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 

@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines.liggghts import build, driver
 from pywet.engines.process import Usage
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Scene
 from tests.engines.liggghts import planted_in_bin, planted_in_yard
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Output
 from tests.engines.liggghts.scenes import contacts, spheres_of
 

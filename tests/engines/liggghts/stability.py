@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pywet.bench import small
-from pywet.bench.bodies import water
+from pywet.cases.small import small
+from pywet.cases.small.bodies import water
 from pywet.laws import registry
 from pywet.laws.contact import film_volume
 from pywet.planning import time_steps as advisor

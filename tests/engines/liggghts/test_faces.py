@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.solids import bin_solid
-from pywet.apparatus.surface import Surface, make_surface
-from pywet.bench import bodies, small
+from pywet.cases.small import bodies, small
+from pywet.geometry.solids import bin_solid
+from pywet.geometry.surface import Surface, make_surface
 from pywet.scene import Output, Rotation, Scene, Slide, Vibration
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds

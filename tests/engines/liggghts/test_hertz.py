@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pywet.bench import bodies, small
+from pywet.cases.small import bodies, small
 from pywet.errors import UnstableStep
 from pywet.laws import contact
 from pywet.laws.hertz import HEAD_ON, Elastic, Hertz, effective_shear_modulus

@@ -15,7 +15,7 @@ import pytest
 from pydantic import ValidationError
 
 from pywet import config
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.config.settings import Settings
 from pywet.engines import schedule
 from pywet.engines.liggghts import driver

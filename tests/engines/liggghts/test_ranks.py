@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.apparatus.solids import plate
-from pywet.apparatus.surface import make_surface
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines.liggghts import deck
+from pywet.geometry.solids import plate
+from pywet.geometry.surface import make_surface
 from pywet.scene import Fed, Scene
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of

@@ -18,12 +18,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.bench import small
+from pywet.cases.small import small
 from pywet.engines import schedule
 from pywet.engines.liggghts import checkpoint, deck, driver
-from pywet.files import read_table
 from pywet.runs.tables import ledger_error
 from pywet.scene import Scene
+from pywet.util.files import read_table
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts import beds
 from tests.engines.liggghts.scenes import WATER
