@@ -87,8 +87,8 @@ def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
 
 def _limits(value: dict[str, Any]) -> list[str]:
     """The bounds that a schema states for a key."""
-    own = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
-    return own + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
+    limits = [f"{sign} {value[k]:g}" for k, sign in LIMITS.items() if k in value]
+    return limits + [limit for inner in value.get("anyOf", ()) for limit in _limits(inner)]
 
 
 COLUMNS = """# Columns and codes
