@@ -40,8 +40,7 @@ What is to be run stands in `config/`: cases in `cases.csv`, scale and effects i
     pywet docs compare                 another moisture: is 7 % significantly different from 5 %?
     pywet docs configuration           cases, materials and scales of your own
 
-LIGGGHTS 3.8.0 must be there, as Debian 12 has it, with its headers and a compiler; `pywet doctor` says what is missing:
-`apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++`.
+`pywet doctor` lists what is missing: `apt install liggghts libliggghts-dev libopenmpi-dev openmpi-bin g++` and `pywet[workflow]`.
 """
 SCENE_README = """# {title}
 

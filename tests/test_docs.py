@@ -45,6 +45,9 @@ COMMANDS = sorted({command for page in PAGES for command in commands_in(page.rea
 def words(command: str) -> tuple[str, list[str]]:
     """Name of the program without its folder, and its arguments; `sudo` and variables in front are dropped."""
     parts = shlex.split(command)
+    parts = parts[
+        : next((k for k, part in enumerate(parts) if part in ("|", ">", "<")), len(parts))
+    ]  # of a pipe its first
     while parts[0] == "sudo" or re.fullmatch(r"[A-Z_]+=.*", parts[0]):
         parts = parts[1:]
     return (parts[0] if parts[0].startswith("tools/") else Path(parts[0]).name), parts[1:]

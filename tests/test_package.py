@@ -19,6 +19,7 @@ MODULE = {"pyyaml": "yaml", "ruamel.yaml": "ruamel", "pillow": "PIL", "imageio-f
 NEVER_IMPORTED = {"snakemake", "jsonschema", "snakemake-executor-plugin-slurm", "pywet"}
 """Programs, and what they load."""
 WITHOUT = {
+    "cycler",
     "llvmlite",
     "pydantic_core",
     "vtkmodules",
