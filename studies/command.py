@@ -168,7 +168,7 @@ def digests(
 @app.command()
 def search(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="YAML: statements, entries to vary, see docs/search.md.")
+        Path, typer.Argument(metavar="FILE", help="YAML: statements, entries to vary, see docs/search-readings.md.")
     ],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
 ) -> None:

@@ -143,6 +143,11 @@ def test_index_names_every_page() -> None:
     assert pages - named == set()
 
 
+def test_no_page_has_the_name_of_a_page_that_sphinx_writes() -> None:
+    """Sphinx's own search and indices would replace it without a warning."""
+    assert {page.stem for page in PAGES} & {"search", "genindex", "py-modindex"} == set()
+
+
 def test_make_help_lists_every_target() -> None:
     makefile = (ROOT / "Makefile").read_text()
     targets = set(re.findall(r"^([a-z]+):", makefile, flags=re.MULTILINE))

@@ -55,7 +55,9 @@ EXECUTED = {
 def blocks(page: str) -> list[tuple[str, str]]:
     """Language and text of the blocks of a page, commands left out."""
     text = (ROOT / "docs" / page).read_text()
-    return [(language, block) for language, block in BLOCK.findall(text) if language not in ("console", "mermaid", "text")]
+    return [
+        (language, block) for language, block in BLOCK.findall(text) if language not in ("console", "mermaid", "text")
+    ]
 
 
 def execute(page: str, number: int = 0) -> dict[str, Any]:

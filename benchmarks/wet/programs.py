@@ -481,7 +481,9 @@ def picture(table: pd.DataFrame) -> str:
             range(len(shown.columns)), [name.replace("_", " ") for name in shown.columns], rotation=40, ha="right"
         )
         axes.set_yticks(range(len(shown)), list(shown.index))
-        figure.colorbar(image, label="largest deviation in %")
+        axes.grid(False)
+        bar = figure.colorbar(image, label="largest deviation in %", ticks=[1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0])
+        bar.ax.set_yticklabels(["0.0001 or less", "0.001", "0.01", "0.1", "1", "10", "100 or more"])
         return svg(figure)
 
 

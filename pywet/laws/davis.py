@@ -167,33 +167,6 @@ def tangential(film_over_a: float) -> tuple[ForceLaw, ForceLaw]:
     """
 
     def translation(separation: float, radius_i: float, radius_j: float, viscosity: float) -> float:
-        """Coefficient of the slip for films that touch at a fixed δ/r_red, c = 2π η a ln[(2δ' − h)/h].
-
-        Parameters
-        ----------
-        separation : float or array
-            Gap S between the surfaces [m]; negative in overlap.
-        radius_i : float or array
-            Radius of sphere i [m].
-        radius_j : float or array
-            Radius of body j [m]; infinite at a wall.
-        viscosity : float or array
-            Dynamic viscosity η [Pa s].
-
-        Returns
-        -------
-        float or array
-            Coefficient c [kg/s]; 0 where the films do not touch.
-
-        References
-        ----------
-        Davis 2023 (4).
-
-        Examples
-        --------
-        >>> f"{tangential(0.02)[0](1e-6, 1e-3, 1e-3, 0.05):.6e}"
-        '3.616892e-04'
-        """
         a = reduced_radius(radius_i, radius_j)
         h = lubricated_gap(separation, radius_i, radius_j)
         film = film_over_a * a + lubricated_gap(0.0, radius_i, radius_j)
@@ -349,12 +322,34 @@ def formation_wire(film_thickness: float, radius_i: float, half_width: float) ->
 
 TANGENTIAL = tangential(NOMINAL_FILM)
 """The registered pair of tangential coefficients, for δ = NOMINAL_FILM · r_red."""
-TANGENTIAL[
-    0
-].__doc__ = """Coefficient of the tangential lubrication of a film of finite extent, for δ = 0.04 r_red (Davis 2023, 4).
+TANGENTIAL[0].__doc__ = """Coefficient of the tangential lubrication of a film of finite extent, for δ = 0.04 r_red.
 
-    See `tangential`, which makes it for another δ.
+    Parameters
+    ----------
+    separation : float or array
+        Gap S between the surfaces [m]; negative in overlap.
+    radius_i : float or array
+        Radius of sphere i [m].
+    radius_j : float or array
+        Radius of body j [m]; infinite at a wall.
+    viscosity : float or array
+        Dynamic viscosity η [Pa s].
 
+    Returns
+    -------
+    float or array
+        Coefficient c [kg/s] of slip and of spin; 0 where the films do not touch.
+
+    Notes
+    -----
+    `tangential` makes the law for another δ.
+
+    References
+    ----------
+    Davis 2023 (4).
+
+    Examples
+    --------
     >>> f"{translation(1e-6, 1e-3, 1e-3, 0.05):.6e}"
     '4.705685e-04'
     """

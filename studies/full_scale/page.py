@@ -74,7 +74,7 @@ SWITCHED = ("shedding", "liquid_weight")
 def honest(runs: Runs) -> str:
     """What the page can be trusted with."""
     seeded = [str(n) for n in sorted(runs) if len(runs[n]) > 1]
-    several = f"Several seeds of cases {', '.join(seeded)}, one of each other" if seeded else "One seed of each case"
+    several = f"Cases {', '.join(seeded)} have several seeds, all others one" if seeded else "One seed of each case"
     return f"""## Limits
 
 - {several}. Cases of one seed are given the spread of their neighbour at the same time, which is too small for 5.6 mm
@@ -92,17 +92,17 @@ def page_text(data: Path = FOLDER / "data", config: Config | None = None) -> str
     runs = variants.pop("", {})
     answers = [(s, judge(s, runs)) for s in STATEMENTS]
     failed, open_ = ([s.number for s, answer in answers if answer.verdict == of] for of in (FAILS, OPEN))
-    known = reasons.lines([n for n in open_ if n in reasons.REASONS], runs)
+    known = {n: reasons.reason(n, runs) for n in sorted([*failed, *open_]) if n in reasons.REASONS or n in failed}
     results = [_result(config, number, runs) for number in sorted(runs)]
     seeds = spread.rows(runs, variants.get("paper", {}), SEEDED)
     _store(data.parent, config, runs, variants, answers, seeds)
+    run_table.write(data.parent / "reasons.csv", ("statement", "reason"), known.items())
     lines = [
         *headline.lines(runs, answers),
         *(_drawn(data.parent, FIRST, results) if runs else []),
         "\n## Statements\n",
         *_statements(answers),
-        *(["\n## Why a statement is not confirmed\n", reasons.NOTE, *reasons.lines(failed, runs)] if failed else []),
-        *(["\n## Inconclusive statements\n", *known] if known else []),
+        *(["\n## Why statements are not confirmed\n", *reasons.grouped(known)] if known else []),
         METHOD.format(
             stiffness=" and ".join(f"{of['stiffness']:g} of the paper's at {mm:g} mm" for mm, of in SETTINGS.items())
         ),
@@ -142,19 +142,9 @@ def _store(
 def _runs(config: Config, runs: Runs, others: Mapping[str, Runs]) -> list[str]:
     missing = [n for n in sorted(config.cases) if not runs.get(n)]
     rows = [k for group in (runs, *others.values()) for of in group.values() for k in of]
-    said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All cases are there."
+    said = f"Not run yet: {', '.join(map(str, missing))}." if missing else "All 18 cases have run."
     hours = sum(k.about["cpu_s"] or 0.0 for k in rows) / 3600.0
-    return (
-        [f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine. {said}", *_commits(rows)]
-        if rows
-        else [said]
-    )
-
-
-def _commits(rows: Sequence[Kept]) -> list[str]:
-    named = {k.about["commit"] for k in rows}
-    lost = [f"`{commit}` is {what}." for commit, what in COMMITS.items() if commit in named]
-    return ["  The column `commit` names the program of a run; " + " ".join(lost)] if lost else []
+    return [f"- **Runs**: {len(rows)} runs, {hours:.0f} core-hours of the engine. {said}"] if rows else [said]
 
 
 def _price(runs: Runs) -> list[str]:

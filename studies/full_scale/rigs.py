@@ -39,7 +39,7 @@ on 185 mm. On 180, 185 and 190 mm more undersize of dry glass than of POM is lef
 similar.
 
 One seed each, settings of the [campaign](full_scale.md#method), spheres that have passed are retired; `stiff`: the paper's
-contact stiffness. Times of one seed are uncertain by some tenths of a second. [Search](search.md) the readings and
+contact stiffness. Times of one seed are uncertain by some tenths of a second. [Search](search-readings.md) the readings and
 dimensions; other [readings](readings.md).
 
 ## Undersize on the screen

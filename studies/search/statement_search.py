@@ -1,7 +1,7 @@
-"""The combinations of readings and dimensions under which the paper's statements come true, `pywet study search`: statements as
-targets, inequalities with what seeds leave open. Dry cases first, then moist ones of those that survive; see docs/search.md.
+"""Search for readings and dimensions under which the paper's statements are confirmed, `pywet study search`.
 
-No fit: readings are names, and a screen on the edge of clogging has no smooth response.
+Statements are inequalities with the 95 % interval over seeds. Dry cases are run first, then moist ones of the best combinations;
+see docs/search-readings.md. No fit: readings are names, and a screen close to clogging has no smooth response.
 """
 
 from __future__ import annotations

@@ -63,9 +63,9 @@ class Material(Dry):
     contact_angle_deg: Angle = 15.0
     """Of the liquid on it."""
     youngs_modulus_Pa: Modulus | None = None
-    """For `contact: hertz`, in place of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more: overlaps stay small."""
+    """Young's modulus of the contact law `hertz`, instead of a stiffness; 1e6 to 1e8 is usual for solids of 1e9 and more."""
     poissons_ratio: Poisson | None = None
-    """For `contact: hertz`."""
+    """Poisson's ratio of the contact law `hertz`."""
 
 
 class Contact(Dry):
@@ -212,7 +212,7 @@ class Scene(Excusable):
     contacts: tuple[Contact, ...] = ()
     """Dry contacts of two materials, or of one with `walls`."""
     wall_material: str | None = None
-    """Material of all walls, a key of `materials`; with `contact: hertz` needed where spheres are of several materials."""
+    """Material of all walls, a key of `materials`; required with the contact law `hertz` and spheres of several materials."""
     spheres: Annotated[tuple[Spheres, ...], Field(min_length=1)]
     """Size classes."""
     liquid: Liquid | None = None
@@ -256,7 +256,9 @@ class Scene(Excusable):
     def __setattr__(self, name: str, value: Any) -> None:
         raise ConfigError(
             f"scene {self.name}: {name} cannot be set, a scene does not change; expected a new one: "
-            f"scene.with_({name}=…)"
+            f"scene.with_({name}=…)",
+            code="scene.frozen",
+            key=name,
         )
 
     @model_validator(mode="after")
