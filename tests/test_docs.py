@@ -178,7 +178,7 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:
     assert {k for c in models for k in c.model_fields} <= set(told)
 
 
-def test_pages_are_printed_by_their_names(capsys: pytest.CaptureFixture[str]) -> None:
+def test_pages_are_printed_by_their_names() -> None:
     """The list names every page; a page, a link with a section and the notebook's text are found, another name is refused with
     all names; the help of the program names the command, a scene's misspelt key the page of all keys."""
     from pywet.cases.custom.description import Scene
@@ -196,7 +196,7 @@ def test_pages_are_printed_by_their_names(capsys: pytest.CaptureFixture[str]) ->
     with pytest.raises(PywetError, match="there is no page mill in the documentation; expected one of ARCHITECTURE, "):
         reference_pages.page("mill")
     assert "pywet docs" in runner.invoke(app, ["--help"]).output
-    with pytest.raises(ConfigError, match=r"key mass is not known.* \(all keys: pywet docs scene_reference\)$"):
+    with pytest.raises(ConfigError, match=r"(?s)key mass is not known.* \(all keys: pywet docs scene_reference\)$"):
         Scene(mass=1)  # type: ignore[call-arg]
 
 
