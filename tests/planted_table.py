@@ -54,7 +54,7 @@ ENGINE = (
           "engines/liggghts/test_planted_faults.py", planted.NAMED | planted.MOTION),
     Place("plugin, yard", "the same; a heap on a shaken screen, a drawn plate, a floor, pairs in flight; films that grow",
           "engines/liggghts/test_planted_in_yard.py",
-          {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_EDGE, **planted_in_yard.IN_GROWN}),
+          {**planted_in_yard.IN_YARD, **{k: v for faults in planted_in_yard.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, bin", "the same; a bed of which the lowest layer is retired", "engines/liggghts/test_planted_faults.py",
           planted_in_bin.IN_PLUGIN),
     Place("log, bin", "tables of a sound run of that bed", "engines/liggghts/test_retirement.py",

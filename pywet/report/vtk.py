@@ -191,7 +191,7 @@ def _save(made: Any, path: Path) -> None:
 
 
 def run_writer(writer: Any, path: Path) -> None:
-    """Have a writer of VTK do its work; `path`: the file as it will be called. What VTK itself prints of a failure is left out."""
+    """Have a writer of VTK do its work, without what it prints of a failure; `path`: the file as it will be called."""
     talks = writer.GetGlobalWarningDisplay()
     writer.GlobalWarningDisplayOff()
     written = writer.Write() and not writer.GetErrorCode()

@@ -136,3 +136,7 @@ def grown(folder: Path) -> list[small.Sphere]:
         time_step_s=2e-6, steps=26000, output=Output(interval_s=4e-3, contact_windows=0),
     )  # fmt: skip
     return bodies
+
+
+SCENES: dict[Scene, dict[str, tuple[str, str]]] = {pump: IN_PUMP, edge: IN_EDGE, grown: IN_GROWN}
+"""Further scenes, each with its faults."""
