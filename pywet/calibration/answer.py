@@ -14,8 +14,8 @@ from pywet.calibration import question as asking
 from pywet.calibration.experiments import Experiment
 from pywet.calibration.question import Question
 from pywet.calibration.search import Found, Runs, find
-from pywet.evidence.compare.statistics import half_width
-from pywet.files import make_folder, write_json
+from pywet.compare.statistics import half_width
+from pywet.util.files import make_folder, write_json
 
 MISFIT = 0.01
 """Probability below which the runs are said not to follow the polynomial."""

@@ -13,8 +13,9 @@ from pywet import run_lock
 from pywet.cli import showing
 from pywet.cli.showing import tell
 from pywet.errors import PywetError
-from pywet.options import (
+from pywet.util.options import (
     PORT,
+    SEEDS,
     SPHERE,
     STEP,
     AnyCase,
@@ -27,13 +28,12 @@ from pywet.options import (
     Verbose,
     number,
 )
-from pywet.ranges import LIMITS, Range
+from pywet.util.ranges import LIMITS, Range
 
 if TYPE_CHECKING:
     from pywet.config import Config
 
 app = typer.Typer()
-SEEDS = Range(1, 1000, whole=True)
 WIDTH_MM = Range(40, 500)
 CONFIG = Path("config")
 
@@ -53,14 +53,18 @@ def plan(
     """Say which effects a case calls for (--why: why); with --accuracy which settings it needs and how long it takes.
     Without CASE: core-hours, memory and disk of all configured cases and seeds."""
     from pywet import config as settings
-    from pywet.screening import cases
+    from pywet.cases.screening import cases
 
     loaded = settings.load(config, trust)
     name = loaded.settings.scale if scale is None else scale
     if case is None:
         if accuracy is not None:
-            raise PywetError("--accuracy was given without a case; expected pywet plan CASE --accuracy 2%")
-        from pywet.evidence.accuracy.needs import campaign
+            raise PywetError(
+                "--accuracy was given without a case; expected pywet plan CASE --accuracy 2%",
+                code="cli.no_case",
+                key="--accuracy",
+            )
+        from pywet.cost.needs import campaign
 
         for line in campaign(loaded, name):
             tell(line)
@@ -70,7 +74,7 @@ def plan(
     chosen = [*table, *made.retirement.lines, *loaded.readings]
     lines = [json.dumps({**cases.planned(made), "readings": loaded.readings}, indent=1)] if as_json else chosen
     if accuracy is not None:
-        from pywet.evidence.accuracy import command
+        from pywet.cost import command
 
         lines = command.plan(loaded, case, name, accuracy, of or [], write)
     for line in lines:
@@ -97,9 +101,9 @@ def run(
 ) -> None:
     """Run one case: build, simulate, results, replay, report; with --seeds several times, for the spread."""
     from pywet import stages
+    from pywet.cases.screening import identity
     from pywet.cli import ending
     from pywet.engines.choice import chosen
-    from pywet.screening import identity
 
     chosen(engine, ranks)
     loaded = stages.resolved(config, preset, engine=engine, seed=seed, trust=trust)
@@ -122,8 +126,8 @@ def run(
 def _run(loaded: Config, case: int, name: str, folder: Path, engine: str, ranks: int) -> None:
     """One run of a case in a folder that is held, unless that holds it already."""
     from pywet import stages
+    from pywet.cases.screening import cases
     from pywet.runs import second
-    from pywet.screening import cases
 
     if stages.same_run(loaded, case, name, folder, engine):
         showing.err.print(f"{folder} holds this very run: nothing it depends on has changed", soft_wrap=True)
@@ -230,7 +234,7 @@ def report(run_dir: RunFolder) -> None:
     """Write the page of one finished run, RUN_DIR/report.html: of a case with the seeds in folders beside it, or of a scene.
 
     Example: pywet report results/smoke/case02"""
-    from pywet.own_scene import page
+    from pywet.report import scene_page as page
 
     showing.need_run(run_dir)
     with run_lock.reading(run_dir):
@@ -244,8 +248,8 @@ def side_by_side(
     to: Annotated[Path | None, typer.Option("--to", metavar="FILE", help="Write the page, serve nothing.")] = None,
 ) -> None:
     """Look at runs side by side in the browser: 3-D scenes with one time and one camera, curves beside them."""
-    from pywet.files import atomic_write
     from pywet.report import app as viewer
+    from pywet.util.files import atomic_write
 
     for folder in run_dirs:
         showing.need_run(folder)
@@ -282,11 +286,11 @@ def plot(
 def timestep(run_dir: RunFolder, trust: Trust = False) -> None:
     """Say which time steps contact, capillary and viscous forces of a prepared run allow, and which of them governs."""
     from pywet.laws import own
-    from pywet.planning import time_steps as advisor
+    from pywet.planning import time_steps
     from pywet.scene import Scene
 
     showing.need_run(run_dir)
     prepared = Scene.read(run_dir / "scene.json")
     own.trust(prepared.effects.laws.values() if trust else ())
-    for line in advisor.advise(prepared).lines:
+    for line in time_steps.advise(prepared).lines:
         tell(line)

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from pywet.errors import ConfigError, one_line
-from pywet.ranges import comma
+from pywet.util.ranges import comma
 
 Loc = tuple[int | str, ...]
 
@@ -20,6 +20,8 @@ Loc = tuple[int | str, ...]
 LITTLE = reprlib.Repr()
 LITTLE.maxlist = LITTLE.maxtuple = LITTLE.maxdict = LITTLE.maxstring = LITTLE.maxother = LITTLE.maxlong = 100
 LITTLE.maxlevel = 4
+PAGES = {"Scene": "scene_reference", "Query": "bridge"}
+"""Model of a file -> the page of the documentation with its keys; of the files of config/ it is `configuration_reference`."""
 MOST = 20
 """Mistakes that are listed; a file of another kind has hundreds."""
 
@@ -33,7 +35,36 @@ def mistake(error: ValidationError, model: type[BaseModel], where: str) -> Confi
     lines = [f"{where}: {_sentence(p, problems, model)}" for p in told[:MOST]]
     if len(told) > MOST:
         lines.append(f"{where}: {len(told) - MOST} more mistakes like these")
-    return ConfigError("\n".join(lines), file=where, key=".".join(str(k) for k in problems[0]["loc"]))
+    if any(p["type"] in ("extra_forbidden", "missing") for p in told):
+        page = PAGES.get(model.__name__, "configuration_reference")
+        lines[-1] += f" (all keys: pywet docs {page})"
+    return ConfigError("\n".join(lines), file=where, **_data(problems[0], problems, model))
+
+
+CODES = {
+    "extra_forbidden": "config.unknown_key", "missing": "config.missing_key", "value_error": "config.inconsistent",
+    "implausible": "config.implausible", "switch": "config.switch",
+}  # fmt: skip
+"""Kind of a mistake -> its code; all others are `config.value`."""
+
+
+def _data(problem: Any, problems: list[Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Code and key of a mistake, what was given and what was expected."""
+    kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
+    key = ".".join(str(k) for k in (*problem["loc"], *([context["key"]] if "key" in context else [])))
+    expected = str(context.get("expected") or problem["msg"].removeprefix("Value error, "))
+    if kind == "extra_forbidden":
+        expected = _meant(problem, problems, model)
+    if kind == "missing":
+        given, expected = None, _kind(model, problem["loc"])
+    if kind == "value_error":
+        given = None  # a group as a whole
+    return {
+        "code": CODES.get(kind, "config.value"),
+        "key": key,
+        "given": context.get("value", given),
+        "expected": expected,
+    }
 
 
 def _sentence(problem: Any, problems: list[Any], model: type[BaseModel]) -> str:

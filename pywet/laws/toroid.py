@@ -60,8 +60,9 @@ def volume(height: float, radius: float, phi: float, angle: float, neck_printed:
 def pieces(
     height: float, radius: float, phi: float, angle: float, neck_printed: bool
 ) -> tuple[float, float, float, float]:
-    """(V_1, V_2, V_3, V_4) [m3]: cylinder, toroid's segment, triangle, cap of the sphere; with ψ = π − a, c = R(1 − cos φ):
+    """(V_1, V_2, V_3, V_4) [m3]: cylinder, toroid's segment, triangle, cap of the sphere.
 
+    With ψ = π − a, c = R(1 − cos φ):
     V_1 = π R_0² H; V_2 = π r_m² ψ [R_0 − (4 r_m/(3ψ)) sin²(ψ/2)]; V_3 = π r_m² sin a cos a (r_c + (2/3) r_m sin a);
     V_4 = (π/3) c² (3R − c); R_0 = r_c + r_m sin a (print: r_a + r_m, which is another radius where r_a is the printed one).
     Source: (40)-(43).

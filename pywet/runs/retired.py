@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from pywet.runs.tables import in_order, read_raw
-from pywet.schema import RAW
 
 MOTION = ("vx", "vy", "vz", "wx", "wy", "wz")
 
@@ -23,11 +22,13 @@ def records(folder: Path) -> np.ndarray:
 
 
 def with_films(parts: Iterator[np.ndarray], retired: np.ndarray) -> Iterator[np.ndarray]:
-    """Records of films at whole outputs, with those of the spheres that were retired at or before each."""
+    """Records of films or impulses at whole outputs, with those of the spheres that were retired at or before each."""
     for part in parts:
         step, gone = _later(np.unique(part["step"]), retired, with_own=True)
-        more = np.zeros(len(gone), RAW["films"])
-        more["step"], more["id"], more["film"] = step, gone["id"], gone["film"]
+        more = np.zeros(len(gone), part.dtype)
+        more["step"], more["id"] = step, gone["id"]
+        if "film" in (part.dtype.names or ()):
+            more["film"] = gone["film"]
         yield np.concatenate([part, more])
 
 

@@ -24,7 +24,7 @@ from reference_impl.replay.io import ReplayError, Run
 from reference_impl.replay.lives import RETIREMENT
 
 NEVER = np.iinfo(np.int64).max
-DIAMETERS, RISE, LONGEST_S = 2.0, 0.01, 0.25
+DIAMETERS, RISE = 2.0, 0.01
 NEAR = 1e-9
 """Part of the limits within which rounding decides who qualifies."""
 FAR = 100.0
@@ -53,9 +53,7 @@ def rule(folder: Path) -> Rule | None:
     planned = plans.plan(folder)
     depth = DIAMETERS * 2.0 * max(c["radius_m"] for c in scene["classes"])
     g = abs(scene["gravity_m_per_s2"][2])
-    outputs, wanted = int(planned.outputs[1] - planned.outputs[0]), int(scene["output"].get("checkpoints", 0))
-    seldom = max(1, math.ceil(planned.steps / ((wanted + 1) * outputs)))
-    every = outputs * min(seldom, max(1, int(LONGEST_S / (outputs * scene["time_step_s"]))))
+    every = plans.checkpoints_every(scene, planned.steps)
     at = np.arange(every, planned.steps, every)
     inside = np.zeros(len(at), dtype=bool)
     for first, last in planned.windows:

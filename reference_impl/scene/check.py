@@ -9,7 +9,7 @@ from typing import Any
 
 from reference_impl.diagnosis.held import MISSING, NONE, Held, Section
 from reference_impl.replay import io
-from reference_impl.scene import configuration, deck, effects, numbers, parts, start, walls
+from reference_impl.scene import configuration, deck, described, effects, files, numbers, parts, start, walls
 
 NAME = "scene"
 NOT_HELD = ("largest_overlap", "transfer_nodes", "spheres_file")
@@ -31,7 +31,10 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
                 "walls whose parts follow from a feature angle",
             )
             section.add("scene_tables", "itself", walls.tables(run, scene, meshes), "columns of triangles and parts")
-        section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
+        if (said := described.of_run(run)) is None:
+            section.not_checked.append(f"scene: no configuration ({configuration.FILE}) in the run directory")
+        else:
+            _user_defined(section, run, said, scene)
         return section
     scene = io.scene(run)
     try:
@@ -44,12 +47,30 @@ def check(folder: Path, config: Mapping[str, Any] | None = None) -> Section:
     return section
 
 
+def _user_defined(section: Section, run: Path, said: dict[str, Any], scene: dict[str, Any]) -> None:
+    try:
+        held = described.held(run, said, scene)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, ArithmeticError) as error:
+        raise io.ReplayError(
+            f"{run}: scene.json and {described.FILE} do not describe the same scene ({error!r}); expected both of one run: "
+            "build the run again"
+        ) from error
+    section.add("scene_description", "itself", held, f"numbers of the scene against {described.FILE}")
+    if scene["effects"]["bridges"] and (run / "history" / "meta.json").exists():
+        section.add("scene_told", "itself", _told(run, scene), "numbers that the plugin was told")
+    section.not_checked.append(f"scene: {described.NOT_HELD}")
+
+
 def _compare(section: Section, run: Path, config: dict[str, Any], scene: dict[str, Any]) -> None:
     edited = config.get(configuration.EDITED, [])
     wanted, given = numbers.scene(config, scene), numbers.flat(scene)
     kept = {path: value for path, value in wanted.items() if not _is_edited(path, edited)}
     held = [Held(path, given.get(path, MISSING), value, source) for path, (value, source) in kept.items()]
     held += [Held(path, given[path], NONE, "the scene of a case") for path in given if _beyond(path, wanted, edited)]
+    if (texts := files.of_run(run)) is not None:
+        values = files.held(texts, config)
+        section.add("scene_configuration", "itself", values, f"values of {configuration.FILE} against the files")
+        section.not_checked += files.not_checked(texts)
     section.add("scene_numbers", "itself", held, f"numbers of scene.json against {configuration.FILE}")
     meshes = walls.read(run, scene)
     section.add("scene_walls", "itself", walls.measured(config, scene, meshes), "lengths measured on the STL files")

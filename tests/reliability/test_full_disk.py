@@ -25,14 +25,14 @@ __all__ = ["finished", "given"]
 RUN = SIMULATES["run-scene A"]
 BEFORE_TABLES = ("prepare", "simulate", "collect")
 STAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "prepare": ("pywet.own_scene.building", "write", RUN),
+    "prepare": ("pywet.cases.custom.building", "write", RUN),
     "simulate": ("pywet.engines.liggghts.driver", "_simulate", RUN),
     "collect": ("pywet.engines.liggghts.collecting", "make", RUN),
-    "results": ("pywet.own_scene.results", "write", RUN),
+    "results": ("pywet.cases.custom.results", "write", RUN),
     "replay": ("pywet.stages", "replay", RUN),
     "time series": ("pywet.report.vtk", "write", RUN),
     "picture": ("pywet.report.render", "write", RUN),
-    "page": ("pywet.own_scene.page", "write", RUN),
+    "page": ("pywet.report.scene_page", "write", RUN),
     "end": ("pywet.cli.ending", "show", RUN),
     "replay alone": ("reference_impl.replay.command", "outcome", ("replay", "{run}")),
     "view": ("pywet.report.vtk", "write", ("view", "{run}")),
@@ -41,7 +41,7 @@ STAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "ovito": ("pywet.report.ovito", "write", ("view", "{run}", "--ovito")),
     "paraview": ("pywet.report.vtk", "write", ("view", "{run}", "--paraview")),
     "close-up": ("pywet.report.closeup", "write", ("view", "{run}", "--close-up", "1")),
-    "report": ("pywet.own_scene.page", "of_run", ("report", "{run}")),
+    "report": ("pywet.report.scene_page", "of_run", ("report", "{run}")),
 }
 
 

@@ -56,12 +56,12 @@ LOADED = [
     importlib.import_module(f"pywet.{name}")
     for name in (
         "stages",
+        "cases.screening.cases",
         "cli.ending",
-        "evidence.compare.command",
-        "own_scene.page",
+        "compare.command",
         "report.app",
         "report.bands",
-        "screening.cases",
+        "report.scene_page",
     )
 ]
 """What the commands import, so that no process imports it again."""

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from pywet import PywetError, files, run_folder, run_lock
+from pywet import PywetError, run_folder, run_lock
 from pywet.engines.liggghts import checkpoint, driver
+from pywet.util import files
 from tests.engines.liggghts import beds
 from tests.reliability.kills import assert_same, tables_of
 
@@ -159,12 +160,10 @@ def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch:
 
 
 CLOCKED = {
-    "pywet/own_scene/page.py": "whether a picture is older than the summary: it is deleted with the run that it shows",
-    "pywet/screening/identity.py": "a file for Snakemake, newer than another whatever the clock says",
-    "pywet/evidence/agreement/sources.py": "whether files of results are those of before: equal times, not later ones",
-    "pywet/evidence/accuracy/study.py": "a date to read",
-    "pywet/evidence/accuracy/cost.py": "a date to read",
-    "pywet/evidence/compare/digest.py": "a date to read",
+    "pywet/report/scene_page.py": "whether a picture is older than the summary: it is deleted with the run that it shows",
+    "pywet/cases/screening/identity.py": "a file for Snakemake, newer than another whatever the clock says",
+    "pywet/cost/cost.py": "a date to read",
+    "pywet/compare/digest.py": "a date to read",
 }
 """Modules that read the clock or the times of files, and what for."""
 

@@ -16,7 +16,7 @@ namespace pywet {
 
 namespace {
 
-const char MAGIC[16] = "pywet state 4\n";
+const char MAGIC[16] = "pywet state 5\n";
 
 struct Head {
   char magic[16];
@@ -82,14 +82,17 @@ void Checkpoint::save() {
   for (int a = 0; a < at.nlocal; a++) {
     if (world_.spheres.is_retired(at.tag[a])) continue;
     const double *x = at.x[a], *l = at.liquid[a], *f = at.f[a], *t = at.torque[a];
-    spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
+    spheres.push_back({at.tag[a], {x[0], x[1]}, l[FILM], l[LOAD], l[WEIGHED], {l[IMPULSE], l[IMPULSE + 1], l[IMPULSE + 2]},
+                       {f[0], f[1], f[2]}, {t[0], t[1], t[2]}});
   }
   spheres = ranks.told_first(spheres);
   std::sort(spheres.begin(), spheres.end(), [](const SphereState &p, const SphereState &q) { return p.id < q.id; });
   Sums sums;
   static_assert(sizeof(Sums) % sizeof(double) == 0, "sums are doubles");
   MPI_Reduce(&energy_.sums, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, 0, ranks.all);
-  std::vector<WireSpring> springs = ranks.told_first(wires_.springs());
+  std::vector<WireSpring> springs = faces_.springs(), of_wires = wires_.springs();
+  springs.insert(springs.end(), of_wires.begin(), of_wires.end());
+  springs = ranks.told_first(springs);
   std::sort(springs.begin(), springs.end());
   const std::vector<Told> bridges = ranks.told_first(standing_.mine());
   double numbers[4] = {energy_.formed, energy_.ruptured, double(standing_.formations), double(standing_.ruptures)};
@@ -173,6 +176,7 @@ void Checkpoint::resume(const std::string &state_file) {
     at.liquid[a][FILM] = sphere.film;
     at.liquid[a][LOAD] = sphere.load;
     at.liquid[a][WEIGHED] = sphere.weighed;
+    std::copy(sphere.impulse, sphere.impulse + 3, at.liquid[a] + IMPULSE);
   }
   const Told *bridges = from.next<Told>(head.bridges);
   for (const Told *b = bridges; b < bridges + head.bridges; b++) {
@@ -182,6 +186,7 @@ void Checkpoint::resume(const std::string &state_file) {
   standing_.expect({file_, bridges}, head.bridges);
   std::vector<WireSpring> springs;
   from.all(springs);
+  faces_.take_up(springs);
   wires_.take_up(springs);
   if (world_.rules.weighs) weight_.taken_up();
   if (world_.laws.shed_drop)

@@ -7,6 +7,7 @@
 
 #include "booking.h"
 #include "checkpoint.h"
+#include "faces.h"
 #include "forces.h"
 #include "retirement.h"
 
@@ -18,18 +19,20 @@ class Plugin {
   Films films{world};
   Standing standing{world};
   EnergyBook energy{world, standing};
-  Logs logs{world, films, standing, energy};
+  ImpulseSums sums{world};
+  Logs logs{world, films, standing, energy, sums};
+  Faces faces{world, energy, logs};
   Wires wires{world, energy, logs};
-  Single single{world, standing, energy};
+  Single single{world, standing, energy, sums};
   Impulses impulses{world, energy};
   Implicit implicit{world, standing, single, impulses, logs};
-  Forces forces{world, standing, energy, single, impulses, implicit, logs};
+  Forces forces{world, standing, energy, single, sums, impulses, implicit, logs};
   NearPairs near{world, films, standing};
   Weight weight{world, standing, energy};
   Booking booking{world, films, standing, near, energy, weight, logs};
   Shedding shedding{world, films, weight, logs};
   Retirement retirement{world, films, standing, booking, logs};
-  Checkpoint checkpoint{world, films, standing, energy, wires, weight, shedding, logs};
+  Checkpoint checkpoint{world, films, standing, energy, faces, wires, weight, shedding, logs};
 
   Plugin() = default;
   Plugin(const Plugin &) = delete;       // the parts know each other by place
@@ -39,6 +42,7 @@ class Plugin {
 
  private:
   bool wet() const { return films.initial > 0; }
+  bool touches_walls() const { return world.rules.touches_faces || !wires.prisms.empty(); }
   void act(bool fresh);
 };
 
