@@ -63,7 +63,7 @@ ENGINE = (
           "engines/liggghts/test_planted_faults.py", planted.NAMED | planted.MOTION),
     Place("plugin, screen", "a modified build; a heap on a vibrating screen, a moving plate, pairs in flight, growing films",
           "engines/liggghts/test_planted_in_yard.py",
-          {**planted_in_yard.IN_YARD, **planted_in_yard.IN_PUMP, **planted_in_yard.IN_GROWN}),
+          {**planted_in_yard.IN_YARD, **{k: v for faults in planted_in_yard.SCENES.values() for k, v in faults.items()}}),
     Place("plugin, between", "a modified build; the same screen with the shipped windows: forces between sampled steps, works",
           "engines/liggghts/test_planted_between.py",
           {name: (quantity, words) for name, (_, quantity, words) in planted_between.FAULTS.items()}),

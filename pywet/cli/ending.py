@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import shlex
 from collections.abc import Iterator, Sequence
@@ -121,6 +122,8 @@ def _report(folder: Path) -> Path | None:
     try:
         return page.of_run(folder)
     except PywetError as error:
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENOSPC:
+            raise  # what comes next would fail as well
         err.print(f"no report: {one_line(str(error))}", soft_wrap=True, markup=False)
         return None
 

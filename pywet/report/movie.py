@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from pywet.errors import PywetError, arguments, border
+from pywet.errors import FileError, PywetError, arguments, border, shown
 from pywet.report import caption, render
 from pywet.report.sketch import colour_limit
 from pywet.runs.rundir import Floats, RunDir
@@ -89,13 +89,27 @@ def _ffmpeg() -> Any:
 def _mp4(pictures: list[Image.Image], path: Path) -> Path:
     wide, high = (length // 2 * 2 for length in pictures[0].size)  # the codec takes even sizes only
     with atomic_write(path) as temporary:
-        how = {"fps": PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "error", "output_params": ["-f", "mp4"]}
+        how = {"fps": PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "quiet", "output_params": ["-f", "mp4"]}
         writer = _ffmpeg().write_frames(str(temporary), (wide, high), **how)
         writer.send(None)
         for picture in pictures:
             writer.send(np.ascontiguousarray(np.asarray(picture)[:high, :wide, :3]))
         writer.close()
+        _refuse_cut_off(temporary, len(pictures), path)
     return path
+
+
+def _refuse_cut_off(made: Path, frames: int, path: Path) -> None:
+    """ffmpeg reports nothing of a full disk: what it made is read again."""
+    try:
+        found, _ = _ffmpeg().count_frames_and_secs(str(made))
+    except (OSError, RuntimeError):
+        found = 0
+    if found != frames:
+        raise FileError(
+            f"{shown(path)} could not be written whole ({found} of {frames} frames); expected a writable folder with free space",
+            path=path,
+        )
 
 
 def _loop(pictures: list[Image.Image], path: Path) -> Path:

@@ -169,6 +169,10 @@ def _save(made: Any, path: Path) -> None:
 
 
 def run_writer(writer: Any, path: Path) -> None:
-    """Have a writer of VTK do its work; `path`: the file as it will be called."""
-    if not writer.Write() or writer.GetErrorCode():
+    """Have a writer of VTK do its work, without what it prints of a failure; `path`: the file as it will be called."""
+    talks = writer.GetGlobalWarningDisplay()
+    writer.GlobalWarningDisplayOff()
+    written = writer.Write() and not writer.GetErrorCode()
+    writer.SetGlobalWarningDisplay(talks)
+    if not written:
         raise PywetError(f"{path} cannot be written; expected room on the disk and a folder that may be written to")

@@ -258,7 +258,8 @@ OF_FORCES = {
 }  # fmt: skip
 OF_EVENTS = {
     "bridge_life", "volume", "share_i", "share_j", "film_before", "film_after", "rupture_distance", "rupture_due", "rupture_late",
-    "formation_due", "formation_late", "formation_missed", "rupture_limit", "standing_beyond_limit", "transfer_table", "ledger",
+    "formation_due", "formation_late", "formation_missed", "formation_shared", "rupture_limit", "standing_beyond_limit",
+    "transfer_table", "ledger",
 }  # fmt: skip
 OF_LIMITS = {"rupture_limit", "rupture_distance", "separation"}
 OF_BOTH = OF_FORCES | OF_EVENTS

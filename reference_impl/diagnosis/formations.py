@@ -9,7 +9,7 @@ import pandas as pd
 
 from reference_impl.diagnosis.diagnosis import Link, Suspect
 from reference_impl.motion import impulses, nearest
-from reference_impl.replay import formations, laws, missing
+from reference_impl.replay import formations, laws, missing, one_place
 from reference_impl.replay.arrays import Floats
 from reference_impl.replay.bodies import Bodies, bodies, film_areas, pairs
 from reference_impl.replay.io import Run
@@ -103,6 +103,21 @@ def _of_walls(
         yield Suspect("the film of a wall is left out", at_wet)
     elif most < 1.0:
         yield Suspect(f"the film of a wall is taken too thin (at most {most:.4g} of it)", at_wet, most)
+
+
+def shared(run: Run) -> Link | None:
+    """At a convex edge a sphere has one bridge: a bridge forms with none of the parts that meet there but one."""
+    lives = Lives(none(), run.table("events"), 0, -1)
+    table = one_place.judged(run, lives)
+    if not len(table):
+        return None
+    wrong = table["wrong"].to_numpy(float)
+
+    def suspects(rows: Floats) -> Iterator[Suspect]:
+        yield Suspect("a sphere gets a bridge with each part of a wall that meets in one place", wrong)
+
+    one = np.ones(len(wrong))
+    return Link("formation_shared", "formation", table, wrong, 0.0 * one, one, suspects)
 
 
 def missed(run: Run) -> Iterator[Link]:

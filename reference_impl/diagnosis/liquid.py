@@ -302,5 +302,6 @@ def links(run: Run, e: Events, tables: Tables, own: Pair, table_holds: bool) -> 
         found = (static(run, e, own[0] + own[1]), due(run, e), overdue(run, e), links_formations.early(run, e.marks()))
         yield from (link for link in found if link is not None)
         yield links_formations.late(run, e.marks())
+        yield from (link for link in (links_formations.shared(run),) if link is not None)
         yield from links_formations.missed(run)
     yield from links_chain.links(run, own)

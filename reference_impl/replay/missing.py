@@ -13,7 +13,7 @@ import pandas as pd
 
 from reference_impl.motion import impulses, nearest
 from reference_impl.motion.touching import near_pairs
-from reference_impl.replay import io, laws, retired
+from reference_impl.replay import io, laws, one_place, retired
 from reference_impl.replay.arrays import Floats, size
 from reference_impl.replay.bodies import bodies
 from reference_impl.replay.compare import Quantity, compare
@@ -33,7 +33,7 @@ NONE = pd.DataFrame({name: np.zeros(0, kind) for name, kind in COLUMNS.items()})
 
 def check(run: Run, lives: Lives, held: Held) -> list[Quantity]:
     """All of these, of a part of the log before which the holders were as in `held`."""
-    return [due(run), late(run, held, lives), missed(run, lives, held)]
+    return [due(run), late(run, held, lives), missed(run, lives, held), one_place.check(run, lives)]
 
 
 def missed(run: Run, lives: Lives, held: Held) -> Quantity:

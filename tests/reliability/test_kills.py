@@ -364,18 +364,29 @@ def test_a_restart_file_that_was_cut_off_is_noticed(cut_off: tuple[Path, Path]) 
         assert not holds(data[: len(data) - cut], 16), cut
 
 
-def test_a_restart_file_that_the_stock_program_would_read_for_ever(cut_off: tuple[Path, Path], tmp_path: Path) -> None:
-    """On a full disk it writes an empty one, reads it back and never ends: it is ended."""
+def test_a_restart_file_that_the_stock_program_would_read_for_ever(
+    cut_off: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a full disk it writes an empty one, reads it back and never ends: it is ended once that has not changed for a while.
+
+    The clock has no say in it: the file's time may be in the past or, the clock set back with the engine at work, ahead.
+    """
     newer, run_dir = points(cut_off[1])[1], tmp_path / "run"
     shutil.copytree(cut_off[1], run_dir)
     last = run_dir / "engine.partial" / checkpoint.FOLDER / f"engine.{10**9}.partial"
-    for content, age, ends in ((b"", 60.0, True), (newer.engine.read_bytes(), 60.0, False), (b"", 0.0, False)):
-        last.write_bytes(content)
-        os.utime(last, (time.time() - age,) * 2)
-        scene = Scene.read(run_dir / "scene.json")
-        recorder = checkpoint.Recorder(run_dir / "engine.partial", scene, False, 16, newer)
-        with pytest.raises(PywetError, match="was cut off; expected the") if ends else contextlib.nullcontext():
+    whole, scene, now = newer.engine.read_bytes(), Scene.read(run_dir / "scene.json"), time.monotonic()
+    monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now)
+    for content, later, ends in ((b"", b"", True), (whole, whole, False), (b"", whole[:-8], False)):
+        for ahead in (-60.0, 3600.0):
+            recorder = checkpoint.Recorder(run_dir / "engine.partial", scene, False, 16, newer)
+            last.write_bytes(content)
+            os.utime(last, (time.time() + ahead,) * 2)
             recorder.watch()
+            last.write_bytes(later)
+            os.utime(last, (time.time() + ahead,) * 2)
+            now += 2.0 * checkpoint.WRITTEN_S
+            with pytest.raises(PywetError, match="was cut off; expected the") if ends else contextlib.nullcontext():
+                recorder.watch()
 
 
 def test_logs_are_bounded(tmp_path: Path) -> None:

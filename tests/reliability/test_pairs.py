@@ -1,4 +1,4 @@
-"""Two calls on one folder in every order: at each file that the first one completes, others are made in processes of their own.
+"""Two calls on one folder in every order: at each file that the first one completes, others are made in other processes.
 
 What simulates excludes all others to the end of its page; what reads or evaluates excludes what simulates. The first call ends
 as if it had been alone, and a call that is refused has changed nothing.
@@ -6,6 +6,7 @@ as if it had been alone, and a call that is refused has changed nothing.
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import json
 import os
@@ -18,15 +19,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from pywet import scene_stages as commands
-from pywet import stages
-from pywet.cases.screening import cases
-from pywet.cli import ending
 from pywet.cli.app import app
-from pywet.compare import command
-from pywet.report import app as viewer
-from pywet.report import bands, vtk
-from pywet.report import scene_page as page
 from tests.reliability.kills import assert_same, tables_of
 
 pytestmark = pytest.mark.engine
@@ -59,7 +52,18 @@ OTHERS: dict[str, Words] = {
     "init --example": ("init", "{run}", "--example", "drum"),
     "timestep": ("timestep", "{run}"),
 }
-LOADED = (bands, cases, command, commands, ending, page, stages, viewer, vtk)
+LOADED = [
+    importlib.import_module(f"pywet.{name}")
+    for name in (
+        "stages",
+        "cases.screening.cases",
+        "cli.ending",
+        "compare.command",
+        "report.app",
+        "report.bands",
+        "report.scene_page",
+    )
+]
 """What the commands import, so that no process imports it again."""
 FEW, MANY = 20, 1000
 """Calls during the first one, at most."""

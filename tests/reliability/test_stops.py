@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,8 +14,9 @@ from pathlib import Path
 import pytest
 
 from pywet import PywetError, run_folder, run_lock
-from pywet.engines.liggghts import checkpoint
+from pywet.engines.liggghts import checkpoint, driver
 from pywet.util import files
+from tests.engines.liggghts import beds
 from tests.reliability.kills import assert_same, tables_of
 
 WORDS = ("scene", "bed", "--spheres", "12", "--seconds", "0.05")
@@ -157,14 +159,46 @@ def test_a_folder_moved_aside_while_it_is_asked_for(tmp_path: Path, monkeypatch:
         raise AssertionError("the folder was held")
 
 
-def test_a_clock_set_back(tmp_path: Path) -> None:
-    """A restart file cut off, whose time is in the future, is one that is not being written any more."""
-    future = time.time() + 10**6
-    (tmp_path / checkpoint.FOLDER).mkdir()
-    path = tmp_path / checkpoint.FOLDER / "engine.900.partial"
-    path.write_bytes(b"")
-    os.utime(path, (future, future))
-    recorder = object.__new__(checkpoint.Recorder)
-    recorder.folder, recorder.plugin, recorder.step, recorder.spheres, recorder.planned = tmp_path, False, 0, 1, [0]
-    with pytest.raises(PywetError, match="was cut off; expected the"):
-        recorder.watch()
+CLOCKED = {
+    "pywet/report/scene_page.py": "whether a picture is older than the summary: it is deleted with the run that it shows",
+    "pywet/cases/screening/identity.py": "a file for Snakemake, newer than another whatever the clock says",
+    "pywet/cost/cost.py": "a date to read",
+    "pywet/compare/digest.py": "a date to read",
+}
+"""Modules that read the clock or the times of files, and what for."""
+
+
+def test_where_the_clock_is_read() -> None:
+    """Nowhere between the start of a run and its tables: a clock set back with the engine at work changes nothing."""
+    clock = re.compile(r"\bst_mtime|\bgetmtime|\btime\.time(_ns)?\b|\bdatetime\b|from datetime")
+    root = Path(__file__).parents[2]
+    paths = [p for folder in ("pywet", "reference_impl", "workflow") for p in (root / folder).rglob("*.py")]
+    assert {str(p.relative_to(root)) for p in paths if clock.search(p.read_text())} == set(CLOCKED)
+
+
+@pytest.mark.engine
+def test_a_clock_set_back_with_the_engine_at_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By an hour at every call, over checkpoints whose files are from the future: the tables are those of an undisturbed run."""
+    runs, calls = [tmp_path / "whole", tmp_path / "run"], 0
+
+    def earlier() -> float:
+        nonlocal calls
+        calls += 1
+        return 1e9 - 3600.0 * calls
+
+    watch = checkpoint.Recorder.watch
+
+    def disturbed(recorder: checkpoint.Recorder) -> None:
+        watch(recorder)
+        for path in (recorder.folder / checkpoint.FOLDER).glob("*"):
+            with contextlib.suppress(FileNotFoundError):
+                os.utime(path, (time.time(), 4e9))
+
+    for run in runs:
+        beds.prepare(run, beds.bed((3, 3, 2)), 600, checkpoints=20)
+        if run == runs[1]:
+            monkeypatch.setattr(time, "time", earlier)
+            monkeypatch.setattr(checkpoint.Recorder, "watch", disturbed)
+        driver.run(run, 1, progress=False)
+    assert calls and not (runs[1] / "engine.partial").exists()
+    assert_same(tables_of(runs[0]), tables_of(runs[1]))

@@ -41,7 +41,7 @@ MESSAGES_B = 65536
 KEPT = 2
 """Checkpoints that are kept."""
 WRITTEN_S = 10.0
-"""Time from its last change, back or (the clock was set back) ahead, at which a restart file is no longer being written [s]."""
+"""Time without a change after which a restart file is no longer being written [s]; not by the clock, which may be set."""
 
 
 @dataclass(frozen=True)
@@ -221,6 +221,7 @@ class Recorder:
         self.step = point.step if point else 0
         self.logs: logs.Sums = dict(point.logs) if point else {}
         self.framed = self._frames_before(self.step) if point else 0
+        self.seen: tuple[Path, int, float] = (folder, 0, 0.0)
 
     def _frames_before(self, step: int) -> int:
         return int(np.searchsorted(self.planned, step, "right" if self.retires else "left"))
@@ -276,8 +277,15 @@ class Recorder:
                 continue
             if step < reached:
                 path.rename(path.with_suffix(""))
-            elif abs(time.time() - path.stat().st_mtime) > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
+            elif self._unchanged_s(path) > WRITTEN_S and not holds(path.read_bytes(), self.spheres):
                 raise self._not_whole(f"{path} was cut off")
+
+    def _unchanged_s(self, path: Path) -> float:
+        """For how long a file has been seen as it is."""
+        size, seen = path.stat().st_size, time.monotonic()
+        if self.seen[:2] != (path, size):
+            self.seen = path, size, seen
+        return seen - self.seen[2]
 
     def _prune(self) -> None:
         files = _files(self.folder)

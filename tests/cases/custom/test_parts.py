@@ -113,6 +113,7 @@ def test_a_convex_edge_gives_one_bridge_while_a_sphere_rolls_over_it(folder: Pat
     rests = run.trajectory[run.trajectory["id"] == 2]
     assert np.abs(rests["x"] + 2e-4).max() < 1e-6
     assert run.replay["quantities"]["formation_missed"]["count"] > 10
+    assert run.replay["quantities"]["formation_shared"]["count"] > 100
 
 
 @pytest.mark.engine

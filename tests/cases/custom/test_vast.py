@@ -10,7 +10,7 @@ import pytest
 
 from pywet.cases.custom.building import Building
 from pywet.cases.custom.description import Scene
-from pywet.errors import ConfigError
+from pywet.errors import ConfigError, PywetError
 from pywet.geometry.crossing import crossing
 from tests.geometry.test_cad import CUBE, CUP, text
 
@@ -78,3 +78,13 @@ def test_a_crossing_is_found_at_its_place() -> None:
     assert at is not None and at[:2] == pytest.approx([0.1, 0.2], abs=1.0) and -3.0 < at[2] <= 0.0
     assert crossing(flat, faces) is None and crossing(high, faces) is None
     assert crossing(np.concatenate([flat, high + np.array([0.0, 0.0, 2.0])]), both) is None
+
+
+@pytest.mark.parametrize("corner", [-1e12, -1e308, -1.1e5])
+def test_a_corner_that_is_far_away_is_refused_at_once(tmp_path: Path, corner: float) -> None:
+    """A block that long cannot be divided into triangles in a lifetime; one 99 m long is built."""
+    block = {"low_mm": (corner, -10, -5), "high_mm": (10, 10, 0)}
+    with pytest.raises(PywetError, match=r"part is .* m large, expected at most 100 m|expected .*1e\+15|part.*low_mm"):
+        scene(tmp_path, block=block).scene()
+    long = {"low_mm": (-99e3, -10, -5), "high_mm": (10, 10, 0)}
+    assert scene(tmp_path, block=long).scene().box_low_m[0] == pytest.approx(-99.0, abs=0.1)

@@ -36,6 +36,8 @@ PATCHES: list[tuple[str, str, str]] = [
      "                      && standing_.find(LARGE_WALL, pair.i, int(p)) >= 0);\n"
      "      if (has) continue;\n"
      "    }"),
+    ("near_pairs.cpp", "if (given_to_neighbour(c, near)) {",
+     'if (!planted("two bridges at an edge") && given_to_neighbour(c, near)) {'),
     ("step.cpp", "if (!clock.again) near.propose(booking.events);",
      'if (!clock.again && !(planted("formations in every second step") && clock.now % 2)) near.propose(booking.events);'),
     ("forces.cpp", "e.i = b.i; e.j = b.j; e.triangle = g.triangle;",
@@ -70,6 +72,12 @@ IN_PUMP: dict[str, tuple[str, str]] = {
     "film of a wall left out": ("formation_late", "the film of a wall is left out"),
     "film of a wall 5 % thin": ("formation_late", "the film of a wall is taken too thin (at most 0.9"),
 }
+IN_EDGE: dict[str, tuple[str, str]] = {
+    "two bridges at an edge": (
+        "formation_shared",
+        "a sphere gets a bridge with each part of a wall that meets in one place",
+    ),
+}
 IN_GROWN: dict[str, tuple[str, str]] = {
     "growth unseen": ("formation_late", "a film's growth is not seen at once"),
     "growth unseen, on walls too": ("formation_late", "explains 2 of 2 records"),
@@ -94,6 +102,22 @@ def pump(folder: Path) -> list[small.Sphere]:
     return bodies
 
 
+def edge(folder: Path) -> list[small.Sphere]:
+    """At the convex edge of a plate: a sphere at rest and one that comes to it, seen at outputs alone."""
+    radius, off, way = 2.5e-3, math.sqrt(0.5), math.sqrt(0.5) * 0.02
+    corners = 5e-3 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    bodies = [
+        small.Sphere(1, (5e-3 + off * (radius + gap), y, off * (radius + gap)), velocity, driven=True)
+        for y, gap, velocity in ((-3e-3, 1e-6, (0.0, 0.0, 0.0)), (3e-3, 4.5e-5, (-way, 0.0, -way)))
+    ]
+    small.prepare(
+        folder, spheres_of(radius), bodies, contacts(1, stiffness=1e4), liquid=water(3e-5), effects=small.PAPER,
+        walls=[make_surface("plate", "wall", plate(corners, -4e-3, 0.0))], wall_angle_rad=math.radians(45.0),
+        time_step_s=1e-5, steps=200, output=Output(interval_s=5e-4, contact_windows=0),
+    )  # fmt: skip
+    return bodies
+
+
 def grown(folder: Path) -> list[small.Sphere]:
     """At rest but for two wet spheres that are drawn away; nothing moves so far after a rupture that lists are made anew."""
     radius, thin, wet, at, beyond = 2.5e-3, 5e-6, 1e-4, 0.02, 1e-6
@@ -112,3 +136,7 @@ def grown(folder: Path) -> list[small.Sphere]:
         time_step_s=2e-6, steps=26000, output=Output(interval_s=4e-3, contact_windows=0),
     )  # fmt: skip
     return bodies
+
+
+SCENES: dict[Scene, dict[str, tuple[str, str]]] = {pump: IN_PUMP, edge: IN_EDGE, grown: IN_GROWN}
+"""Further scenes, each with its faults."""

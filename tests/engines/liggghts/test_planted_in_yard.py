@@ -22,7 +22,7 @@ def foundry(tmp_path_factory: pytest.TempPathFactory) -> Iterator[planted.Foundr
     made.close()
 
 
-@pytest.mark.parametrize("scene", [yard.prepare, planted_in_yard.pump, planted_in_yard.grown])
+@pytest.mark.parametrize("scene", [yard.prepare, *planted_in_yard.SCENES])
 def test_nothing_planted_nothing_found(foundry: planted.Foundry, tmp_path: Path, scene: planted_in_yard.Scene) -> None:
     """What is found below is the fault and not the patch."""
     foundry.run(tmp_path, scene(tmp_path), "none")
@@ -34,8 +34,7 @@ FAULTS = {
     name: (scene, *shown)
     for scene, faults in (
         (yard.prepare, planted_in_yard.IN_YARD),
-        (planted_in_yard.pump, planted_in_yard.IN_PUMP),
-        (planted_in_yard.grown, planted_in_yard.IN_GROWN),
+        *planted_in_yard.SCENES.items(),
     )
     for name, shown in faults.items()
 }

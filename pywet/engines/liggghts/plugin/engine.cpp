@@ -242,7 +242,7 @@ void Engine::shorten_lists() {
     list->firstneigh[a] = to;
     if (history) history->firstneigh[a] = touch, history->firstdouble[a] = springs;
     for (int k = 0; k < count; k++) {
-      const int b = partner[k] & NEIGHMASK;
+      const int b = partner[k] & NEIGHMASK;  // NOLINT(clang-analyzer-core.NullDereference): there are `count` of them
       const double radii = radius[a] + radius[b], reach = radii + skin;
       const Vec apart = Vec(at.x[a]) - Vec(at.x[b]);
       const double square = dot(apart, apart);
