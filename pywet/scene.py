@@ -14,8 +14,9 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
+from pywet.law_names import Laws
 from pywet.laws.hertz import LEAST_RESTITUTION, Hertz
-from pywet.laws.kinds import NEEDED, Laws
+from pywet.laws.kinds import NEEDED
 from pywet.strict import Strict
 from pywet.util.files import read_model
 

@@ -20,22 +20,72 @@ from pywet.util.files import read_bytes
 
 
 def read_scene(file: Path | str) -> Scene:
-    """The scene of a YAML file, checked; STL files and laws in files are looked for in its folder."""
+    """Read a scene from a YAML file and check it.
+
+    Parameters
+    ----------
+    file : Path or str
+        The YAML file; STL files and laws are found relative to its folder.
+
+    Returns
+    -------
+    Scene
+        The checked scene.
+
+    Raises
+    ------
+    ConfigError
+        With one line for each key that is unknown, missing or out of range.
+    """
     path = Path(file)
     given = read_yaml(path, Scene)
     return Scene(**{**given, "folder": path.parent, "file": path})
 
 
 def plan(scene: Scene) -> EffectPlan:
-    """Which effects a scene calls for, and why: `for line in pywet.plan(scene).lines: print(line)`."""
+    """Decide which effects a scene calls for.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    EffectPlan
+        Effects, their numbers and reasons; `lines` holds one line of text per effect.
+
+    Notes
+    -----
+    The numbers are estimates for equal spheres at one typical speed (docs/effects.md).
+    """
     return building.Building(scene).plan
 
 
 def run(scene: Scene, folder: Path | str, ranks: int = 1, progress: bool = False) -> Run:
-    """Build, simulate, evaluate and replay a scene in a folder; a finished run of the same scene there is not simulated again.
+    """Build, simulate, evaluate and replay a scene in a folder.
 
-    Raises `PywetError` where the engine stops, or where a check, the liquid's ledger or the replay disagrees: then all results
-    are written all the same, and `load` reads them.
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    folder : Path or str
+        Run directory. A finished run of the same scene there is not simulated again; an interrupted one resumes.
+    ranks : int
+        Number of MPI ranks.
+    progress : bool
+        Print progress messages.
+
+    Returns
+    -------
+    Run
+        Tables of the run with units.
+
+    Raises
+    ------
+    PywetError
+        If the engine stops, or if a check, the liquid ledger or the replay disagrees; all results are written in
+        this case too, and `load` reads them.
     """
     objections = finish(scene, folder, ranks, progress)
     if objections:
@@ -77,20 +127,62 @@ def fingerprint(scene: Scene) -> str:
 
 
 def load(folder: Path | str) -> Run:
-    """A finished run as tables with units."""
+    """Read a finished run from its directory.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Run directory.
+
+    Returns
+    -------
+    Run
+        Tables of the run with units.
+
+    Raises
+    ------
+    FileError
+        If a file of the run is missing or unreadable.
+    """
     return Run(Path(folder))
 
 
 def replay(folder: Path | str) -> dict[str, Any] | None:
-    """Recompute a run by the independent reference: what it compared, how far it is off; None where nothing can be replayed."""
+    """Recompute a run by the independent reference.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Run directory.
+
+    Returns
+    -------
+    dict or None
+        Content of `replay.json`: quantities, deviations, limits, diagnosis; None if nothing can be replayed.
+
+    Raises
+    ------
+    PywetError
+        If the run is incomplete or unreadable.
+    """
     with run_lock.hold(Path(folder), shared=True):
         return stages.replay(Path(folder))
 
 
 def view(folder: Path | str, step: int | None = None) -> Path:
-    """Write a run's time series for ParaView into `vtk/` and a picture, `picture.png`, of an output step; returns the picture.
+    """Write the time series for ParaView (`vtk/`), the picture `picture.png` and, for a user-defined scene, `report.html`.
 
-    Of a scene of one's own also the page `report.html`.
+    Parameters
+    ----------
+    folder : Path or str
+        Run directory.
+    step : int, optional
+        Output step of the picture; default: the last one.
+
+    Returns
+    -------
+    Path
+        The picture.
     """
     from pywet.report import render
     from pywet.report import scene_page as page

@@ -159,6 +159,12 @@ type i4 - its class
 film f8 m3 liquid with which it left: its film, and its shares of the bridges that ended with it
 x f8x3 m centre
 v f8x3 m/s velocity""",
+    "felt": f"""{_STEP}
+id i4 - one of some sampled spheres
+{_PAD}
+film f8 m3 liquid held as film, before drops fall
+v f8x3 m/s velocity
+felt f8x3 m/s2 specific force that the film feels""",
     "drops": f"""{_TIME}
 partner_kind i4 - of what it lands on, see the codes of partner_kind
 i i4 - the sphere it leaves
@@ -263,6 +269,7 @@ def meanings(table: str) -> dict[str, tuple[str, str]]:
 
 MAY_BE_EMPTY = {
     "history/drops",
+    "history/felt",
     "history/retired",
     "history/energy",
     "history/impulses",

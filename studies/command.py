@@ -16,9 +16,12 @@ from pywet.util.ranges import LIMITS, Range
 if TYPE_CHECKING:
     from studies.study import Study
 
+HELP = """Run a study of a checkout: accuracy, stability, effects, laws, cross-code, digests, search.
+
+Example: pywet study stability --cases 20"""
 app = typer.Typer(
     no_args_is_help=True,
-    help="Studies of a checkout: accuracy, stability, effects, laws, programs.",
+    help=HELP,
 )
 CONFIG = Path("config")
 err = Console(stderr=True, highlight=False)

@@ -151,19 +151,13 @@ def test_make_help_lists_every_target() -> None:
     assert {line.split()[0] for line in shown.splitlines()} == targets
 
 
-def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: Path) -> None:
+def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range() -> None:
     """The page is made from the classes that check a scene; a key without a description fails here."""
-    import importlib.util
-
     import pywet
+    from pywet.cli import reference_pages
     from pywet.util.ranges import LIMITS
 
-    spec = importlib.util.spec_from_file_location("reference_pages", ROOT / "docs" / "reference_pages.py")
-    assert spec and spec.loader
-    pages = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(pages)
-    pages.write_scene(tmp_path / "scene.md")
-    rows = [line.split(" | ") for line in (tmp_path / "scene.md").read_text().splitlines() if line.startswith("| `")]
+    rows = [line.split(" | ") for line in reference_pages.scene().splitlines() if line.startswith("| `")]
     told = {row[0].strip("| `"): row[1:] for row in rows}
     for key in ("seed", "interval_s", "half_width_mm", "thickness_mm", "sides", "stiffness_N_per_m", "at_mm"):
         assert key in told
@@ -174,6 +168,28 @@ def test_every_key_of_a_scene_has_its_meaning_unit_default_and_range(tmp_path: P
     assert told["gravity_m_per_s2"][1] == "m/s2" and told["stiffness_N_per_m"][2] == "`2000.0`"
     models = [c for c in (getattr(pywet, name) for name in pywet.__all__) if hasattr(c, "model_fields")]
     assert {k for c in models for k in c.model_fields} <= set(told)
+
+
+def test_pages_are_printed_by_their_names(capsys: pytest.CaptureFixture[str]) -> None:
+    """The list names every page; a page, a link with a section and the notebook's text are found, another name is refused with
+    all names; the help of the program names the command, a scene's misspelt key the page of all keys."""
+    from pywet.cases.custom.description import Scene
+    from pywet.cli import reference_pages
+    from pywet.errors import ConfigError, PywetError
+
+    runner = CliRunner()
+    listed = runner.invoke(app, ["docs"]).output
+    links = re.findall(r"\]\(([\w-]+)\.(?:md|ipynb)\)", listed)
+    assert len(links) > 30
+    for name in (*links, *reference_pages.MADE):
+        assert len(reference_pages.page(name)) > 200, name
+    assert reference_pages.page("docs/compare.md#regression-digests") == (ROOT / "docs" / "compare.md").read_text()
+    assert "run.drum_angle()" in reference_pages.page("first-steps.ipynb")
+    with pytest.raises(PywetError, match="there is no page mill in the documentation; expected one of ARCHITECTURE, "):
+        reference_pages.page("mill")
+    assert "pywet docs" in runner.invoke(app, ["--help"]).output
+    with pytest.raises(ConfigError, match=r"key mass is not known.* \(all keys: pywet docs scene_reference\)$"):
+        Scene(mass=1)  # type: ignore[call-arg]
 
 
 def test_each_door_of_the_site_shows_what_its_command_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,12 +34,14 @@ from pywet.laws import registry
 from pywet.laws.kinds import SWITCHED
 from pywet.report.pictures import STYLE, plt, svg
 from pywet.util.files import atomic_write, read_json, read_table, write_csv
-from studies.davis2023 import engine as spheres_engine
-from studies.engines import bed as settling
-from studies.stock.liggghts import liggghts_force
-from studies.stock.yade import yade_force
 
 HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parents[1]))
+from studies.davis2023 import engine as spheres_engine  # noqa: E402
+from studies.engines import bed as settling  # noqa: E402
+from studies.stock.liggghts import liggghts_force  # noqa: E402
+from studies.stock.yade import yade_force  # noqa: E402
+
 ANSWERS = Path("results") / "wet"
 SCORE, MAKE = (runpy.run_path(str(HERE / name)) for name in ("score.py", "make.py"))
 BRIDGES = ("pair_at_rest", "unequal_pair", "sphere_and_plate")

@@ -65,7 +65,7 @@ app = typer.Typer(
     cls=Group,
     no_args_is_help=True,
     add_completion=False,
-    help="Screening of moist particles: simulate, cross-check, look.",
+    help="Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs.",
 )
 
 
@@ -84,7 +84,7 @@ def pywet_(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version and end.")
     ] = False,
 ) -> None:
-    """Screening of moist particles: simulate, cross-check, look."""
+    """Screening of moist particles: simulate, cross-check, look. The documentation: pywet docs."""
     ctx.with_resource(shown())
 
 
@@ -92,7 +92,8 @@ def pywet_(
 def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder without configuration; made where missing.")],
     example: Annotated[
-        str, typer.Option("--example", help="case (a screening study), deck, drum, hopper, migration or repose.")
+        str,
+        typer.Option("--example", help="case (a screening study), notebook, deck, drum, hopper, migration or repose."),
     ] = "case",
 ) -> None:
     """Write a folder with a screening study or a scene to begin with, ready to run.
@@ -105,6 +106,23 @@ def init(
 
 
 @app.command()
+def docs(
+    page: Annotated[
+        str, typer.Argument(metavar="[PAGE]", help="Such as tutorial or own-scene; without: all.")
+    ] = "README",
+) -> None:
+    """Print a page of the documentation; without PAGE the list of pages.
+
+    Example: pywet docs own-scene"""
+    from pywet.cli import reference_pages
+    from pywet.shipped import place
+
+    if page == "README":
+        tell(f"pages in {place('docs')}; pywet docs tutorial prints one\n")
+    out.print(reference_pages.page(page), soft_wrap=True, markup=False, highlight=False)
+
+
+@app.command()
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False) -> None:
     """Say what was found on this machine, in which version, and what is missing."""
     from pywet.cli import doctor as module
@@ -113,8 +131,17 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the check
 
 
 @app.command()
-def laws(as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False) -> None:
-    """List the laws by kind, with the first line of what each says of itself."""
+def laws(
+    check: Annotated[
+        str | None, typer.Option("--check", metavar="LAW", help="Check one law: a name, or FILE:NAME of yours.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list, or the checks, as JSON.")] = False,
+) -> None:
+    """List the laws by kind, with the first line of what each says of itself; or check one, against the exact bridge too."""
+    if check is not None:
+        from pywet.cli import law_check
+
+        raise typer.Exit(law_check.run(check, as_json))
     from pywet.laws import registry
 
     rows = []

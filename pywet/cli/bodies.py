@@ -14,9 +14,11 @@ import typer
 from pywet.cli import showing
 from pywet.cli.showing import err, out, tell
 from pywet.errors import PywetError
+from pywet.shipped import place
 from pywet.util.options import SEEDS, JsonFile, Ranks, Trust, Verbose, number
 from pywet.util.ranges import MOST_RANKS, SCENE, Range
 
+PROBLEMS = sorted(path.parent.name for path in place("benchmarks/wet").glob("*/answers.json"))
 app = typer.Typer()
 CORES, MORE = Range(1, MOST_RANKS, whole=True), Range(0, 1000, whole=True)
 collide = typer.Typer(no_args_is_help=True, help="Collisions of a few wet bodies.")
@@ -35,6 +37,10 @@ def scene(
     speed: Annotated[float | None, number("--speed", SCENE["speed_m_per_s"], "Speed of pull or collision")] = None,
     rpm: Annotated[float, number("--rpm", SCENE["turns_per_minute"], "Turns of the drum")] = 20.0,
     seconds: Annotated[float | None, number("--seconds", SCENE["seconds"], "Simulated time")] = None,
+    contact: Annotated[str, typer.Option("--contact", help="Dry contacts: linear springs, or hertz.")] = "linear",
+    modulus: Annotated[
+        float, number("--youngs-modulus", SCENE["youngs_modulus_Pa"], "With hertz, of spheres and walls")
+    ] = 1e7,
     ranks: Ranks = 1,
     seed: Annotated[int, number("--seed", SCENE["seed"], "Of the first places of the spheres of bed and drum")] = 1,
 ) -> None:
@@ -50,6 +56,8 @@ def scene(
         seconds=seconds,
         ranks=ranks,
         seed=seed,
+        contact=contact,
+        youngs_modulus_Pa=modulus,
     )
     folder = out_dir or Path("results") / "scenes" / name
     for key, value in scenes.run(name, folder, choice).items():
@@ -59,7 +67,9 @@ def scene(
 
 @app.command("run-scene")
 def run_scene(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see docs/own-scene.md.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="YAML description of a scene, see pywet docs own-scene.")
+    ],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Run directory; default results/scenes/FILE.")] = None,
     ranks: Ranks = 1,
     seeds: Annotated[int, number("--seeds", SEEDS, "So many runs, each with the next seed, in folders beside")] = 1,
@@ -129,7 +139,7 @@ def bridge(
 
 @app.command()
 def calibrate(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see docs/calibrate.md.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="YAML: targets, parameters, see pywet docs calibrate.")],
     out_dir: Annotated[Path | None, typer.Option("--out", help="Folder; default results/calibrations/FILE.")] = None,
     ranks: Ranks = 1,
 ) -> None:
@@ -188,7 +198,7 @@ def sweep(
 
 @app.command()
 def score(
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="Name of a folder of benchmarks/wet, or all.")],
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help=f"{', '.join(PROBLEMS)}, or all.")],
     file: Annotated[
         Path | None, typer.Argument(metavar="FILE.csv", help="Answers: case, quantity, at, value; of all: a folder.")
     ] = None,
@@ -200,8 +210,6 @@ def score(
 
     Example: pywet score viscous_pull my_answers.csv"""
     import runpy
-
-    from pywet.shipped import place
 
     given = [
         problem,

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from pywet import shipped
 from pywet.errors import PywetError
 
 app = typer.Typer()
-ROOT = Path(__file__).parents[2]
-"""The checkout, where there is one."""
 
 
 @app.command()
@@ -61,11 +58,9 @@ def study(context: typer.Context) -> None:
     """Run a study of a checkout: accuracy, stability, effects, laws, cross-code, digests, search.
 
     Example: pywet study stability --cases 20"""
-    if not (ROOT / "studies" / "command.py").exists():
+    if not shipped.open_studies():
         raise PywetError(
             "the studies are not in an installed pywet; expected a checkout of the project: run `pywet study` there"
         )
-    sys.path.append(str(ROOT))
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (os.environ.get("PYTHONPATH"), str(ROOT))))
     studies = import_module("studies.command").app
     raise typer.Exit(studies(context.args, prog_name="pywet study", standalone_mode=False) or 0)

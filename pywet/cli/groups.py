@@ -11,6 +11,7 @@ GROUPS = {
     "Start": {
         "init": "init mydrum --example drum",
         "doctor": "doctor",
+        "docs": "docs own-scene",
     },
     "Process: screening cases": {
         "plan": "plan 2 --why",
@@ -32,7 +33,7 @@ GROUPS = {
         "digest": "digest results/smoke/case02 --out case02.json",
     },
     "Laws and single bodies": {
-        "laws": "laws --json",
+        "laws": "laws --check willett",
         "bridge": "bridge examples/bridge.json --table",
         "collide": "collide wall examples/wall_wet.json",
     },

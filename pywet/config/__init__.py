@@ -5,7 +5,7 @@ Reading and checking only. What is built from it is in `pywet.cases.screening.ca
 
 from pywet.config.cases import Case
 from pywet.config.command_line import REPLACED, chosen
-from pywet.config.loading import FILES, Config, load, of_run, twins
+from pywet.config.loading import FILES, Config, load, of_run, texts, twins
 from pywet.config.materials import Materials
 from pywet.config.scales import Scale
 from pywet.config.settings import EffectSettings, LawSettings
@@ -22,5 +22,6 @@ __all__ = [
     "chosen",
     "load",
     "of_run",
+    "texts",
     "twins",
 ]

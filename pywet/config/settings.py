@@ -9,8 +9,9 @@ from pydantic import Field, model_validator
 
 from pywet.config.entries import Limited, RatioEntry
 from pywet.config.readings import Readings
+from pywet.law_names import LawName, Laws
 from pywet.laws import own
-from pywet.laws.kinds import PRESETS, LawName, Laws, Preset
+from pywet.laws.kinds import PRESETS, Preset
 from pywet.scene import SHORT_WINDOW, Contacts, Word
 from pywet.strict import Strict
 

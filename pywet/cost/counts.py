@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pywet.cases.screening import amounts, cases
+from pywet.cases.screening import cases
 from pywet.config import Config
 from pywet.engines.liggghts import deck
 from pywet.geometry import Apparatus, ApparatusSpec, build_apparatus
 from pywet.geometry.motion import peak_speed
-from pywet.planning import GRAVITY
+from pywet.planning import GRAVITY, step_choice
 from pywet.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -113,7 +113,7 @@ def area(spec: ApparatusSpec) -> float:
 def touching(scene: Scene, time: Floats, on_screen: Floats) -> Floats:
     assert scene.slide is not None and scene.vibration is not None
     spheres, opens = sum(c.count for c in scene.classes), scene.slide.opens_at_s
-    least = min(amounts.collision_time(p, scene.classes) for p in scene.pairs)
+    least = min(step_choice.collision_time(p, scene.classes) for p in scene.pairs)
     hopping = min(AT_REST, COLLISIONS * scene.vibration.frequency_Hz * least)
     fall = math.sqrt(2.0 * (scene.box_high_m[2] - scene.screen_z_m) / GRAVITY)
     at_rest = np.where(time < opens, spheres, np.interp(time - SETTLING, time, spheres - on_screen))

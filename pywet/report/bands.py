@@ -142,7 +142,7 @@ def mean_and_band(curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floa
 
 
 def write(path: Path, groups: Mapping[str, Sequence[Path]], width_mm: float = WIDTH) -> Path:
-    """Draw the groups into a PDF, SVG or PNG file of this width; panels are beside each other as far as they have LEAST."""
+    """Draw the groups into a PDF, SVG or PNG file of this width; panels are next to each other as far as they have LEAST."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise PywetError(f"{path} was given for a figure; expected a name that ends in {', '.join(FORMATS)}")

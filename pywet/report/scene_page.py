@@ -48,7 +48,7 @@ def of_run(folder: Path) -> Path:
 def write(folder: Path, picture: Path) -> Path:
     """Write `report.html` of a custom scene into a run's folder, with its picture; returns its path."""
     runs = seeds.of_scene(folder)
-    run, standing = runs[0], seeds.standing(runs)
+    run, found = runs[0], seeds.worst(runs)
     sections = [
         page.Section(
             "The scene at a telling moment", page.picture_file(picture, "Liquid on spheres and walls."), "Picture"
@@ -62,24 +62,24 @@ def write(folder: Path, picture: Path) -> Path:
         page.Section("The liquid ledger and energies", _ledger(runs), "Ledger"),
         page.Section("Files", _files(folder), "Files"),
     ]
-    return page.write(folder / "report.html", run.scene.name, standing.sentence, sections, _cards(runs, standing))
+    return page.write(folder / "report.html", run.scene.name, found.sentence, sections, _cards(runs, found))
 
 
-def _cards(runs: seeds.Runs, standing: verdict.Standing) -> list[page.Card]:
+def _cards(runs: seeds.Runs, found: verdict.Standing) -> list[page.Card]:
     said = runs[0].summary
     computing = sum(run.summary["wall_s"] for run in runs)
     cards = [
-        page.Card(standing.word, "recomputed and agrees", standing.grade),
+        page.Card(found.word, "recomputed and agrees", found.grade),
         page.Card(str(sum(said["spheres"].values())), "spheres"),
         page.Card(f"{said['simulated_s']:g} s", f"in {said['steps']} steps, {computing:.0f} s of computing"),
     ]
     if said["events"] is not None:
         events = [run.summary["events"] for run in runs]
-        formed, stand = (seeds.over([of[kind] for of in events], 9) for kind in ("formations", "standing_bridges"))
+        formed, active = (seeds.over([of[kind] for of in events], 9) for kind in ("formations", "standing_bridges"))
         error = max(run.summary["ledger_error"] for run in runs)
         kept = error <= verdict.LEDGER_TOLERANCE
         cards += [
-            page.Card(formed, f"bridges formed, {stand} stand"),
+            page.Card(formed, f"bridges formed, {active} stand"),
             page.Card(f"{error:.1g}", "of the liquid lost or made", "good" if kept else "bad"),
         ]
     return cards

@@ -1,6 +1,6 @@
 """A run directory, read back: scene, tables, and the liquid and place of every sphere at every output step.
 
-Reads only; what is computed from it is in results.py. Which liquid belongs to whom: a sphere owns its film and its side of
+Reads only; `cases/screening/results.py` computes from it. Which liquid belongs to whom: a sphere owns its film and its side of
 every standing bridge, shared as if the bridge ruptured now (Elskamp & Kruggel-Emden 2018, sections 4 and 5.3).
 """
 
@@ -61,8 +61,8 @@ class RunDir:
     @cached_property
     def origin_mm(self) -> tuple[float, float, float]:
         """The custom scene's `origin_mm`, from which the engine and the tables count positions."""
-        said = read_if_there(self.path / "description.json", AGAIN) or {}
-        x, y, z = said.get("origin_mm", (0.0, 0.0, 0.0))
+        description = read_if_there(self.path / "description.json", AGAIN) or {}
+        x, y, z = description.get("origin_mm", (0.0, 0.0, 0.0))
         return x, y, z
 
     @property

@@ -25,6 +25,7 @@ SORT = {
     "energy": ["step"],
     "window_energy": ["step"],
     "drops": ["step", "i"],
+    "felt": ["step", "id"],
 }
 
 

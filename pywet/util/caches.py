@@ -12,8 +12,6 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from platformdirs import user_cache_path
-
 from pywet.errors import PywetError, shown
 from pywet.util.files import atomic_write
 from pywet.util.notices import notice
@@ -49,7 +47,7 @@ def _chosen() -> Path:
     if os.environ.get("PYWET_CACHE"):
         return _private(Path(os.environ["PYWET_CACHE"]).absolute())
     with suppress(PywetError):
-        above = user_cache_path()
+        above = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
         if not above.exists() or _private(above):
             return _private(above / "pywet")
     return _private(Path(tempfile.gettempdir()) / f"pywet-{os.getuid()}")

@@ -17,26 +17,18 @@ import numba
 from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core import caching
 
-from pywet.util import caches
+from pywet.util import caches, sources
 from pywet.util.files import atomic_write
 from pywet.util.notices import notice
 
 __all__ = ["njit", "numba"]
-COMPILED = ("laws", "collisions")
-"""Rooms of the package whose functions are compiled."""
 _SUM = hashlib.sha256().digest_size
 
 
 def key() -> str:
     """Hash over the processor and all sources that are compiled, with their place."""
-    here = Path(__file__).parents[1]
-    digest = hashlib.sha256(
-        f"{here} {binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}".encode()
-    )
-    for room in COMPILED:
-        for path in sorted((here / room).rglob("*.py")):
-            digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
+    processor = f"{binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}"
+    return sources.digest(sources.of(sources.COMPILED), f"{sources.PACKAGE} {processor}")[:16]
 
 
 class CheckedFiles(caching.IndexDataCacheFile):

@@ -100,6 +100,7 @@ SCENE: dict[str, Range] = {
     "speed_m_per_s": Range(1e-4, 10, "m/s"),
     "turns_per_minute": Range(0.1, 1000, "per minute"),
     "seconds": Range(0, 3600, "s", above=True),
+    "youngs_modulus_Pa": Range(1e4, 2e12, "Pa"),
     "ranks": LIMITS["ranks"],
     "seed": LIMITS["seed"],
 }

@@ -1,7 +1,7 @@
 """Steps between the sampling windows: the impulses that the plugin adds up from output to output.
 
 Of each bridge: its capillary impulse lies between time times force at the largest and at the least separation since the output
-before; an explicit normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. Of each sphere: a change of
+before; a normal drag -c(S) dS/dt leaves -(C(S2) - C(S1)), where C is the integral of c. Of each sphere: a change of
 momentum is weight and the impulse of its bridges where it touched nothing, which follows from the separations alone. What the
 bounds leave open is counted, as a share of the capillary impulse.
 """
@@ -17,7 +17,7 @@ import pandas as pd
 
 from reference_impl.motion import flights, impulses
 from reference_impl.motion.budget import VELOCITY
-from reference_impl.motion.summed import pull_of
+from reference_impl.motion.summed import drag_at_touch, pull_of, walls_motion
 from reference_impl.motion.window import Setup
 from reference_impl.replay import capillary, coverage, io, laws
 from reference_impl.replay.arrays import Floats, size
@@ -30,10 +30,16 @@ SAMPLES = np.linspace(0.0, 1.0, 9)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 APART = 0.01
 """Least separation, over the radius of i, from which on the steps of a drag's sum are small against the separation."""
-FEWEST = 10
-"""Bridges of one interval and kind whose median is judged."""
+SMALL = 0.05
+"""Part of a separation, or of its change, that the error of a step may be."""
+STIFF = 5.0
+"""Semi-implicit: c dt/m from which on the drag of several bridges of a sphere is not that of its velocities."""
+GROUP, FEWEST = 25, 10
+"""Bridges of one kind, one after the other, whose median is judged; of the last ones so many at least."""
 OF_DRAG = 0.25
 """Of that median: steps are finite. In smoke case 2 it is off by 0.022 at most."""
+MOST = 200_000
+"""Records up to which parts that disagree are kept."""
 NUMBERS = ("capillary_impulse", "viscous_impulse", "least_separation", "largest_separation")
 
 
@@ -50,12 +56,36 @@ class Between:
     """Capillary impulse of all bridges at outputs [N s]."""
     bounded: float = 0.0
     """The least of it by the bounds."""
+    rows: dict[str, list[pd.DataFrame]] = field(default_factory=lambda: {"capillary": [], "drag": [], "momentum": []})
+    """Records of the parts that disagree, for the diagnosis."""
+
+    recomputed: float = 0.0
+    """Capillary impulse recomputed step by step in the windows [N s]."""
+    formed: int = 0
+    met: set[int] = field(default_factory=set)
+    """Bridges that formed, and the rows of those of which a force was recomputed."""
+
+    def windows(self, table: pd.DataFrame, lives: Lives) -> None:
+        """Rows of the contact log of a part."""
+        at = lives.at(keys(table), np.asarray(table["step"], dtype=np.int64), strictly=False)
+        self.met.update(np.unique(lives.all.row[at[at >= 0]]).tolist())
+        force = np.abs(np.asarray(table["capillary"], dtype=float))
+        self.recomputed += float((force * impulses.weights(self.run, table)).sum()) * self.setup.step
+
+    def seen(self) -> dict[str, float]:
+        """Shares of the bridges and of the capillary impulse that the replay has seen."""
+        bridges, total = max(self.formed, 1), max(self.total, 1e-300)
+        return {
+            "bridges": len(self.met) / bridges,
+            "impulse_in_windows": min(self.recomputed / total, 1.0),
+            "impulse_by_bounds": self.bounded / total,
+        }
 
     def add(self, part: Run, lives: Lives) -> list[Quantity]:
         """A part of the logs."""
         now = {name: part.table(name) for name in ("trajectory", "bridges", "films", "impulses", "events")}
         both = {n: pd.concat([self.last[n], now[n]], ignore_index=True) if n in self.last else now[n] for n in now}
-        shots = now["bridges"]
+        shots, self.formed = now["bridges"], self.formed + int((now["events"]["kind"] == FORMATION).sum())
         found = self._bridges(part, shots, self._before(both["bridges"], shots), self._formed(shots, lives))
         found.append(self._momentum(part, both))
         step = int(both["trajectory"]["step"].max()) if len(both["trajectory"]) else -1
@@ -90,14 +120,11 @@ class Between:
         return [
             self._ranges(rows, new, p.ri),
             *([self._capillary(part, rows, acted[old])] if self._closed("capillary", capillary.LAWS) else []),
-            *([self._drag(rows, new, p)] if self._explicit() else []),
+            *([self._drag(part, rows, new, p)] if self._closed("viscous_normal", laws.VISCOUS_NORMAL) else []),
         ]
 
     def _closed(self, effect: str, known: Any) -> bool:
         return coverage.law(self.run, effect) in known
-
-    def _explicit(self) -> bool:
-        return not coverage.semi_implicit(self.run) and self._closed("viscous_normal", laws.VISCOUS_NORMAL)
 
     def _ranges(self, rows: pd.DataFrame, before: Floats, radius: Floats) -> Quantity:
         """The separations at both outputs lie within the logged range."""
@@ -119,20 +146,55 @@ class Between:
         self.total += float(np.abs(logged).sum())
         self.bounded += float(np.minimum(np.abs(low), np.abs(logged)).sum())
         own = np.clip(logged, low, high)
-        return compare(
+        found = compare(
             "between_capillary", "largest by the bounds", logged, own, np.maximum(high, 1e-300), rows, TOLERANCE
         )
+        wall = rows["partner_kind"].to_numpy() != laws.SPHERE
+        self._keep(found, rows[["step", "i", "j"]].assign(wall=wall, logged=logged, low=low, high=high))
+        return found
 
-    def _drag(self, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
-        """Median of the normal drag's impulse over what the separations give, of the bridges of one interval and kind."""
+    def _keep(self, found: Quantity, rows: pd.DataFrame) -> None:
+        kept = self.rows[found.name.removeprefix("between_")]
+        if not found.ok and sum(map(len, kept)) < MOST:
+            kept.append(rows)
+
+    def _drag(self, part: Run, rows: pd.DataFrame, before: Floats, p: Pairs) -> Quantity:
+        """Median of the normal drag's impulse over what the separations give, of some bridges of one kind.
+
+        Left out are those whose way in a step is no small part of the separation, and those that move along each other so fast
+        that turning normals count: in a time T by v^2 T dt/r.
+        """
         gap, least, most = (rows[n].to_numpy(float) for n in ("separation", *NUMBERS[2:]))
-        calm = ~np.isnan(before) & ((most <= 0.0) | (least > APART * p.ri)) & (impulses.every(self.run) == 1)
+        speed, dt = self._speeds(part, rows, p), self.setup.step
+        time = (rows["step"].to_numpy() - self._previous(rows["step"].to_numpy(np.int64))) * dt
+        turned = speed**2 * time * dt / p.ri
+        calm = (most <= 0.0) | ((least > APART * p.ri) & (speed * dt < SMALL * least))
+        if coverage.semi_implicit(self.run):
+            ends = (rows["i"], rows["j"].where(~p.wall, rows["i"]))
+            a, b = (self.setup.mass[np.searchsorted(self.setup.ids, end)] for end in ends)
+            calm &= drag_at_touch(part, rows, p) * dt * (1.0 / a + np.where(p.wall, 0.0, 1.0 / b)) < STIFF
+        calm &= (np.abs(gap - before) > turned / SMALL) & (impulses.every(self.run) == 1)
         ratio = ratios(self.run, rows[calm], before[calm], gap[calm])
         table = rows.loc[calm, ["step"]].assign(wall=p.wall[calm], ratio=ratio)
-        table = table[np.isfinite(table["ratio"])].groupby(["step", "wall"])["ratio"].agg(["median", "size"])
-        table = table[table["size"] >= FEWEST].reset_index()
+        table = table[np.isfinite(table["ratio"])].sort_values("step", kind="stable")
+        table["group"] = table.groupby("wall").cumcount() // GROUP
+        of_groups = table.groupby(["wall", "group"]).agg(
+            step=("step", "first"), median=("ratio", "median"), size=("ratio", "size")
+        )
+        table = of_groups[of_groups["size"] >= FEWEST].reset_index().sort_values("step", ignore_index=True)
         logged, one = table["median"].to_numpy(float), np.ones(len(table))
-        return compare("between_drag", "itself, median of an interval", logged, one, one, table, OF_DRAG)
+        found = compare("between_drag", "itself, median of a group", logged, one, one, table, OF_DRAG)
+        self._keep(found, table)
+        return found
+
+    def _speeds(self, part: Run, rows: pd.DataFrame, p: Pairs) -> Floats:
+        """Sum of the speeds of both ends at the output; of a wall the fastest of all."""
+        table = part.table("trajectory")
+        v = pd.Series(size(table[[*VELOCITY[:3]]].to_numpy(float)), pd.MultiIndex.from_frame(table[["step", "id"]]))
+        of_i, of_j = (
+            v.reindex(pd.MultiIndex.from_arrays([rows["step"], rows[n]])).fillna(0.0).to_numpy(float) for n in "ij"
+        )
+        return np.asarray(of_i + np.where(p.wall, walls_motion(self.setup)[0], of_j))
 
     def _momentum(self, part: Run, both: dict[str, pd.DataFrame]) -> Quantity:
         """Change of momentum of spheres that touched nothing from one output to the next."""
@@ -142,7 +204,9 @@ class Between:
         names = [[f"{n}_{axis}" for axis in "xyz"] for n in ("gain", "impulse")]
         logged, own = (rows[n].to_numpy(float) if len(rows) else np.zeros((0, 3)) for n in names)
         scale = rows["scale"].to_numpy(float) if len(rows) else np.zeros(0)
-        return compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
+        quantity = compare("between_momentum", "momentum, weight and impulse", logged, own, scale, rows, TOLERANCE)
+        self._keep(quantity, rows)
+        return quantity
 
 
 def ratios(run: Run, rows: pd.DataFrame, before: Floats, gap: Floats) -> Floats:

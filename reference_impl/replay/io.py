@@ -127,6 +127,7 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "films": ("step", "id", "film"),
     "wall_films": ("step", "triangle", "film"),
     "drops": ("step", "partner_kind", "i", "j", "volume", "film_i_before", "film_j_before", "fallen", "felt_x"),
+    "felt": ("step", "id", "film", "v_x", "v_y", "v_z", "felt_x", "felt_y", "felt_z"),
     "triangles": ("triangle", "area"),
     "parts": ("part", "half_width", "contact_angle", "part_class"),
     "trajectory": ("step", "id", "type", "x", "y", "z"),

@@ -109,7 +109,7 @@ def go_through(run: Run, tables: Tables, size: int = SIZE) -> Found:
     counts, setup, gone = kept_tables.Count(run), window.read(run.folder), retired.Count(run)
     works, hangar = budget.Budget(run, setup), flights.Hangar(run, setup, outputs)
     run.known["budget"] = works
-    unseen = between.Between(run, setup, outputs)
+    run.known["between"] = unseen = between.Between(run, setup, outputs)
     energy, flying = budget.judged(run), flights.judged(run)
     last_row = np.full(len(held), -1)
     before, start = none(), -1
@@ -176,6 +176,7 @@ def _contacts(part: Run, log: Rows, step: int, lives: Lives, samples: sampled.Sa
     for rows in pieces if "forces" in found.quantities else _or_none(log, pieces):
         all_known(part, "contacts", rows)
         c = forces.contacts(part, rows)
+        part.known["between"].windows(rows, lives)
         found.add("forces", [*forces.check(part, c, lives), *impulses.check(part, rows)], "contacts")
         samples.add_contacts(c, row)
         row = log.taken

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from pywet.cases.screening import amounts
 from pywet.cases.small import bridge_query, small
 from pywet.cases.small.bodies import last, loose_box
 from pywet.cases.small.pair import Pair
@@ -18,6 +17,7 @@ from pywet.laws import registry
 from pywet.laws.contact import bridge_radius
 from pywet.laws.kinds import PRESETS
 from pywet.laws.transfer import v_star_grid
+from pywet.planning import step_choice
 from pywet.scene import ContactPair, Effects, Output, Scene, SphereClass
 from pywet.schema import LARGE_WALL, SPHERE
 from pywet.util.files import read_table
@@ -53,7 +53,7 @@ def contacts(setting: Setting) -> tuple[ContactPair, ...]:
 def time_step(setting: Setting, sphere: SphereClass, viscosity: float) -> float:
     """The configuration's rule for the time step [s]."""
     explicit = setting.integration == "explicit"
-    return amounts.time_step(contacts(setting), (sphere,), setting.fraction, viscosity if explicit else 0.0)
+    return step_choice.of_collisions(contacts(setting), (sphere,), setting.fraction, viscosity if explicit else 0.0)
 
 
 def pairs(setting: Setting, moist: bool) -> Made:
@@ -73,7 +73,7 @@ def pairs(setting: Setting, moist: bool) -> Made:
             small.Sphere(1, (x, 0.0, r + 0.5 * gap), (0.0, 0.0, -v)),
         ]
         longest = max(longest, gap)
-    contact = amounts.collision_time(contacts(setting)[1], (sphere,))
+    contact = step_choice.collision_time(contacts(setting)[1], (sphere,))
     steps = round(((4.0 * longest + (2.0 * r if moist else 0.0)) / SPEED + 2.0 * contact) / step)
     return sphere, bodies, step, steps, {"liquid": liquid, "log_every_step": False}
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from pywet.cases.small import small
-from pywet.cases.small.bodies import packed_step, wetting
+from pywet.cases.small.bodies import wetting
 from pywet.config.entries import RatioEntry
 from pywet.config.settings import EffectSettings, LawSettings
 from pywet.engines.liggghts import driver
 from pywet.engines.liggghts.inputs import transfer_tables
-from pywet.planning import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan
+from pywet.planning import OF_THE_BRIDGE, OF_THE_CONTACT, EffectPlan, plan, step_choice
 from pywet.scene import Effects, Output, Scene
 from pywet.util.files import read_table
 from studies.effects.scenes import StudyScene
@@ -76,7 +76,9 @@ def prepare(setup: Setup, effects: Effects, run_dir: Path) -> Scene:
     """The run directory of one choice."""
     if setup.build is not None:
         return setup.build(effects, run_dir)
-    step = packed_step(setup.classes, setup.pairs, STEP_FRACTION)  # of all choices, so that their times compare
+    step = step_choice.of_packing(
+        setup.classes, setup.pairs, STEP_FRACTION
+    )  # of all choices, so that their times compare
     steps = round(setup.seconds / step)
     reach = 1.1 * max([float(np.abs(w.corners).max()) for w in setup.walls], default=0.0)
     reach = max(reach, 3.0 * max(abs(c) for s in setup.spheres for c in s.position))

@@ -20,7 +20,7 @@ from pywet.cases.small.small import Sphere
 from pywet.geometry.initial import wall_mesh
 from pywet.geometry.motion import peak_speed
 from pywet.geometry.surface import Surface, make_surface
-from pywet.planning import time_steps as advisor
+from pywet.planning import time_steps
 from pywet.scene import ContactPair, Effects, Liquid, Output, Scene, SphereClass, Vibration
 
 Floats = NDArray[np.float64]
@@ -159,7 +159,7 @@ def prepare(batch: Batch, run_dir: Path) -> Scene:
     )  # fmt: skip
 
 
-def advised(batch: Batch, film: float) -> Sequence[advisor.Limit]:
+def advised(batch: Batch, film: float) -> Sequence[time_steps.Limit]:
     """The advisor's limits for the batch's spheres (without cells: one of each class) with that film thickness [m]."""
     scene = Scene(
         name=batch.name, seed=0, classes=tuple(counted(batch.classes, batch.cells) if batch.cells else batch.classes),
@@ -169,4 +169,4 @@ def advised(batch: Batch, film: float) -> Sequence[advisor.Limit]:
         box_low_m=(-1.0, -1.0, -1.0), box_high_m=(1.0, 1.0, 1.0), spheres_file=Path("spheres.parquet"),
         time_step_s=1e-9, duration_s=1e-6, output=Output(interval_s=1e-9), bin_z_m=-1.0,
     )  # fmt: skip
-    return advisor.advise(scene).limits
+    return time_steps.advise(scene).limits

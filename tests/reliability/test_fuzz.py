@@ -33,8 +33,7 @@ from pywet.collisions.spheres import simulate
 from pywet.collisions.wall import sweep
 from pywet.compare import digest, quantities
 from pywet.errors import PywetError
-from pywet.planning import audit
-from pywet.planning import time_steps as advisor
+from pywet.planning import audit, time_steps
 from pywet.report import collect, report, vtk
 from pywet.runs.rundir import RunDir
 from pywet.scene import Scene
@@ -172,7 +171,7 @@ def scene(bench: Bench, given: tuple[float, str, Any]) -> None:
     run = bench.fresh()
     document = json.loads((run / "scene.json").read_text())
     (run / "scene.json").write_text(json.dumps(changed(document, *given)))
-    sentence(lambda: advisor.advise(Scene.read(run / "scene.json")).lines, lambda: read_all(run))
+    sentence(lambda: time_steps.advise(Scene.read(run / "scene.json")).lines, lambda: read_all(run))
 
 
 JSON_FILES = (

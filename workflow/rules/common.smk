@@ -1,7 +1,5 @@
 # Checked configuration and the paths that follow from it. Nothing here needs the engine, a plugin or a result.
 
-import os
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -13,13 +11,10 @@ from pywet.errors import PywetError
 from pywet.cost.needs import need
 from pywet.runs.second import word
 from pywet.cases.screening.identity import content, expect, told
-from pywet.shipped import place
+from pywet.shipped import open_studies, place
 
-STUDIES_HERE = (place("Snakefile").parent / "studies").is_dir()
+STUDIES_HERE = open_studies()
 """Whether this is a checkout, which has the studies; a wheel does not."""
-if STUDIES_HERE:  # for this process and for those of the scripts
-    sys.path.append(str(place("Snakefile").parent))
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (os.environ.get("PYTHONPATH"), sys.path[-1])))
 STUDY_SIZE = config.pop("study_size", "quick")
 """Size of the accuracy study, `--config study_size=standard` or `reduced`; not part of config.yaml."""
 

@@ -32,7 +32,7 @@ from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.surface import Floats
 from pywet.laws.contact import film_volume, reduced_radius
 from pywet.laws.hertz import Elastic, Hertz
-from pywet.planning import EffectPlan, Surroundings
+from pywet.planning import EffectPlan, Surroundings, step_choice
 from pywet.planning import plan as plan_effects
 from pywet.planning.size_distribution import Amount
 from pywet.planning.size_distribution import amounts as whole_amounts
@@ -233,7 +233,7 @@ class Building:
         """As given, or a share of the stable step of a packing [s]."""
         how, liquid = self.said.time_step, self.liquid
         drag = liquid.viscosity_Pa_s if liquid and how.viscous_integration == "explicit" else 0.0
-        return how.time_step_s or bodies.packed_step(self.classes, self.pairs, how.share, drag, self.hertz)
+        return how.time_step_s or step_choice.of_packing(self.classes, self.pairs, how.share, drag, self.hertz)
 
     def scene(self) -> typed.Scene:
         """What an engine runs."""

@@ -1,4 +1,4 @@
-"""The runs of one custom scene with several seeds, in folders beside each other, and their numbers as mean and interval."""
+"""The runs of one custom scene with several seeds, in folders next to each other, and their numbers as mean and interval."""
 
 from __future__ import annotations
 
@@ -18,17 +18,15 @@ Runs = Sequence[Run]
 def of_scene(folder: Path) -> list[Run]:
     """The run, and behind it every finished run in a folder FOLDER-SEED whose description differs in the seed alone."""
     folder = folder.resolve() if folder.name in ("", "..") else folder
-    said = _but_seed(folder)
-    beside = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
-    others = [p for p in beside if (p / "summary.json").exists() and said is not None and _but_seed(p) == said]
+    description = _but_seed(folder)
+    found = (p for p in folder.parent.glob(f"{folder.name}-*") if p.name.removeprefix(f"{folder.name}-").isdigit())
+    others = [p for p in found if (p / "summary.json").exists() and _but_seed(p) == description]
     return [Run(p) for p in (folder, *sorted(others, key=lambda p: int(p.name.rpartition("-")[2])))]
 
 
 def _but_seed(folder: Path) -> object:
-    said = read_if_there(folder / "description.json", AGAIN)
-    return (
-        None if said is None else {key: value for key, value in said.items() if key not in ("seed", "file", "folder")}
-    )
+    description = read_if_there(folder / "description.json", AGAIN) or {}
+    return {key: value for key, value in description.items() if key not in ("seed", "file", "folder")}
 
 
 def over(values: Sequence[float], digits: int = 4) -> str:
@@ -40,18 +38,18 @@ def over(values: Sequence[float], digits: int = 4) -> str:
     return with_interval(values[:1] if len(set(values)) == 1 else values, digits)
 
 
-def standing(runs: Runs) -> verdict.Standing:
+def worst(runs: Runs) -> verdict.Standing:
     """The worst standing of the runs, with the name of its run; and what the numbers of several runs are."""
     found = [(verdict.standing(run.path), run.path.name) for run in runs]
-    worst, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
+    lowest, name = min(found, key=lambda entry: ORDER.index(entry[0].word))
     if len(runs) == 1:
-        return worst
+        return lowest
     names = ", ".join(run.path.name for run in runs)
     sentence = (
         f"{len(runs)} seeds ({names}): numbers are their mean ± 95 % confidence interval of the mean, curves their mean with "
-        f"that interval as a band; the picture is of the first. {name}: {worst.sentence}"
+        f"that interval as a band; the picture is of the first. {name}: {lowest.sentence}"
     )
-    return verdict.Standing(worst.word, worst.grade, sentence)
+    return verdict.Standing(lowest.word, lowest.grade, sentence)
 
 
 def agreement(runs: Runs) -> list[verdict.Agreement]:
@@ -60,10 +58,10 @@ def agreement(runs: Runs) -> list[verdict.Agreement]:
     for run in runs:
         for row in verdict.agreement(run.replay) if run.replay else []:
             rows.setdefault(row.quantity, []).append(row)
-    worst = (max(of, key=lambda row: row.largest / row.limit if row.limit else row.largest) for of in rows.values())
+    largest = (max(of, key=lambda row: row.largest / row.limit if row.limit else row.largest) for of in rows.values())
     return [
         verdict.Agreement(w.quantity, w.scale, sum(r.count for r in rows[w.quantity]), w.largest, w.median, w.limit)
-        for w in worst
+        for w in largest
     ]
 
 

@@ -1,4 +1,4 @@
-"""How many spheres, how much liquid, how short a time step: plain functions of a scene's parts, in SI units."""
+"""How many spheres, how much liquid: plain functions of a scene's parts, in SI units."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from scipy.optimize import brentq
 from pywet.config import Case, Config, Scale
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
-from pywet.laws.contact import S_MIN, bridge_radius, film_volume, pair_mass, pair_radii, reduced_radius
+from pywet.laws.contact import film_volume
 from pywet.planning.size_distribution import Amount, amounts
-from pywet.scene import ContactPair, SphereClass
+from pywet.scene import SphereClass
 
 THINNEST = 1e-13
 """Thinnest film over the radius of its sphere; below it, their sum in double precision hardly knows of the film."""
@@ -68,37 +68,3 @@ def refuse_too_thin(film_m: float, classes: Sequence[SphereClass]) -> None:
             f"the liquid makes a film of {film_m:.3g} m on spheres of {2e3 * radius:g} mm, which round-off swallows; expected "
             f"none or at least {THINNEST * radius:.2g} m: more liquid, or none"
         )
-
-
-def collision_time(pair: ContactPair, classes: Sequence[SphereClass]) -> float:
-    """Half period [s] of the damped contact spring, the shorter of normal and tangential; E after (5).
-
-    t_c = pi sqrt(m_eff/k)/sqrt(1 - zeta^2), zeta = -ln e/sqrt(pi^2 + ln^2 e). The tangential spring moves 2/7 of m_eff.
-    """
-    m_eff, log_e = pair_mass(classes, pair), math.log(pair.restitution)
-    normal = math.sqrt(m_eff / pair.normal_stiffness_N_per_m) * math.hypot(math.pi, log_e)
-    tangential = math.pi * math.sqrt(2.0 / 7.0 * m_eff / pair.tangential_stiffness_N_per_m)
-    return min(normal, tangential)
-
-
-def damping_time(pair: ContactPair, classes: Sequence[SphereClass], viscosity_Pa_s: float) -> float:
-    """Shortest time m_eff/c [s] in which lubrication at the smallest gap stops a pair; c = 6 pi eta r_red^2/S_min."""
-    radii = pair_radii(classes, pair)
-    r_red, gap = reduced_radius(*radii), S_MIN * bridge_radius(*radii)
-    return pair_mass(classes, pair) * gap / (6.0 * math.pi * viscosity_Pa_s * r_red**2)
-
-
-def time_step(
-    pairs: Sequence[ContactPair], classes: Sequence[SphereClass], fraction: float, viscosity_Pa_s: float = 0.0
-) -> float:
-    """Fraction of the shortest collision or damping time [s], cut (not rounded) to three digits.
-
-    A viscosity of zero leaves the damping time out (dry scenes, or the normal viscous force switched off).
-    """
-    used = [p for p in pairs if classes[p.a - 1].count and (p.b == 0 or classes[p.b - 1].count)]
-    shortest = min(collision_time(p, classes) for p in used)
-    if viscosity_Pa_s > 0:
-        shortest = min(shortest, *(damping_time(p, classes, viscosity_Pa_s) for p in used))
-    step = fraction * shortest
-    digit = 10.0 ** (math.floor(math.log10(step)) - 2)
-    return float(f"{math.floor(step / digit) * digit:.3g}")

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from pywet.cases.screening import amounts
-from pywet.config import Case, Config, Scale
+from pywet.config import Case, Config, Scale, texts
 from pywet.config.cases import CLASS_NAMES
 from pywet.errors import PywetError
 from pywet.geometry import Apparatus, ApparatusSpec, Surface, build_apparatus, fill
 from pywet.geometry.initial import wall_mesh, write_initial
 from pywet.geometry.motion import peak_speed
-from pywet.planning import GRAVITY, EffectPlan
+from pywet.planning import GRAVITY, EffectPlan, step_choice
 from pywet.planning import plan as plan_effects
 from pywet.planning.retirement import Retirement, decide
 from pywet.scene import ContactPair, Liquid, Output, Scene, Slide, SphereClass, Vibration, WallMesh
@@ -53,7 +53,7 @@ def ingredients(config: Config, case_number: int, scale_name: str) -> Ingredient
         refuse_unwetted(config, case, walls=chosen.effects.wall_films)
     explicit = settings.time_step.viscous_integration == "explicit"
     viscosity = liquid.viscosity_Pa_s if liquid and chosen.effects.viscous_normal and explicit else 0.0
-    step = amounts.time_step(pairs, classes, settings.time_step.fraction.value, viscosity)
+    step = step_choice.of_collisions(pairs, classes, settings.time_step.fraction.value, viscosity)
     gravity = (0.0, 0.0, -GRAVITY if chosen.effects.gravity else 0.0)
     plugin = chosen.effects.bridges or scale.wires == "prism"
     after = scale.duration_s.value - scale.slide_opens_at_s.value
@@ -69,7 +69,7 @@ def output_of(config: Config, scale: Scale) -> Output:
 def longer_by(config: Config, case_number: int, scale_name: str) -> float:
     """How many times as long the steps of a case are where the viscous force does not shorten them: 1 where it does not."""
     made, fraction = ingredients(config, case_number, scale_name), config.settings.time_step.fraction.value
-    return amounts.time_step(made.pairs, made.classes, fraction) / made.time_step_s
+    return step_choice.of_collisions(made.pairs, made.classes, fraction) / made.time_step_s
 
 
 def shorter_step(config: Config, case_number: int, scale_name: str) -> str | None:
@@ -110,8 +110,8 @@ def effect_plan(config: Config, case_number: int, scale_name: str) -> EffectPlan
 def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> Scene:
     """Write a case's run directory and return its scene.
 
-    Writes stl/, spheres.parquet, scene.json, plan.json, config.json and history/spheres, triangles, parts. The same
-    configuration gives the same files. Raises `PywetError` for what does not go together.
+    Writes stl/, spheres.parquet, scene.json, plan.json, config.json, config_files.json, history/spheres, triangles, parts.
+    The same configuration gives the same files. Raises `PywetError` for what does not go together.
     """
     run_dir = Path(run_dir)
     case, scale = config.case(case_number), config.scale(scale_name)
@@ -122,6 +122,7 @@ def build(config: Config, case_number: int, scale_name: str, run_dir: Path) -> S
     write_initial(scene, apparatus.surfaces, spheres, run_dir)
     write_json(run_dir / "plan.json", planned(made))
     write_json(run_dir / "config.json", config.resolved(case_number, scale_name))
+    write_json(run_dir / "config_files.json", texts(config))
     return scene
 
 

@@ -12,7 +12,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from functools import cache
 from pathlib import Path
 
 from typing_extensions import TypedDict
@@ -24,6 +23,7 @@ from pywet.config import Config
 from pywet.errors import PywetError
 from pywet.geometry import build_apparatus
 from pywet.laws import own
+from pywet.util import sources
 from pywet.util.files import AGAIN, atomic_write, read_bytes, read_if_there, write_json
 from pywet.util.notices import notice
 
@@ -32,10 +32,6 @@ FILE = "identity.json"
 
 class Left(TypedDict):
     identity: str
-
-
-CODE = ("geometry", "laws", "engines")
-"""Rooms of the package whose code a run goes through."""
 
 
 def identity(config: Config, number: int, scale_name: str) -> str:
@@ -126,12 +122,5 @@ def _text(law: str) -> str:
     return name + hashlib.sha256(read_bytes(Path(path), own.CURE)).hexdigest()
 
 
-@cache
 def _code() -> str:
-    digest = hashlib.sha256(pywet.__version__.encode())
-    here = Path(__file__).parents[2]
-    for path in sorted(
-        p for room in CODE for p in (here / room).rglob("*") if p.suffix in (".py", ".cpp", ".h", ".j2")
-    ):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
+    return sources.digest_of_a_run() + pywet.__version__

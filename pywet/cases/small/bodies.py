@@ -1,4 +1,4 @@
-"""Bodies of small scenes: spheres, dry contacts, liquids, first arrangements, time steps; one of each for studies and tests."""
+"""Bodies of small scenes: spheres, dry contacts, liquids, first arrangements; one of each for studies and tests."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ from pywet.cases.small.small import Sphere
 from pywet.errors import PywetError
 from pywet.geometry.solids import bin_solid, plate, polygon, tube
 from pywet.geometry.surface import Surface, make_surface
-from pywet.laws.contact import S_MIN, damping, effective_mass
-from pywet.laws.hertz import STIFFEST, Hertz, rayleigh_time
-from pywet.planning import time_steps as advisor
+from pywet.laws.contact import effective_mass
+from pywet.laws.hertz import Hertz
 from pywet.scene import ContactPair, Liquid, SphereClass
 from pywet.util.files import read_table
 
@@ -76,37 +75,6 @@ def hertzian(
 def reduced_mass(classes: Sequence[SphereClass], a: int, b: int) -> float:
     """Mass of the relative motion of two types [kg]; a wall (b = 0) does not move."""
     return effective_mass(classes[a - 1].mass_kg, classes[b - 1].mass_kg if b else math.inf)
-
-
-def two_digits(value: float) -> float:
-    """A number cut, not rounded, to two digits.
-
-    >>> two_digits(1.279e-5)
-    1.2e-05
-    """
-    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return math.floor(value / digit) * digit
-
-
-def packed_step(
-    classes: Sequence[SphereClass], pairs: Sequence[ContactPair], share: float, drag_Pa_s: float = 0.0,
-    hertz: Hertz | None = None,
-) -> float:  # fmt: skip
-    """Share of the stable step of a dense packing [s], cut to two digits; `drag_Pa_s`: viscosity where the drag is explicit.
-
-    With `hertz` a fifth of the shortest Rayleigh time at most.
-    """
-    steps, stiffer = [], 1.0 if hertz is None else STIFFEST
-    for pair in pairs:
-        ball, k = classes[pair.a - 1], stiffer * pair.normal_stiffness_N_per_m
-        m = ball.mass_kg * (0.5 if pair.b else 1.0)
-        drag = 6.0 * math.pi * drag_Pa_s * (0.5 * ball.radius_m) ** 2 / (S_MIN * ball.radius_m)
-        steps.append(advisor.largest_step(m, k, damping(pair.restitution, m, k), drag, False, advisor.PACKED))
-        if hertz:
-            steps.append(advisor.hertz_step(m, pair, advisor.PACKED))
-    waves = zip(classes, hertz.spheres if hertz else (), strict=False)
-    most = [advisor.OF_RAYLEIGH * rayleigh_time(c.radius_m, c.density_kg_per_m3, e) for c, e in waves]
-    return two_digits(min([share * min(steps), *most]))
 
 
 def water(film_m: float = 0.0, viscosity: float = 1e-3, tension: float = 0.07275, density: float = 1e3) -> Liquid:

@@ -18,8 +18,10 @@ import pandas as pd
 from pywet.cases.screening import identity
 from pywet.cases.small import bodies, small
 from pywet.cases.small.bodies import last
-from pywet.errors import PywetError
+from pywet.errors import PywetError, one_line
 from pywet.geometry.surface import Surface
+from pywet.laws.hertz import Elastic, Hertz
+from pywet.planning import step_choice
 from pywet.scene import ContactPair, Liquid, Output, Rotation, Scene, SphereClass
 from pywet.util.files import read_table, write_json
 from pywet.util.ranges import SCENE
@@ -27,6 +29,8 @@ from pywet.util.ranges import SCENE
 RESULT = "scene_result.json"
 SOFT, HARD = 2e3, 1e5
 """Springs [N/m] of beds, and of two that collide."""
+CONTACTS, POISSON, IMPACT = ("linear", "hertz"), 0.25, 1.0
+"""Dry contacts, Poisson's ratio of glass, and a speed that no impact in a bed or drum passes [m/s]."""
 DRUM_WIDTH = 8.0
 """Over the radius of its spheres."""
 
@@ -49,11 +53,17 @@ class Choice:
     viscous_integration: str = "semi_implicit"
     engine: str = "liggghts"
     """Or lammps, without rolling resistance."""
+    contact: str = "linear"
+    """Dry contacts: linear springs, or hertz: Hertz–Mindlin of `youngs_modulus_Pa` and a Poisson's ratio of 0.25."""
+    youngs_modulus_Pa: float = 1e7
+    """Of spheres and walls, with hertz; far below glass's 6e10, so that an impact lasts some time steps of 1e-5 s."""
 
     def __post_init__(self) -> None:
         for name, limits in SCENE.items():
             if getattr(self, name) is not None:
                 limits.read(name, getattr(self, name))
+        if self.contact not in CONTACTS:
+            raise PywetError(f"contact is {one_line(self.contact)}; expected one of {', '.join(CONTACTS)}")
 
     def glass(self, count: int) -> SphereClass:
         return bodies.sphere_classes(self.radius_m, counts=count, name="glass")[0]
@@ -65,7 +75,19 @@ class Choice:
     def time_step(self, sphere: SphereClass, stiffness: float) -> float:
         """A tenth of the stable step of a dense packing; explicit drag counts with its damping time."""
         drag = 0.0 if self.viscous_integration == "semi_implicit" else self.viscosity_Pa_s
-        return bodies.packed_step((sphere,), springs(stiffness), 0.1, drag)
+        return step_choice.of_packing((sphere,), self.dry(sphere, springs(stiffness)), 0.1, drag, self.hertz)
+
+    @property
+    def hertz(self) -> Hertz | None:
+        """Moduli, and the speed of impact that planning goes by: as given, or a fall of some radii; None: linear springs."""
+        if self.contact == "linear":
+            return None
+        glass = Elastic(youngs_modulus_Pa=self.youngs_modulus_Pa, poissons_ratio=POISSON)
+        return Hertz(spheres=(glass,), walls=glass, impact_speed_m_per_s=self.speed_m_per_s or IMPACT)
+
+    def dry(self, sphere: SphereClass, pairs: tuple[ContactPair, ...]) -> tuple[ContactPair, ...]:
+        """These contacts, with Hertz's equivalent springs where they are not linear."""
+        return pairs if self.hertz is None else bodies.hertzian((sphere,), pairs, self.hertz)
 
 
 def springs(stiffness: float, rolling_m: float = 2e-5) -> tuple[ContactPair, ...]:
@@ -221,10 +243,11 @@ def _run(
         checkpoints=0 if steps < 5000 else 20,
     )
     dry = springs(stiffness, 0.0) if choice.engine == "lammps" else springs(stiffness)
+    hertz = choice.hertz
     small.prepare(
-        run_dir, [sphere], spheres, dry, liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
+        run_dir, [sphere], spheres, choice.dry(sphere, dry), liquid=choice.liquid(sphere), effects=small.PAPER, walls=walls,
         wall_angle_rad=math.radians(40.0), time_step_s=step, steps=steps, output=output,
         box=1.1 * max([0.05, *(float(np.abs(w.corners).max()) for w in walls)]),
-        viscous_integration=choice.viscous_integration, **more,
+        viscous_integration=choice.viscous_integration, hertz=hertz, contacts="stock" if hertz else "batched", **more,
     )  # fmt: skip
     small.run(run_dir, spheres, choice.ranks, engine=choice.engine)

@@ -35,4 +35,4 @@ def collide(description: dict[str, Any], where: str = "the description") -> dict
 
 def read(path: Path) -> Problem:
     """The problem that a JSON file describes."""
-    return parse(read_json(path, "see the forms in docs/sphere_collisions.md"), shown(path))
+    return parse(read_json(path, "see the forms in pywet docs sphere_collisions"), shown(path))

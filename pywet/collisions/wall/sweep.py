@@ -29,7 +29,7 @@ ENERGIES = ("in", "out", "contact", "viscous", "capillary", "gravity", "residual
 
 def read(path: Path) -> dict[str, Any]:
     """The content of an input file."""
-    cure = "describe particle, wall, liquid and so on as in docs/wall_collision.md"
+    cure = "describe particle, wall, liquid and so on as in pywet docs wall_collision"
     return read_json(path, cure, dict[str, Any])  # type: ignore[no-any-return]
 
 

@@ -53,8 +53,10 @@ def test_the_page_combines_the_seeds(folder: Path) -> None:
         assert len(set(values)) == SEEDS  # of different packings
         name = column.removesuffix("_m3").replace("_", " ")
         assert f">{name}</td><td>{with_interval(values, 4)}</td><td>{with_interval(shares, 3)} %</td>" in text
-    formed = with_interval([run.summary["events"]["formations"] for run in runs], 9)
-    assert "±" in formed and f"<b>{formed}</b>" in re.sub(r"<(b|strong|div)[^>]*>([^<]*)</\1>", r"<b>\2</b>", text)
+    formed, active = (
+        seeds.over([run.summary["events"][key] for run in runs], 9) for key in ("formations", "standing_bridges")
+    )
+    assert f">{formed}<" in text and f"bridges formed, {active} stand" in text
     for key, value in runs[0].summary["energy_J"].items():
         if value is not None:
             several = seeds.over([run.summary["energy_J"][key] for run in runs])
@@ -70,17 +72,17 @@ def test_the_replay_of_the_page_is_that_of_all_seeds(folder: Path, monkeypatch: 
     runs = seeds.of_scene(folder)
     volume = next(row for row in seeds.agreement(runs) if row.quantity == "volume")
     assert volume.count == sum(run.replay["quantities"]["volume"]["count"] for run in runs)
-    assert seeds.standing(runs).word == "in part"  # only windows are replayed step by step
+    assert seeds.worst(runs).word == "in part"  # only windows are replayed step by step
     path = folder.with_name("run-5") / "replay.json"
     whole = path.read_text()
-    said = json.loads(whole)
-    said["ok"], said["quantities"]["volume"]["largest"] = False, 0.1
-    path.write_text(json.dumps(said))
+    changed = json.loads(whole)
+    changed["ok"], changed["quantities"]["volume"]["largest"] = False, 0.1
+    path.write_text(json.dumps(changed))
     try:
-        standing = seeds.standing(seeds.of_scene(folder))
+        found = seeds.worst(seeds.of_scene(folder))
     finally:
         path.write_text(whole)
-    assert standing.word == "no" and "run-5: " in standing.sentence
+    assert found.word == "no" and "run-5: " in found.sentence
 
 
 @pytest.mark.engine
@@ -100,6 +102,6 @@ def test_another_scene_in_a_folder_of_that_name_is_no_seed(folder: Path, tmp_pat
 @pytest.mark.engine
 def test_the_end_of_the_command_names_the_seeds(folder: Path) -> None:
     """Its lines hold the number of seeds and intervals, and the page is of all of them."""
-    said = (folder.parent / "out.txt").read_text()
-    assert ", 3 seeds" in said and re.search(r"liquid at the end: [\d.]+ ± [\d.]+ % spheres beads", said)
+    printed = (folder.parent / "out.txt").read_text()
+    assert ", 3 seeds" in printed and re.search(r"liquid at the end: [\d.]+ ± [\d.]+ % spheres beads", printed)
     assert page.of_run(folder) == folder / "report.html"

@@ -125,9 +125,11 @@ def _liquid(history: Path) -> None:
     films = {0: (10, 5, 5), 100: (10, 5, 5), 200: (7.5, 5, 4)}
     rows = [(step, i + 1, films[step][i] * UNIT) for step in STEPS for i in range(3)]
     write_table(pd.DataFrame(rows, columns=["step", "id", "film"]), history / "films.parquet")
+    still = [(step, i + 1, 0.0, 0.0, 0.0) for step in STEPS for i in range(3)]
+    write_table(pd.DataFrame(still, columns=[*TABLES["history/impulses"]]), history / "impulses.parquet")
     bridges = [
-        (200, 0, 1, 3, -1, 2 * UNIT, 1.5 * UNIT, 1e-4, -0.006, 0.0, 0.006, 0.006, 0.0, -0.05),
-        (200, 2, 1, 0, 1, 1 * UNIT, 0.25 * UNIT, 1e-4, -0.006, 0.0, 0.006, -0.006, 0.0, 0.002),
+        (200, 0, 1, 3, -1, 2 * UNIT, 1.5 * UNIT, 1e-4, -0.006, 0.0, 0.006, 0.006, 0.0, -0.05, 0, 0, 1e-4, 1e-4),
+        (200, 2, 1, 0, 1, 1 * UNIT, 0.25 * UNIT, 1e-4, -0.006, 0.0, 0.006, -0.006, 0.0, 0.002, 0, 0, 1e-4, 1e-4),
     ]
     write_table(pd.DataFrame(bridges, columns=[*TABLES["history/bridges"]]), history / "bridges.parquet")
     write_table(

@@ -10,10 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pywet.cases.screening import amounts, cases
+from pywet.cases.screening import cases
 from pywet.cases.small import bodies
 from pywet.config import load
 from pywet.errors import PywetError
+from pywet.planning import step_choice
 from pywet.scene import Scene, SphereClass
 
 CONFIG = load(Path(__file__).parents[3] / "config")
@@ -111,26 +112,28 @@ def test_collision_time_is_half_a_damped_period() -> None:
     gamma = -2 * math.log(0.5) * math.sqrt(m_eff * 1e4) / math.hypot(math.pi, math.log(0.5))
     # m x'' + gamma x' + k x = 0: half period pi/sqrt(k/m - (gamma/2m)^2)
     expected = math.pi / math.sqrt(1e4 / m_eff - (gamma / (2 * m_eff)) ** 2)
-    assert amounts.collision_time(pair, [sphere]) == pytest.approx(expected, rel=1e-12)
+    assert step_choice.collision_time(pair, [sphere]) == pytest.approx(expected, rel=1e-12)
     # m/c at S_min = 0.001 r (equal spheres), c = 6 pi eta (r/2)^2/S_min
     drag = 6 * math.pi * 0.1 * 1e-3**2 / 2e-6
-    assert amounts.damping_time(pair, [sphere], 0.1) == pytest.approx(m_eff / drag, rel=1e-12)
-    assert amounts.time_step([pair], [sphere], 0.05) == pytest.approx(0.05 * expected, rel=0.01)
-    assert amounts.time_step([pair], [sphere], 0.05) <= 0.05 * expected
-    assert amounts.time_step([pair], [sphere], 0.05, 1.0) == pytest.approx(0.05 * m_eff / drag / 10, rel=0.01)
+    assert step_choice.damping_time(pair, [sphere], 0.1) == pytest.approx(m_eff / drag, rel=1e-12)
+    assert step_choice.of_collisions([pair], [sphere], 0.05) == pytest.approx(0.05 * expected, rel=0.01)
+    assert step_choice.of_collisions([pair], [sphere], 0.05) <= 0.05 * expected
+    assert step_choice.of_collisions([pair], [sphere], 0.05, 1.0) == pytest.approx(0.05 * m_eff / drag / 10, rel=0.01)
     # a class without spheres meets none, however stiff its contacts are
     none = sphere.model_copy(update={"type": 2, "count": 0})
     stiff = [
         pair.model_copy(update={"a": a, "b": b, "normal_stiffness_N_per_m": 1e6}) for a, b in ((2, 0), (1, 2), (2, 2))
     ]
-    assert amounts.time_step([pair, *stiff], [sphere, none], 0.05) == amounts.time_step([pair], [sphere], 0.05)
+    assert step_choice.of_collisions([pair, *stiff], [sphere, none], 0.05) == step_choice.of_collisions(
+        [pair], [sphere], 0.05
+    )
 
 
 @pytest.mark.parametrize("number", CONFIG.cases)
 @pytest.mark.parametrize("scale", SCALES)
 def test_time_step_resolves_every_collision(number: int, scale: str) -> None:
     made = cases.ingredients(CONFIG, number, scale)
-    shortest = min(amounts.collision_time(p, made.classes) for p in made.pairs)
+    shortest = min(step_choice.collision_time(p, made.classes) for p in made.pairs)
     wished = CONFIG.settings.time_step.fraction.value * shortest
     # cut to three digits, at most 1 % less; water's damping time is longer than a collision
     assert 0.99 * wished < made.time_step_s <= wished * (1 + 1e-12)
@@ -148,7 +151,12 @@ def test_run_directory_is_complete(built: tuple[Path, Scene]) -> None:
     found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
     stl = {f"stl/{wall.name}.stl" for wall in scene.walls}
     history = {f"history/{name}.parquet" for name in ("spheres", "triangles", "parts")}
-    assert found == {".pywet-run", "scene.json", "plan.json", "config.json", "spheres.parquet"} | stl | history
+    assert (
+        found
+        == {".pywet-run", "scene.json", "plan.json", "config.json", "config_files.json", "spheres.parquet"}
+        | stl
+        | history
+    )
 
 
 def test_spheres_of_the_run(built: tuple[Path, Scene]) -> None:

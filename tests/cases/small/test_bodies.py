@@ -14,6 +14,7 @@ from pywet.cases.small.pair import Pair
 from pywet.cases.small.subset import with_spheres
 from pywet.errors import PywetError
 from pywet.laws.contact import film_thickness, film_volume
+from pywet.planning import step_choice
 from pywet.scene import Scene
 
 R = 1e-3
@@ -40,9 +41,9 @@ def test_wetting_puts_in_what_was_asked_for() -> None:
 def test_a_step_of_drag_is_shorter_than_the_dry_one() -> None:
     """The dry step goes with sqrt(m/k), cut to two digits: a hundred times the spring, a tenth of the step."""
     classes = bodies.sphere_classes(R)
-    soft, hard = (bodies.packed_step(classes, bodies.contacts(1, k), 0.1) for k in (1e3, 1e5))
+    soft, hard = (step_choice.of_packing(classes, bodies.contacts(1, k), 0.1) for k in (1e3, 1e5))
     assert soft / hard == pytest.approx(10.0, rel=0.1)
-    assert bodies.packed_step(classes, bodies.contacts(1, 1e3), 0.1, drag_Pa_s=10.0) < 0.1 * soft
+    assert step_choice.of_packing(classes, bodies.contacts(1, 1e3), 0.1, viscosity_Pa_s=10.0) < 0.1 * soft
 
 
 @pytest.mark.parametrize("seed", range(3))

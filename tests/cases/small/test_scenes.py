@@ -16,7 +16,7 @@ from pywet.cases.small.bodies import drum_walls
 from pywet.cli.app import app
 from pywet.errors import PywetError
 from pywet.laws import registry
-from pywet.scene import Rotation
+from pywet.scene import Rotation, Scene
 from reference_impl.replay.replay import replay
 from tests.engines.liggghts.scenes import WATER, contacts, spheres_of
 
@@ -48,6 +48,19 @@ def test_collision_loses_more_with_more_liquid(tmp_path: Path) -> None:
         for eta in (1e-3, 1e-2)
     )
     assert 0.0 <= thick < thin < 0.8
+
+
+def test_a_scene_with_hertz_contacts(tmp_path: Path) -> None:
+    """`--contact hertz` takes the modulus that is given; a collision returns less than the dry 0.8, and its replay agrees."""
+    words = ["scene", "collision", "--moisture", "0.2", "--contact", "hertz", "--youngs-modulus", "2e7"]
+    done = CliRunner().invoke(app, [*words, "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    scene = Scene.read(tmp_path / "scene.json")
+    assert scene.hertz is not None and scene.hertz.spheres[0].youngs_modulus_Pa == 2e7
+    found = json.loads((tmp_path / scenes.RESULT).read_text())
+    assert 0.5 < found["restitution"] < 0.8 and replay(tmp_path)["ok"]
+    refused = CliRunner().invoke(app, [*words, "--contact", "jkr", "--out", str(tmp_path)])
+    assert refused.exit_code == 1 and "contact is jkr; expected one of linear, hertz" in refused.output
 
 
 def test_bed_comes_to_rest(tmp_path: Path) -> None:

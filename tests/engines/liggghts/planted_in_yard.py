@@ -63,7 +63,7 @@ IN_YARD: dict[str, tuple[str, str]] = {
     "lands on the first triangle": ("event_triangle", "it is the first triangle of the part"),
     "drag halved outside windows": ("flight_velocity", "the viscous normal force is 0.5 times what it should be"),
     "acts on one side": ("newton_force", "every force of bridges on their second sphere (j): it is left out"),
-    "work of drag twice": ("energy_windows", "it counts twice"),
+    "work of drag twice": ("energy_windows", "viscous_normal: it is 2 times what is expected"),
 }
 """Fault -> the quantity that must break and the words by which it must be named."""
 IN_PUMP: dict[str, tuple[str, str]] = {

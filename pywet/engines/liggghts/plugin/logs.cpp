@@ -19,6 +19,7 @@ void Logs::open(const std::string &directory) {
   ledger_.open(directory + "/ledger" + end);
   wall_film_.open(directory + "/wall_films" + end);
   impulses_.open(directory + "/impulses" + end);
+  felt_.open(directory + "/felt" + end);
   energies_.open(directory + "/energy" + end);
   window_energies_.open(directory + "/window_energy" + end);
 }
@@ -27,6 +28,10 @@ void Logs::write(const Event &e) { events_.write(e); }
 
 void Logs::write(const Drop &d) {
   if (world_.ranks.first()) drops_.write(d);
+}
+
+void Logs::write(const Felt &f) {
+  if (world_.ranks.first()) felt_.write(f);
 }
 
 void Logs::write(const RetiredSphere &s) {
@@ -134,7 +139,7 @@ void Logs::snapshot() {
 }
 
 void Logs::flush() {
-  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &retired_, &ledger_, &film_, &wall_film_,
+  for (RecordFile *log : {&contacts_, &bridges_, &wires_, &events_, &drops_, &felt_, &retired_, &ledger_, &film_, &wall_film_,
                           &impulses_, &energies_, &window_energies_})
     log->flush();
 }

@@ -17,6 +17,7 @@ class Logs {
   const std::string &directory() const { return directory_; }
   void write(const Event &e);
   void write(const Drop &d);
+  void write(const Felt &f);
   void write(const WireContact &c);
   void write(const RetiredSphere &s);
   void contact(const Bridge &b, const Geometry &g, const Terms &t, double weight);
@@ -34,7 +35,7 @@ class Logs {
   const EnergyBook &energy_;
   const ImpulseSums &sums_;
   std::string directory_;
-  RecordFile contacts_, bridges_, wires_, events_, drops_, retired_, ledger_, film_, wall_film_, impulses_, energies_, window_energies_;
+  RecordFile contacts_, bridges_, wires_, events_, drops_, felt_, retired_, ledger_, film_, wall_film_, impulses_, energies_, window_energies_;
 
   void ledger();
   void energies(RecordFile &file);

@@ -62,6 +62,11 @@ struct Drop {
   int32_t partner_kind, i, j, pad;
   double volume, film_i_before, film_j_before, fallen, felt[3], x[3];
 };
+struct Felt {
+  int64_t step;
+  int32_t id, pad;
+  double film, v[3], felt[3];
+};
 struct WireContact {
   int64_t step;
   int32_t mesh, triangle, i, pad;
@@ -82,6 +87,7 @@ static_assert(sizeof(Energy) == 120, "records must match pywet/schema.py");
 static_assert(sizeof(Film) == 24, "records must match pywet/schema.py");
 static_assert(sizeof(Impulse) == 40, "records must match pywet/schema.py");
 static_assert(sizeof(Drop) == 112, "records must match pywet/schema.py");
+static_assert(sizeof(Felt) == 72, "records must match pywet/schema.py");
 static_assert(sizeof(RetiredSphere) == 80, "records must match pywet/schema.py");
 static_assert(sizeof(WireContact) == 48, "records must match pywet/schema.py");
 

@@ -1,4 +1,4 @@
-"""Writes the configuration reference from the schemas that the program itself checks with: a table for each group of keys."""
+"""Pages of the documentation: those of docs/, and the references that are made from the classes and schemas of the program."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-SCHEMAS = Path(__file__).parent.parent / "workflow" / "schemas"
+from pywet.errors import PywetError, one_line
+from pywet.shipped import NOTEBOOK, place
+
 HEAD = """# Configuration, key by key
 
 Made from the schemas in `workflow/schemas`, with which every file is checked. How the files are used:
@@ -16,19 +18,17 @@ Made from the schemas in `workflow/schemas`, with which every file is checked. H
 """
 
 
-def write(page: Path) -> None:
-    """The page, from all schemas there are."""
+def configuration() -> str:
+    """The page of all keys of `config/`, a table for each group, from the schemas that check them."""
     lines = [HEAD]
-    for path in sorted(SCHEMAS.glob("*.schema.json")):
+    for path in sorted((place("workflow") / "schemas").glob("*.schema.json")):
         schema = json.loads(path.read_text())
         name = path.name.removesuffix(".schema.json")
         lines += [f"\n## {name}{'.csv' if name == 'cases' else '.yaml'}\n", *_table(schema)]
         for group, content in sorted(schema.get("$defs", {}).items()):
             if "properties" in content:
                 lines += [f"\n### {name}: {group}\n", *_table(content)]
-    text = "\n".join(lines) + "\n"
-    if not page.exists() or page.read_text() != text:
-        page.write_text(text)
+    return "\n".join(lines) + "\n"
 
 
 def _table(schema: dict[str, Any]) -> Iterator[str]:
@@ -61,7 +61,7 @@ How scenes are written: [a custom scene](own-scene.md).
 """
 
 
-def write_scene(page: Path) -> None:
+def scene() -> str:
     """The page of all classes of `pywet` that a scene is made of."""
     import pywet
 
@@ -69,9 +69,7 @@ def write_scene(page: Path) -> None:
     lines = [SCENE]
     for one in sorted(classes, key=lambda c: (c.__name__ != "Scene", c.__name__)):
         lines += [f"\n## {one.__name__}\n", *_scene_table(one.model_json_schema())]
-    text = "\n".join(lines) + "\n"
-    if not page.exists() or page.read_text() != text:
-        page.write_text(text)
+    return "\n".join(lines) + "\n"
 
 
 def _scene_table(schema: dict[str, Any]) -> Iterator[str]:
@@ -101,7 +99,7 @@ Every table of a run, made from `pywet/schema.py`, where the records are made. `
 """
 
 
-def write_columns(page: Path) -> None:
+def columns() -> str:
     """The page of all columns that have a meaning, and of codes and holders."""
     from pywet.schema import CODES, HOLDERS, TABLES, meanings
 
@@ -113,9 +111,33 @@ def write_columns(page: Path) -> None:
         lines += [f"\n## {table}\n\n| column | unit | what |\n|---|---|---|"]
         rows = {re.sub("_[xyz]$", "_x, _y, _z", c): told for c, told in meanings(table).items()}
         lines += [f"| `{column}` | {unit.replace('-', '–')} | {text} |" for column, (unit, text) in rows.items()]
-    text = "\n".join(lines) + "\n"
-    if not page.exists() or page.read_text() != text:
-        page.write_text(text)
+    return "\n".join(lines) + "\n"
 
 
 LIMITS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+
+MADE = {"configuration_reference": configuration, "columns": columns, "scene_reference": scene}
+"""Page -> what makes its text."""
+
+
+def write(folder: Path) -> None:
+    """Write the pages that are made into a folder, where they have changed."""
+    for name, made in MADE.items():
+        page, text = folder / f"{name}.md", made()
+        if not page.exists() or page.read_text() != text:
+            page.write_text(text)
+
+
+def page(name: str) -> str:
+    """The text of a page by its name, with or without `.md` or a section; a page that there is not is refused."""
+    word = name.partition("#")[0].removeprefix("docs/").removesuffix(".md").removesuffix(".ipynb")
+    if word in MADE:
+        return MADE[word]()
+    if word == Path(NOTEBOOK).stem:
+        cells = json.loads((place("docs") / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
+        return "\n\n".join("".join(cell["source"]) for cell in cells)
+    pages = {path.stem: path for path in sorted(place("docs").glob("*.md")) if path.stem != "index"}
+    if word not in pages:
+        known = ", ".join(sorted({*pages, *MADE, Path(NOTEBOOK).stem}))
+        raise PywetError(f"there is no page {one_line(name)} in the documentation; expected one of {known}")
+    return pages[word].read_text(encoding="utf-8")
