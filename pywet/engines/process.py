@@ -94,6 +94,7 @@ def surroundings(python: bool = False) -> dict[str, str]:
     Its memory lies in huge pages where the system grants them: a bed is read all over in every step (docs/engine.md).
     """
     hidden = () if python else ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")
+    hidden = (*hidden, "SLURM_STEP_ID")  # by it Open MPI takes a process for one that srun has started as a rank
     kept = {name: value for name, value in os.environ.items() if name not in hidden}
     return (
         HUGE_PAGES
